@@ -1,0 +1,108 @@
+"""Command line: `python -m pipeline <verb> key=value ...`.
+
+Every verb is a function of `pipeline.stages`; its arguments are the keys of `conf/<verb>.yaml`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import sys
+import traceback
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from omegaconf import DictConfig
+
+CONF = Path(__file__).parent.parent / "conf"
+
+HELP = """usage: python -m pipeline <verb> [key=value ...]
+
+verbs:
+{verbs}
+
+  python -m pipeline <verb> --help     the verb's configuration, every key of which can be given as key=value
+  python -m pipeline <verb> --cfg job  the configuration after your changes, nothing is run
+  python -m pipeline <verb> -m key=a,b one run for every combination; EXP_LAUNCHER=joblib runs them side by side
+
+exit codes: 0 done; 2 bad input (one line on standard error, nothing written); 1 a fault of the program"""
+
+
+def verbs() -> dict[str, str]:
+    """The verbs and what they do: the first line of each stage's module."""
+    stages = sorted((Path(__file__).parent / "stages").glob("[a-z]*.py"))
+    return {p.stem: p.read_text().splitlines()[0].strip('"') for p in stages if (CONF / f"{p.stem}.yaml").exists()}
+
+
+def main(arguments: list[str]) -> int:
+    """Run one verb; return the exit code."""
+    known = verbs()
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(HELP.format(verbs="\n".join(f"  {name:<10} {line}" for name, line in known.items())))
+        return 0
+    verb, rest = arguments[0], arguments[1:]
+    if verb not in known:
+        return _refuse(f"unknown verb {verb!r}, must be one of {', '.join(known)}")
+    return _run(verb, rest)
+
+
+def _run(verb: str, rest: list[str]) -> int:
+    import hydra
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    # without this Hydra prints its own traceback and exits
+    os.environ["HYDRA_FULL_ERROR"] = "1"
+    sys.argv = [f"{sys.argv[0]} {verb}", *rest, *_hydra_settings(rest)]
+    try:
+        hydra.main(version_base="1.3", config_path=str(CONF), config_name=verb)(_call)()
+    except (HydraException, OmegaConfBaseException) as error:
+        return _refuse(" ".join(str(error).split()))
+    return 0
+
+
+def _call(config: DictConfig) -> None:
+    """Call the stage that `config` names; leave with exit code 2 on bad input, 1 on a fault."""
+    import hydra
+    from hydra.errors import InstantiationException
+    from omegaconf import OmegaConf
+
+    from pipeline.errors import BadInput
+
+    function = hydra.utils.get_method(config["_target_"])
+    paths = [name for name, p in inspect.signature(function).parameters.items() if p.annotation == "Path"]
+    try:
+        OmegaConf.resolve(config)
+        hydra.utils.call(config, **{name: Path(config[name]) for name in paths})
+    except InstantiationException as error:
+        # Hydra wraps what the stage raised; a SystemExit passes through its job runner without a second line
+        cause: BaseException = error
+        while cause.__cause__ is not None:
+            cause = cause.__cause__
+        if isinstance(cause, BadInput):
+            sys.exit(_refuse(str(cause)))
+        if isinstance(cause, InstantiationException):
+            sys.exit(_refuse(" ".join(str(cause).split())))
+        traceback.print_exception(cause)
+        sys.exit(1)
+
+
+def _hydra_settings(rest: list[str]) -> list[str]:
+    settings = ["hydra/job_logging=none", "hydra/hydra_logging=none"]
+    if "-m" in rest or "--multirun" in rest:
+        sweep = "hydra.sweep.dir=outputs/${hydra.job.config_name}/${now:%Y-%m-%d_%H-%M-%S}"
+        launcher = [f"hydra/launcher={os.environ['EXP_LAUNCHER']}"] if "EXP_LAUNCHER" in os.environ else []
+        return [*settings, sweep, *launcher]
+    # a stage writes where `out` says and nowhere else; without `out` a folder of its own
+    own = "." if any(r.startswith("out=") for r in rest) else "outputs/${hydra.job.config_name}/last"
+    return [*settings, "hydra.output_subdir=null", f"hydra.run.dir={own}"]
+
+
+def _refuse(line: str) -> int:
+    print(f"error: {line}", file=sys.stderr)
+    return 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

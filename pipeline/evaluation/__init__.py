@@ -1,0 +1,1 @@
+"""Splits, metrics and the boundary between contact and jumps."""

@@ -1,0 +1,90 @@
+"""The transition boundary Q between contact and jumps, as a voltage for every cam and mass (section 6.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+SETTING = ["H", "beta", "m"]
+
+
+def first_crossing(V: Array, value: Array, level: float) -> float:
+    """First voltage at which `value` rises through `level`, linear between the points; NaN if it never does.
+
+    Args:
+        V: (n,) increasing voltages, V.
+        value: (n,) at these voltages.
+        level: in the unit of `value`.
+    """
+    up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
+    if not len(up):
+        return float("nan")
+    k = up[0]
+    return float(V[k] + (level - value[k]) / (value[k + 1] - value[k]) * (V[k + 1] - V[k]))
+
+
+def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
+    """Measured boundary: where the mean detachment rises through `jump_share` of the stroke.
+
+    Args:
+        experiments: columns H, beta, m, V, label, eps_share.
+        jump_share: the threshold of the labels.
+
+    Returns:
+        Columns H, beta, m, Q (V); settings that never change from contact to jump inside the grid are absent.
+    """
+    running = experiments[experiments["label"] != "stall"].sort_values("V")
+    rows = [
+        (*setting, first_crossing(group["V"].to_numpy(), group["eps_share"].to_numpy(), jump_share))
+        for setting, group in running.groupby(SETTING)
+    ]
+    return pd.DataFrame(rows, columns=[*SETTING, "Q"]).dropna().reset_index(drop=True)
+
+
+def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
+    """Boundary where the predicted minimal contact force falls through zero.
+
+    Args:
+        grid: columns H, beta, m, V: the design points.
+        f_min: (points,) predicted minimal contact force, N.
+
+    Returns:
+        Columns H, beta, m, Q (V). A setting that is predicted to jump everywhere gets the lowest voltage of
+        the grid, one that never jumps the highest: the prediction is not allowed to leave the grid.
+    """
+    table = grid[[*SETTING, "V"]].assign(f_min=f_min).sort_values("V")
+    rows = []
+    for setting, group in table.groupby(SETTING):
+        V, force = group["V"].to_numpy(), group["f_min"].to_numpy()
+        Q = first_crossing(V, -force, 0.0)
+        if np.isnan(Q):
+            Q = float(V[0] if force[0] < 0 else V[-1])
+        rows.append((*setting, Q))
+    return pd.DataFrame(rows, columns=[*SETTING, "Q"])
+
+
+def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame, degree: int = 2) -> Array:
+    """Direct extrapolation of the minimal contact force over the settings (6.3.3), the baseline.
+
+    A ridge regression on polynomials of V, m, H, beta; its penalty is chosen by cross-validation inside
+    `train`.
+
+    Args:
+        train: columns V, m, H, beta, f_min of the runs that may be seen.
+        grid: columns V, m, H, beta to predict at.
+
+    Returns:
+        (points,) minimal contact force, N; negative beyond the boundary.
+    """
+    from sklearn.linear_model import RidgeCV
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import PolynomialFeatures, StandardScaler
+
+    columns = ["V", "m", "H", "beta"]
+    model = make_pipeline(
+        StandardScaler(), PolynomialFeatures(degree), StandardScaler(), RidgeCV(np.logspace(-6, 3, 19))
+    )
+    model.fit(train[columns].to_numpy(), train["f_min"].to_numpy())
+    return np.asarray(model.predict(grid[columns].to_numpy()), np.float64)

@@ -1,0 +1,105 @@
+"""Which experiments a model may see and which it is judged on (section 6.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One division of the experiments.
+
+    Attributes:
+        name: what the tables call it.
+        train: rows of the experiments table that a model may see.
+        test: rows that it is judged on; disjoint from `train`.
+    """
+
+    name: str
+    train: Indices
+    test: Indices
+
+    def __post_init__(self) -> None:
+        if np.intersect1d(self.train, self.test).size:
+            raise ValueError(f"fold {self.name}: training and test experiments must be disjoint")
+        if not len(self.train) or not len(self.test):
+            raise BadInput(f"fold {self.name}: no experiments to train or test on")
+
+
+@dataclass(frozen=True)
+class Split:
+    """What a file of conf/split/ says.
+
+    Attributes:
+        folds: divides the experiments table.
+        explore: whether the models are also run on the whole grid of settings, to find the boundary Q.
+    """
+
+    folds: Callable[[pd.DataFrame], list[Fold]]
+    explore: bool = False
+
+
+def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]:
+    """The contact runs sorted by falling minimal contact force, in `count` subsets I_1, I_2, ... (6.5).
+
+    Args:
+        experiments: with columns `label` and `f_min`.
+        count: number of subsets.
+
+    Raises:
+        BadInput: when there are fewer contact runs than subsets.
+    """
+    nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
+    if len(nominal) < count:
+        raise BadInput(f"{len(nominal)} contact runs, at least {count} are needed for {count} subsets")
+    order = np.argsort(-experiments["f_min"].to_numpy()[nominal], kind="stable")
+    return np.array_split(nominal[order], count)
+
+
+def interpolation(experiments: pd.DataFrame, folds: int = 5) -> list[Fold]:
+    """Each fold leaves two neighbouring subsets out, {I_1, I_2}, {I_3, I_4}, ... (6.5.1)."""
+    subsets = nominal_subsets(experiments, 2 * folds)
+    return [
+        Fold(
+            f"I{2 * j + 1}-I{2 * j + 2}",
+            np.concatenate(subsets[: 2 * j] + subsets[2 * j + 2 :]),
+            np.concatenate(subsets[2 * j : 2 * j + 2]),
+        )
+        for j in range(folds)
+    ]
+
+
+def extrapolation(experiments: pd.DataFrame, levels: int = 8) -> list[Fold]:
+    """Train on the most stable 10 %, 20 %, ... and test on I_9 and I_10, next to the boundary (6.5.2)."""
+    subsets = nominal_subsets(experiments, 10)
+    return [
+        Fold(f"{10 * (k + 1)}%", np.concatenate(subsets[: k + 1]), np.concatenate(subsets[8:]))
+        for k in range(levels)
+    ]
+
+
+def inner_extrapolation(experiments: pd.DataFrame, share: float = 0.7) -> list[Fold]:
+    """Inside I_1 alone: train on its most stable `share`, test on the rest.
+
+    This is where hyperparameters are chosen: it asks the question of the extrapolation without its answers.
+    """
+    first = nominal_subsets(experiments, 10)[0]
+    cut = round(share * len(first))
+    return [Fold("inner", first[:cut], first[cut:])]
+
+
+def tuning(experiments: pd.DataFrame, share: float = 0.3, seed: int = 0) -> list[Fold]:
+    """A random `share` of the contact runs to train on, the rest to validate: Fig. 6.16."""
+    nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
+    order = np.random.default_rng(seed).permutation(nominal)
+    cut = max(1, round(share * len(nominal)))
+    return [Fold(f"{share:.0%}", np.sort(order[:cut]), np.sort(order[cut:]))]

@@ -1,0 +1,1 @@
+"""Fitting models to trajectories; nothing here knows a particular split or figure."""

@@ -1,0 +1,69 @@
+"""One-step-ahead training of the ReLU-ODE models, eqs. 6.15 to 6.19."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import torch
+from torch import Generator, Tensor
+
+from pipeline.learning.dataset import Dataset, Indices, Sampler, input_scale
+from pipeline.models.conditions import Bench, Conditions
+from pipeline.models.dynamics import Dynamics
+from pipeline.progress import track
+
+
+class Networked(Protocol):
+    """A constructor of a stack of models that contain a network."""
+
+    def __call__(self, bench: Bench, scale: Tensor, generator: Generator) -> Dynamics: ...
+
+
+def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generator: Generator) -> Dynamics:
+    """A stack of untrained models, inputs scaled by each fold's own training data."""
+    probe = build(dataset.bench, torch.ones(1, 1), generator)
+    inputs: Callable[[Tensor, Tensor, Conditions], Tensor] = probe.inputs  # type: ignore[assignment]
+    values = inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
+    return build(dataset.bench, input_scale(values, dataset, folds), generator)
+
+
+def fit(
+    build: Networked,
+    dataset: Dataset,
+    folds: list[Indices],
+    seed: int,
+    steps: int,
+    learning_rate: float,
+    batch: int,
+) -> Dynamics:
+    """Train a stack of models with Adam on mini-batches of one-step predictions.
+
+    Args:
+        build: constructor of the models.
+        dataset: trajectories.
+        folds: training experiments of each model of the stack.
+        seed: of the initial weights and the mini-batches.
+        steps: mini-batches; the learning rate falls to zero along a cosine.
+        learning_rate: of Adam at the start.
+        batch: samples per mini-batch and model.
+
+    Returns:
+        The trained stack.
+    """
+    generator = Generator().manual_seed(seed)
+    model = new_model(build, dataset, folds, generator)
+    sampler = Sampler(dataset, folds, generator)
+    optimiser = torch.optim.Adam(model.parameters(), lr=learning_rate)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
+    for _ in track(range(steps), steps, f"training {len(folds)} models"):
+        runs, now = sampler.draw(batch)
+        q = dataset.conditions[runs]
+        acceleration = model.acceleration(dataset.theta[now], dataset.omega[now], q)
+        error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
+        optimiser.zero_grad(set_to_none=True)
+        # the models share nothing, so that the sum trains each of them on its own mean
+        error.square().mean(1).sum().backward()
+        optimiser.step()
+        schedule.step()
+    return model

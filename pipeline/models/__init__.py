@@ -1,0 +1,1 @@
+"""Models of the dynamics: known physics plus efforts, one file per family."""

@@ -1,0 +1,1 @@
+"""Known physics: mechanisms and the functions generated from them."""

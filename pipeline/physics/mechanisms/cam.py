@@ -1,0 +1,144 @@
+"""Geometry of a disc cam with a cycloidal law and a translating roller follower (sections 5.2.1, 5.7)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+TURN = 2.0 * np.pi
+
+
+def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Array]:
+    """Cycloidal displacement without dwell and its first three derivatives by the angle, eq. 5.1.
+
+    Args:
+        phi: (...) angle, rad; any turn.
+        H: stroke, m.
+        beta: angle of the rise, rad, in (0, 2 pi).
+
+    Returns:
+        h_c (m), h_c' (m/rad), h_c'' (m/rad^2), h_c''' (m/rad^3), each (...).
+    """
+    phi = np.mod(phi, TURN)
+    rise = phi <= beta
+    span = np.where(rise, beta, TURN - beta)
+    s = np.where(rise, phi, TURN - phi)
+    sign = np.where(rise, 1.0, -1.0)  # d s / d phi
+    k = TURN / span
+    return (
+        H * s / span - H / TURN * np.sin(k * s),
+        sign * H / span * (1.0 - np.cos(k * s)),
+        H / span * k * np.sin(k * s),
+        sign * H / span * k**2 * np.cos(k * s),
+    )
+
+
+@dataclass(frozen=True)
+class Cam:
+    """One cam with its roller follower.
+
+    Attributes:
+        H: stroke, m. beta: angle of the rise, rad.
+        base_radius: r_b, m. roller_radius: r_f, m; zero gives the knife-edge follower.
+    """
+
+    H: float
+    beta: float
+    base_radius: float = 0.02
+    roller_radius: float = 0.008
+
+    @property
+    def prime_radius(self) -> float:
+        """r_p = r_b + r_f, the radius of the pitch curve at its lowest point, m."""
+        return self.base_radius + self.roller_radius
+
+    def curvature_radius(self, phi: Array) -> Array:
+        """Radius of curvature of the cam's perimeter, m, eq. 5.27; negative where it is hollow."""
+        h, d, dd, _ = cycloid(phi, self.H, self.beta)
+        r = self.base_radius + h
+        return (r**2 + d**2) ** 1.5 / (r**2 + 2.0 * d**2 - dd * r)
+
+    def _pitch(self, phi: Array) -> Array:
+        """The roller's centre in polar coordinates for a contact at the perimeter's angle `phi`, eq. 5.25.
+
+        Returns:
+            (5, n): true polar angle (rad), h_p (m), h_p' (m/rad), h_p'' (m/rad^2), d angle / d phi.
+        """
+        h, d, dd, ddd = cycloid(phi, self.H, self.beta)
+        r, f = self.base_radius + h, self.roller_radius
+        # the outward normal is (r, -r') / q in the polar frame that turns with phi
+        q = np.hypot(r, d)
+        dq = (r * d + d * dd) / q
+        ddq = (d * d + r * dd + dd * dd + d * ddd - dq * dq) / q
+        a, c = r + f * r / q, -f * d / q
+        da = d + f * (d / q - r * dq / q**2)
+        dc = -f * (dd / q - d * dq / q**2)
+        dda = dd + f * (dd / q - 2.0 * d * dq / q**2 - r * ddq / q**2 + 2.0 * r * dq**2 / q**3)
+        ddc = -f * (ddd / q - 2.0 * dd * dq / q**2 - d * ddq / q**2 + 2.0 * d * dq**2 / q**3)
+        R = np.hypot(a, c)
+        psi = phi + np.arctan2(c, a)
+        dR = (a * da + c * dc) / R
+        ddR = (da * da + a * dda + dc * dc + c * ddc - dR * dR) / R
+        w = a * dc - c * da
+        dpsi = 1.0 + w / R**2
+        ddpsi = (a * ddc - c * dda) / R**2 - 2.0 * w * dR / R**3
+        slope = dR / dpsi
+        return np.stack([psi, R - self.prime_radius, slope, (ddR - slope * ddpsi) / dpsi**2, dpsi])
+
+    @property
+    def undercut(self) -> bool:
+        """True where the roller is too large for a hollow of the cam: the pitch curve crosses itself."""
+        phi = np.linspace(0.0, TURN, 20_001)
+        return bool(np.any(self._pitch(phi)[4] <= 0.0))
+
+    def pitch_curve(self, n: int = 3600) -> Array:
+        """Displacement of the follower over the cam's true angle, tabulated over one turn.
+
+        Where the cam is undercut the roller rests on the outer branch of the pitch curve.
+
+        Args:
+            n: number of angles, 2 pi i / n.
+
+        Returns:
+            (3, n): h_p (m), h_p' (m/rad), h_p'' (m/rad^2).
+        """
+        phi = np.linspace(-np.pi, 3.0 * np.pi, 16 * n + 1)
+        psi, *values, dpsi = self._pitch(phi)
+        grid = np.arange(n) * TURN / n
+        pieces = np.split(np.arange(len(phi)), np.flatnonzero(np.diff(np.sign(dpsi))) + 1)
+        branches = np.full((len(pieces), 3, n), -np.inf)
+        for branch, piece in zip(branches, pieces, strict=True):
+            # on the way back inside an undercut the angle falls
+            order = piece if psi[piece[0]] <= psi[piece[-1]] else piece[::-1]
+            for out, value in zip(branch, values, strict=True):
+                out[:] = np.interp(grid, psi[order], value[order], left=-np.inf, right=-np.inf)
+        outer = np.argmax(branches[:, 0], axis=0)
+        return branches[outer, :, np.arange(n)].T
+
+    def theoretical_curve(self, n: int = 3600) -> Array:
+        """(3, n) h_c, h_c', h_c'' over one turn: the knife-edge follower of eq. 6.10."""
+        return np.stack(cycloid(np.arange(n) * TURN / n, self.H, self.beta)[:3])
+
+    def pressure_angle(self, n: int = 3600) -> Array:
+        """(n,) pressure angle over one turn, rad, eq. 5.28."""
+        h, d, _ = self.pitch_curve(n)
+        return np.arctan(d / (self.prime_radius + h))
+
+    @cached_property
+    def area_moments(self) -> tuple[float, float, float]:
+        """Polar second moment (m^4) and the first moments along x and y (m^3) of the cam's area.
+
+        Times an areal density they give the cam's inertia and its imbalance; at theta = 0 the angle phi = 0
+        points upwards (y), eq. 5.23.
+        """
+        phi = np.arange(7200) * TURN / 7200
+        r = self.base_radius + cycloid(phi, self.H, self.beta)[0]
+        return (
+            float(TURN * np.mean(r**4) / 4.0),
+            float(TURN * np.mean(r**3 * np.sin(phi)) / 3.0),
+            float(TURN * np.mean(r**3 * np.cos(phi)) / 3.0),
+        )

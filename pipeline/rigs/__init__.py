@@ -1,0 +1,1 @@
+"""Virtual test benches: independent simulations that stand in for measured data."""

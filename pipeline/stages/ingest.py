@@ -1,0 +1,77 @@
+"""Raw logs to one validated store: angles unwrapped, experiments labelled."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.evaluation.labels import TURN, label, mean_extreme, unwrapped
+from pipeline.files import read_json
+from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.progress import track
+from pipeline.rawlogs import ROWS, Archive
+from pipeline.trajectory import Campaign
+
+Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
+
+#: Experiments that a worker reads at a time.
+CHUNK = 40
+
+
+def ingest(raw: Path, mechanism: CamFollower, workers: int, out: Path) -> None:
+    """Write the store of a campaign (see `Campaign.write`).
+
+    Args:
+        raw: folder with campaign.zip and provenance.json.
+        mechanism: thresholds of the labels.
+        workers: processes that parse.
+        out: folder, replaced as a whole.
+
+    Raises:
+        BadInput: at the first log that cannot be used; nothing is written.
+    """
+    archive = raw / "campaign.zip"
+    parameters = Archive(archive).parameters()
+    ids = parameters["exp"].tolist()
+    chunks = [ids[i : i + CHUNK] for i in range(0, len(ids), CHUNK)]
+    lengths: list[int] = []
+    parts: list[dict[str, NDArray[np.float32 | np.float64]]] = []
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        for sizes, part in track(pool.map(partial(_read, archive), chunks), len(chunks), "reading logs"):
+            lengths += sizes
+            parts.append(part)
+    signals = {name: np.concatenate([part.pop(name) for part in parts]) for name in ROWS}
+    offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+    campaign = Campaign(parameters, signals, offsets, read_json(raw / "provenance.json"))
+    labelled = pd.concat([parameters, _label(campaign, mechanism)], axis=1)
+    Campaign(labelled, signals, offsets, campaign.provenance).write(out)
+
+
+def _read(archive: Path, ids: list[int]) -> Chunk:
+    """Logs of some experiments, one after the other, angles unwrapped.
+
+    Five significant digits fit in a float32; the unwrapped angle and the time need more.
+    """
+    source = Archive(archive)
+    logs = [source.log(exp) for exp in ids]
+    joined = np.concatenate(logs, axis=1)
+    joined[1] = np.concatenate([unwrapped(log[1]) for log in logs])
+    wide = {"t", "theta"}
+    columns = {n: joined[i].astype(np.float64 if n in wide else np.float32) for i, n in enumerate(ROWS)}
+    return [log.shape[1] for log in logs], columns
+
+
+def _label(campaign: Campaign, mechanism: CamFollower) -> pd.DataFrame:
+    rows = []
+    for H, log in zip(campaign.experiments["H"], campaign, strict=True):
+        turns = log["theta"][-1] / TURN
+        share = mean_extreme(log["theta"], log["eps"], largest=True) / H
+        kind = label(turns, share, mechanism.jump_share, mechanism.stall_turns)
+        rows.append((kind, turns, share, log["t"][-1]))
+    return pd.DataFrame(rows, columns=["label", "turns", "eps_share", "duration"])
