@@ -24,7 +24,7 @@ verbs:
 
   python -m pipeline <verb> --help     the verb's configuration, every key of which can be given as key=value
   python -m pipeline <verb> --cfg job  the configuration after your changes, nothing is run
-  python -m pipeline <verb> -m key=a,b one run for every combination; EXP_LAUNCHER=joblib runs them side by side
+  python -m pipeline <verb> -m key=a,b one run for every combination; EXP_LAUNCHER=joblib: side by side
 
 exit codes: 0 done; 2 bad input (one line on standard error, nothing written); 1 a fault of the program"""
 
@@ -32,7 +32,9 @@ exit codes: 0 done; 2 bad input (one line on standard error, nothing written); 1
 def verbs() -> dict[str, str]:
     """The verbs and what they do: the first line of each stage's module."""
     stages = sorted((Path(__file__).parent / "stages").glob("[a-z]*.py"))
-    return {p.stem: p.read_text().splitlines()[0].strip('"') for p in stages if (CONF / f"{p.stem}.yaml").exists()}
+    return {
+        p.stem: p.read_text().splitlines()[0].strip('"') for p in stages if (CONF / f"{p.stem}.yaml").exists()
+    }
 
 
 def main(arguments: list[str]) -> int:
@@ -77,12 +79,10 @@ def _call(config: DictConfig) -> None:
         hydra.utils.call(config, **{name: Path(config[name]) for name in paths})
     except InstantiationException as error:
         # Hydra wraps what the stage raised; a SystemExit passes through its job runner without a second line
-        cause: BaseException = error
-        while cause.__cause__ is not None:
+        cause: BaseException | None = error
+        while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
             cause = cause.__cause__
-        if isinstance(cause, BadInput):
-            sys.exit(_refuse(str(cause)))
-        if isinstance(cause, InstantiationException):
+        if isinstance(cause, BadInput | InstantiationException):
             sys.exit(_refuse(" ".join(str(cause).split())))
         traceback.print_exception(cause)
         sys.exit(1)

@@ -169,11 +169,17 @@ def validate(log: Array, where: str) -> Array:
     if len(back):
         raise BadInput(f"{where}: row 1 (t) column {back[0] + 2}: time must increase")
     if abs(period / PERIOD - 1.0) > TOLERANCE:
-        raise BadInput(f"{where}: row 1 (t): sampling period must be {PERIOD} s within 1 %, got {period:.6g} s")
+        raise BadInput(
+            f"{where}: row 1 (t): sampling period must be {PERIOD} s within 1 %, got {period:.6g} s"
+        )
     gap = np.flatnonzero(steps > LONGEST_GAP * period)
     if len(gap):
-        raise BadInput(f"{where}: row 1 (t) column {gap[0] + 2}: time is not uniform, gap of {steps[gap[0]]:.4g} s")
+        raise BadInput(
+            f"{where}: row 1 (t) column {gap[0] + 2}: time is not uniform, gap of {steps[gap[0]]:.4g} s"
+        )
     for row in (1, 4):
         if np.ptp(log[row]) == 0.0:
-            raise BadInput(f"{where}: row {row + 1} ({ROWS[row]}): dead sensor, every column is {log[row, 0]:g}")
+            raise BadInput(
+                f"{where}: row {row + 1} ({ROWS[row]}): dead sensor, every column is {log[row, 0]:g}"
+            )
     return log

@@ -63,7 +63,9 @@ class Campaign:
         with replacing_folder(folder) as temporary:
             table = pa.table({"exp": pa.array(ids, pa.int32()), **dict(self.signals)})
             pq.write_table(table, temporary / "signals.parquet", compression="zstd", use_dictionary=["exp"])
-            self.experiments.assign(samples=lengths).to_parquet(temporary / "experiments.parquet", index=False)
+            self.experiments.assign(samples=lengths).to_parquet(
+                temporary / "experiments.parquet", index=False
+            )
             write_json(temporary / "provenance.json", dict(self.provenance))
 
     @classmethod

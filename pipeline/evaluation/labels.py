@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +28,7 @@ def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
     """
     turn = np.floor(np.maximum.accumulate(angle) / TURN).astype(int)
     edges = np.searchsorted(turn, np.arange(minimum, turn[-1] + 1))
-    return [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
 def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:

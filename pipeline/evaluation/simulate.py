@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from pipeline.evaluation.metrics import angle_mse, time_mse
 from pipeline.evaluation.splits import Fold
-from pipeline.learning.dataset import Dataset
 from pipeline.models.contact import minimal_force
+from pipeline.models.dataset import Dataset
 from pipeline.models.dynamics import Dynamics
 from pipeline.progress import track
 
@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 STRETCH = 1.6
 #: A design point is simulated from standstill for four turns, or this long, s.
 LONGEST = 5.0
+#: Experiments of each fold that are simulated side by side.
+PART = 38
 #: Experiments per fold whose simulated trajectories are kept for figures.
 EXAMPLES = 6
 
@@ -52,30 +54,40 @@ def simulate_tests(
         exp: (n,) ids of the experiments.
     """
     errors, examples = [], []
-    for f, fold in enumerate(track(folds, len(folds), "simulating")):
-        runs = torch.as_tensor(fold.test)
-        # short runs are not simulated as long as the longest one
-        for part in runs[torch.argsort(dataset.lengths[runs])].chunk(4):
-            theta, omega = _simulate(model, dataset, part)
-            mine = slice(f * repeats, (f + 1) * repeats)
-            for j, run in enumerate(part.tolist()):
+    longest = max(len(fold.test) for fold in folds)
+    ordered = [fold.test[np.argsort(dataset.lengths.numpy()[fold.test], kind="stable")] for fold in folds]
+    # every model runs its own fold's tests, short ones together; a fold with fewer repeats its last one
+    runs = torch.tensor(np.stack([np.pad(o, (longest - len(o), 0), mode="edge") for o in ordered]))
+    kept = [set(fold.test[:: max(1, len(fold.test) // EXAMPLES)].tolist()) for fold in folds]
+    for part in track(torch.split(runs, PART, dim=1), -(-longest // PART), "simulating"):
+        theta, omega = _simulate(model, dataset, part.repeat_interleave(repeats, 0))
+        for f, fold in enumerate(folds):
+            for j, run in enumerate(part[f].tolist()):
                 steps = int(int(dataset.lengths[run]) * STRETCH)
                 angle, speed = _measured(dataset, run)
+                mine = slice(f * repeats, (f + 1) * repeats)
                 for r, (a, w) in enumerate(zip(theta[mine, j, :steps], omega[mine, j, :steps], strict=True)):
                     mse = angle_mse(angle, speed, a, w)
                     errors.append((fold.name, r, int(exp[run]), mse, time_mse(speed, w)))
-                if run in fold.test[:: max(1, len(fold.test) // EXAMPLES)]:
+                if run in kept[f]:
                     t = np.arange(steps) * dataset.period
-                    columns = {"t": t, "theta": theta[mine.start, j, :steps], "omega": omega[mine.start, j, :steps]}
+                    columns = {
+                        "t": t,
+                        "theta": theta[mine.start, j, :steps],
+                        "omega": omega[mine.start, j, :steps],
+                    }
                     examples.append(pd.DataFrame({"fold": fold.name, "exp": int(exp[run]), **columns}))
     names = ["fold", "repeat", "exp", "omega_mse", "omega_mse_time"]
-    return Simulations(pd.DataFrame(errors, columns=names), pd.concat(examples, ignore_index=True))
+    table = pd.DataFrame(errors, columns=names).drop_duplicates(["fold", "repeat", "exp"], ignore_index=True)
+    return Simulations(table, pd.concat(examples, ignore_index=True).drop_duplicates(["fold", "exp", "t"]))
 
 
 def _simulate(model: Dynamics, dataset: Dataset, runs: torch.Tensor) -> tuple[Array, Array]:
-    start = dataset.initial_state(runs.expand(model.batch, -1))
+    """Angles and speeds of the experiments `runs` (batch, part), each (batch, part, steps)."""
     steps = int(int(dataset.lengths[runs].max()) * STRETCH)
-    theta, omega, _ = model.simulate(*start, dataset.conditions[runs], steps, dataset.period)
+    theta, omega, _ = model.simulate(
+        *dataset.initial_state(runs), dataset.conditions[runs], steps, dataset.period
+    )
     return theta.double().numpy(), omega.double().numpy()
 
 
@@ -97,5 +109,7 @@ def explore(
     lowest = minimal_force(
         model, dataset.bench, (rest, rest), dataset.conditions[points], torch.tensor(LONGEST), dataset.period
     )
-    index = pd.MultiIndex.from_product([[f.name for f in folds], range(repeats), exp], names=["fold", "repeat", "exp"])
+    index = pd.MultiIndex.from_product(
+        [[f.name for f in folds], range(repeats), exp], names=["fold", "repeat", "exp"]
+    )
     return pd.DataFrame({"f_min": lowest.double().numpy().ravel()}, index).reset_index()

@@ -11,9 +11,9 @@ import torch
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from pipeline.learning.dataset import Dataset, Indices
 from pipeline.learning.rollout import residual_kernel
 from pipeline.models.conditions import Bench, CamTable
+from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.motor import Motor
 from pipeline.physics.kernels import numpy_function
 from pipeline.physics.mechanisms import cam_follower as physics
@@ -57,7 +57,9 @@ class Problem:
 def physical(x: Array) -> Array:
     """Parameters from the unit cube: logarithmic where both bounds are positive, linear elsewhere."""
     positive = LOWER > 0
-    log = np.exp(np.log(np.where(positive, LOWER, 1.0)) * (1 - x) + np.log(np.where(positive, UPPER, 1.0)) * x)
+    log = np.exp(
+        np.log(np.where(positive, LOWER, 1.0)) * (1 - x) + np.log(np.where(positive, UPPER, 1.0)) * x
+    )
     return np.where(positive, log, LOWER + (UPPER - LOWER) * x)
 
 
@@ -85,22 +87,24 @@ def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tole
 
 
 def identify(problem: Problem, first: Array, generator: np.random.Generator, starts: int) -> Array:
-    """Best parameters from two refined starts: the regression's, and the best of a random screen.
+    """Best parameters by least squares from the best of many starts.
 
     A start that stalls every run has no gradient; the screen passes over it.
 
     Args:
         problem: what to fit.
-        first: (6,) parameters to start from, see `regress`.
-        generator: of the screen. starts: its size.
+        first: (6,) parameters that take part in the screen, see `regress`.
+        generator: of the other starts. starts: their number.
+
+    Returns:
+        (6,) parameters in the order of `LOWER`.
     """
-    cube = generator.random((starts, len(LOWER)))
-    screened = min(cube, key=lambda x: float((problem.residual(x) ** 2).sum()))
-    solutions = [
-        least_squares(problem.residual, x, bounds=(0.0, 1.0), diff_step=1e-4, x_scale="jac", max_nfev=40)
-        for x in (np.clip(unit(first), 0.02, 0.98), screened)
-    ]
-    return physical(min(solutions, key=lambda s: float(s.cost)).x)
+    cube = np.vstack([np.clip(unit(first), 0.02, 0.98), generator.random((starts, len(LOWER)))])
+    start = min(cube, key=lambda x: float((problem.residual(x) ** 2).sum()))
+    solution = least_squares(
+        problem.residual, start, bounds=(0.0, 1.0), diff_step=1e-4, x_scale="jac", ftol=1e-5, max_nfev=40
+    )
+    return physical(solution.x)
 
 
 def regress(dataset: Dataset, runs: Indices) -> Array:
@@ -127,7 +131,8 @@ def regress(dataset: Dataset, runs: Indices) -> Array:
         columns = [rest, speed, sign, -sign * np.exp(-np.abs(speed) / omega_s), known]
         x, error, *_ = np.linalg.lstsq(np.column_stack(columns), V)
         fits.append((float(error.sum()), np.array([x[0], 1.0, *x[1:4], omega_s * x[4]]) / x[4]))
-    return min(fits, key=lambda f: f[0])[1]
+    best: Array = min(fits, key=lambda f: f[0])[1]
+    return best
 
 
 @cache

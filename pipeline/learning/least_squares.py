@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import torch
 
-from pipeline.learning.dataset import Dataset, Indices
 from pipeline.models.conditions import Bench
+from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.linear import Linear
 
 

@@ -6,8 +6,9 @@ import torch
 from torch import Generator, Tensor
 
 from pipeline.learning import free_run
-from pipeline.learning.dataset import Dataset, Indices, Sampler
 from pipeline.learning.one_step import Networked, new_model
+from pipeline.learning.sampler import Sampler
+from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.motor import Motor, MotorHybrid
 from pipeline.numerics.integrate import step
 from pipeline.progress import track

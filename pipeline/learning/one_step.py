@@ -8,8 +8,9 @@ from typing import Protocol
 import torch
 from torch import Generator, Tensor
 
-from pipeline.learning.dataset import Dataset, Indices, Sampler, input_scale
+from pipeline.learning.sampler import Sampler, input_scale
 from pipeline.models.conditions import Bench, Conditions
+from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.dynamics import Dynamics
 from pipeline.progress import track
 
@@ -63,7 +64,7 @@ def fit(
         error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
         optimiser.zero_grad(set_to_none=True)
         # the models share nothing, so that the sum trains each of them on its own mean
-        error.square().mean(1).sum().backward()
+        error.square().mean(1).sum().backward()  # type: ignore[no-untyped-call]
         optimiser.step()
         schedule.step()
     return model

@@ -11,7 +11,7 @@ import torch
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing
-from pipeline.learning.dataset import Dataset, Indices
+from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.dynamics import Dynamics
 
 

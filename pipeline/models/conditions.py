@@ -97,10 +97,9 @@ class Bench:
             raise BadInput(f"no cam with (H, beta) = {error.args[0]} in this campaign") from None
         constants = np.array([self.mechanism.cam_constants(self.mechanism.cam(*p)) for p in self.cams])
         columns = [experiments[c].to_numpy(np.float32) for c in ("V", "m", "H", "beta")]
-        own = constants[cam].astype(np.float32).T
-        return Conditions(
-            *(torch.tensor(c) for c in columns), torch.tensor(cam), *(torch.tensor(c) for c in own)
-        )
+        V, m, H, beta = (torch.tensor(c) for c in columns)
+        J_c, S_x, S_y = torch.tensor(constants[cam].T, dtype=torch.float32)
+        return Conditions(V, m, H, beta, torch.tensor(cam), J_c, S_x, S_y)
 
     @lru_cache(maxsize=8)  # noqa: B019 - a bench is immutable and lives as long as the process
     def curves(self, kind: str, n: int = 3600) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 import torch
 from torch import Tensor
 
 from pipeline.models.conditions import Bench, CamTable, Conditions
 from pipeline.models.dynamics import Dynamics
-from pipeline.numerics.integrate import step
+from pipeline.numerics.integrate import SPEED_LIMIT, step
 from pipeline.physics.kernels import torch_function
 from pipeline.physics.mechanisms import cam_follower as physics
 from pipeline.physics.mechanisms.cam import TURN
 
 #: The force is evaluated at this many instants per step; its minimum is narrow.
-DENSE = 5
+DENSE = 4
+#: Finished runs are dropped every so many steps.
+PRUNE = 25
 
 
 class ContactForce:
@@ -24,12 +26,12 @@ class ContactForce:
     def __init__(self, bench: Bench) -> None:
         self.cams = CamTable(torch.tensor(bench.curves("pitch"), dtype=torch.float32))
         symbols = (physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
-        function: Callable[..., Tensor] = torch_function(
-            physics.INTERFACE_FORCE, (*symbols, *physics.CONSTANTS)
-        )
-        self.force = lambda *x: function(*x, *bench.mechanism.constants)
+        self._force = torch_function(physics.INTERFACE_FORCE, (*symbols, *physics.CONSTANTS))
+        self._constants = bench.mechanism.constants
 
-    def minimum(self, start: tuple[Tensor, ...], end: tuple[Tensor, ...], period: float, q: Conditions) -> Tensor:
+    def minimum(
+        self, start: tuple[Tensor, ...], end: tuple[Tensor, ...], period: float, q: Conditions
+    ) -> Tensor:
         """Smallest force during one step, N.
 
         Args:
@@ -42,12 +44,22 @@ class ContactForce:
         for i in range(DENSE):
             s = i / DENSE
             # cubic Hermite: the states agree with the simulation at both ends
-            h00, h10, h01, h11 = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2, s * s * (3 - 2 * s), s * s * (s - 1)
+            h00, h10, h01, h11 = (
+                (1 + 2 * s) * (1 - s) ** 2,
+                s * (1 - s) ** 2,
+                s * s * (3 - 2 * s),
+                s * s * (s - 1),
+            )
             a = h00 * a0 + h10 * period * w0 + h01 * a1 + h11 * period * w1
             w = h00 * w0 + h10 * period * k0 + h01 * w1 + h11 * period * k1
             k = (1 - s) * k0 + s * k1
-            lowest = torch.minimum(lowest, self.force(w, k, *self.cams(q.cam, a), q.m))
+            dh, d2h = self.cams(q.cam, a)
+            lowest = torch.minimum(lowest, self._force(w, k, dh, d2h, q.m, *self._constants))
         return lowest
+
+
+def _acceleration(model: Dynamics, q: Conditions, theta: Tensor, omega: Tensor) -> Tensor:
+    return model.acceleration(theta, omega, q)
 
 
 @torch.no_grad()
@@ -60,8 +72,9 @@ def minimal_force(
         model: a stack of models.
         bench: the mechanism.
         start: initial angle and speed, (batch, runs).
-        q: conditions, (batch, runs) or (runs,).
-        seconds: (batch, runs) or (runs,) how long each simulation lasts; none lasts longer than four turns.
+        q: conditions, (runs,).
+        seconds: (batch, runs) or anything that expands to it; how long each simulation lasts. None goes
+            beyond four turns.
         period: sampling period of the model, s.
 
     Returns:
@@ -69,17 +82,26 @@ def minimal_force(
     """
     contact = ContactForce(bench)
     h = period / model.substeps
-    (theta, omega), limit = start, start[0] + 4.0 * TURN
-    lowest = torch.full_like(theta, torch.inf)
+    theta, omega = start
+    limit, seconds = theta + 4.0 * TURN, seconds.expand_as(theta)
+    result = torch.full_like(theta, torch.inf)
+    columns = torch.arange(theta.shape[1])
     acceleration = model.acceleration(theta, omega, q)
     for i in range(int(torch.ceil(seconds.max() / h))):
         active = (i * h < seconds) & (theta < limit)
-        if not bool(active.any()):
-            break
-        a, w, _ = step(lambda x, v: model.acceleration(x, v, q), theta, omega, h, model.method)
-        w = torch.nan_to_num(w, nan=200.0).clamp(-200.0, 200.0)
+        if i % PRUNE == 0:
+            # a run that every model has finished costs nothing any more
+            keep = active.any(0)
+            if not bool(keep.any()):
+                break
+            columns, q = columns[keep], q[keep]
+            theta, omega, acceleration, limit, seconds, active = (
+                x[:, keep] for x in (theta, omega, acceleration, limit, seconds, active)
+            )
+        a, w, _ = step(partial(_acceleration, model, q), theta, omega, h, model.method)
+        w = torch.nan_to_num(w, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
         k = model.acceleration(a, w, q)
         force = contact.minimum((theta, omega, acceleration), (a, w, k), h, q)
-        lowest = torch.where(active, torch.minimum(lowest, force), lowest)
+        result[:, columns] = torch.where(active, torch.minimum(result[:, columns], force), result[:, columns])
         theta, omega, acceleration = a, w, k
-    return lowest
+    return result

@@ -62,12 +62,15 @@ class MotorHybrid(Motor):
         self.network.W_o.data.zero_()
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        return self._inputs(*self.cams(q.cam, theta), omega, q)
+        dh, d2h = self.cams(q.cam, theta)
+        return self._inputs(dh, d2h, omega, q)
 
     @staticmethod
     def _inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         """(..., 7): what the soft hybrid sees, and the cam's parameters, which stand for its assembly."""
-        return torch.cat([cam_inputs(dh, d2h, omega, q), torch.stack([q.H, q.beta], -1).expand(*dh.shape, 2)], -1)
+        return torch.cat(
+            [cam_inputs(dh, d2h, omega, q), torch.stack([q.H, q.beta], -1).expand(*dh.shape, 2)], -1
+        )
 
     def effort(self, omega: Tensor, dh: Tensor, d2h: Tensor, q: Conditions) -> Tensor:
         output: Tensor = self.network(self._inputs(dh, d2h, omega, q))

@@ -79,7 +79,8 @@ class SoftHybrid(BlackBox):
     """f_H1: the angle and the cam's parameters are replaced by dh/dtheta and d2h/dtheta2 (6.4.4)."""
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        return cam_inputs(*self.cams(q.cam, theta), omega, q)
+        dh, d2h = self.cams(q.cam, theta)
+        return cam_inputs(dh, d2h, omega, q)
 
 
 class Hybrid(Dynamics):
@@ -109,7 +110,8 @@ class Hybrid(Dynamics):
         self._equation = torch_function(physics.ACCELERATION, (*symbols, *physics.CONSTANTS))
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        return cam_inputs(*self.cams(q.cam, theta), omega, q)
+        dh, d2h = self.cams(q.cam, theta)
+        return cam_inputs(dh, d2h, omega, q)
 
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         dh, d2h = self.cams(q.cam, theta)

@@ -1,1 +1,1 @@
-"""The verbs: one file, one function, one DVC stage. Stages never import each other; they meet through files."""
+"""The verbs: one file, one function, one DVC stage. Stages never import each other, they meet in files."""

@@ -44,8 +44,8 @@ def acquire(source: Mapping[str, Any], seed: int, out: Path) -> None:
 
 def _simulate(source: Mapping[str, Any], seed: int, archive: Path) -> dict[str, Any]:
     from pipeline.progress import Counter
-    from pipeline.rigs.campaign import factorial, write_campaign
     from pipeline.rigs.cam_follower import CamFollowerRig
+    from pipeline.rigs.campaign import factorial, write_campaign
 
     table = factorial(source["H"], source["beta"], source["m"], source["V"])
     with Counter(len(table), "virtual bench") as counter:
@@ -70,7 +70,16 @@ def _fetch(source: Mapping[str, Any], archive: Path) -> dict[str, Any]:
     else:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch) / "Dataset"
-            command = [sys.executable, "-m", "dvc", "get", "--rev", str(source["revision"]), "-o", str(folder)]
+            command = [
+                sys.executable,
+                "-m",
+                "dvc",
+                "get",
+                "--rev",
+                str(source["revision"]),
+                "-o",
+                str(folder),
+            ]
             got = subprocess.run([*command, str(source["url"]), "Dataset"], capture_output=True, text=True)
             if got.returncode:
                 reason = (got.stderr.strip().splitlines() or ["no reason given"])[-1]
@@ -86,7 +95,10 @@ def _fetch(source: Mapping[str, Any], archive: Path) -> dict[str, Any]:
 
 def _pack(folder: Path, archive: Path) -> None:
     files = sorted(p for p in folder.rglob("*.csv") if p.is_file())
-    with replacing(archive) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as z:
+    with (
+        replacing(archive) as temporary,
+        zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as z,
+    ):
         for file in files:
             # a fixed time stamp, so that the same files make the same archive
             info = zipfile.ZipInfo(str(file.relative_to(folder)), (1980, 1, 1, 0, 0, 0))

@@ -8,8 +8,8 @@ from pipeline.errors import BadInput
 from pipeline.evaluation.simulate import explore, simulate_tests
 from pipeline.evaluation.splits import Split
 from pipeline.files import replacing_folder
-from pipeline.learning.dataset import Dataset
 from pipeline.learning.recipe import Recipe, load
+from pipeline.models.dataset import Dataset
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
@@ -42,4 +42,6 @@ def evaluate(
         results.errors.to_parquet(folder / "errors.parquet", index=False)
         results.examples.to_parquet(folder / "examples.parquet", index=False)
         if split.explore:
-            explore(fitted, dataset, folds, about["repeats"], exp).to_parquet(folder / "force.parquet", index=False)
+            explore(fitted, dataset, folds, about["repeats"], exp).to_parquet(
+                folder / "force.parquet", index=False
+            )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,7 @@ Array = NDArray[np.float64]
 
 #: Angles per turn of the tabulated pitch curve; linear interpolation is then exact to 1e-6 of the stroke.
 TABLE = 7200
+RESAMPLED = ("theta", "omega", "alpha", "eps")
 
 
 def featurize(trajectories: Path, mechanism: CamFollower, period: float, out: Path) -> None:
@@ -40,36 +43,40 @@ def featurize(trajectories: Path, mechanism: CamFollower, period: float, out: Pa
         BadInput: when the store is missing or damaged.
     """
     campaign = Campaign.read(trajectories)
-    symbols = (physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
-    function = numpy_function(physics.INTERFACE_FORCE, (*symbols, *physics.CONSTANTS))
     curves: dict[tuple[float, float], Array] = {}
     parts: list[dict[str, Array]] = []
     forces: list[tuple[float, float]] = []
-    rows = campaign.experiments.itertuples()
-    for row, log in track(zip(rows, campaign, strict=True), len(campaign), "features"):
-        pair = (float(row.H), float(row.beta))  # type: ignore[arg-type]
-        if pair not in curves:
-            curves[pair] = mechanism.cam(*pair).pitch_curve(TABLE)
-
-        def force(theta: Array, omega: Array, alpha: Array, curve: Array = curves[pair], m: float = row.m) -> Array:  # type: ignore[assignment]
-            _, dh, d2h = on_cam(curve, theta)
-            return np.asarray(function(omega, alpha, dh, d2h, m, *mechanism.constants), np.float64)
-
-        raw = force(log["theta"], log["omega"], log["alpha"])
+    settings = campaign.experiments[["H", "beta", "m"]].itertuples(index=False)
+    for (H, beta, m), log in track(zip(settings, campaign, strict=True), len(campaign), "features"):
+        if (H, beta) not in curves:
+            curves[H, beta] = mechanism.cam(H, beta).pitch_curve(TABLE)
+        curve = curves[H, beta]
+        raw = _features(log, curve, m, mechanism)["F_dagger"]
         forces.append((float(raw.min()), mean_extreme(log["theta"], raw, largest=False)))
-        t, (theta, omega, alpha, eps) = resample(
-            log["t"], np.stack([log[k] for k in ("theta", "omega", "alpha", "eps")]), period
-        )
-        h, dh, d2h = on_cam(curves[pair], theta)
-        part = {"t": t - t[0], "theta": theta, "omega": omega, "alpha": alpha, "eps": eps}
-        part |= {"h": h, "dh": dh, "d2h": d2h, "h_dot": dh * omega, "h_ddot": d2h * omega**2 + dh * alpha}
-        parts.append({**part, "F_dagger": force(theta, omega, alpha)})
-    signals = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+        t, slow = resample(log["t"], np.stack([log[k] for k in RESAMPLED]), period)
+        signals = dict(zip(RESAMPLED, slow, strict=True))
+        parts.append({"t": t - t[0], **signals, **_features(signals, curve, m, mechanism)})
+    joined = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
-    table = pd.concat(
-        [campaign.experiments.drop(columns="samples"), pd.DataFrame(forces, columns=["f_min", "f_bar_min"])], axis=1
-    )
-    Campaign(table, signals, offsets, campaign.provenance).write(out)
+    minima = pd.DataFrame(forces, columns=["f_min", "f_bar_min"])
+    table = pd.concat([campaign.experiments.drop(columns="samples"), minima], axis=1)
+    Campaign(table, joined, offsets, campaign.provenance).write(out)
+
+
+def _features(log: Mapping[str, Array], curve: Array, m: float, mechanism: CamFollower) -> dict[str, Array]:
+    """Features at every sample of a log, from its theta, omega and alpha."""
+    omega, alpha = log["omega"], log["alpha"]
+    h, dh, d2h = on_cam(curve, log["theta"])
+    force = interface_force()(omega, alpha, dh, d2h, m, *mechanism.constants)
+    linear = {"h_dot": dh * omega, "h_ddot": d2h * omega**2 + dh * alpha}
+    return {"h": h, "dh": dh, "d2h": d2h, **linear, "F_dagger": force}
+
+
+@cache
+def interface_force() -> Callable[..., Array]:
+    """F-dagger of eq. 6.4 as a function of arrays, N."""
+    symbols = (physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
+    return numpy_function(physics.INTERFACE_FORCE, (*symbols, *physics.CONSTANTS))
 
 
 def on_cam(curve: Array, theta: Array) -> Array:

@@ -11,8 +11,8 @@ import torch
 
 from pipeline.evaluation.splits import Split
 from pipeline.files import write_json
-from pipeline.learning.dataset import Dataset
 from pipeline.learning.recipe import Recipe, save
+from pipeline.models.dataset import Dataset
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 

@@ -12,8 +12,8 @@ import pandas as pd
 from pipeline.evaluation.simulate import simulate_tests
 from pipeline.evaluation.splits import Split
 from pipeline.files import replacing
-from pipeline.learning.dataset import Dataset
 from pipeline.learning.recipe import Recipe
+from pipeline.models.dataset import Dataset
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 

@@ -117,7 +117,7 @@ class Cam:
             for out, value in zip(branch, values, strict=True):
                 out[:] = np.interp(grid, psi[order], value[order], left=-np.inf, right=-np.inf)
         outer = np.argmax(branches[:, 0], axis=0)
-        return branches[outer, :, np.arange(n)].T
+        return np.asarray(branches[outer, :, np.arange(n)].T)
 
     def theoretical_curve(self, n: int = 3600) -> Array:
         """(3, n) h_c, h_c', h_c'' over one turn: the knife-edge follower of eq. 6.10."""

@@ -55,9 +55,7 @@ ACCELERATION = (T_d - LOAD) / INERTIA
 #: Torque of a DC motor and its gearbox at the cam shaft, N m. Resistance and back-EMF give k_V and k_omega;
 #: the gearbox's lubricated friction starts at T_c - T_s and saturates towards T_c over omega_s.
 MOTOR_TORQUE = (
-    k_V * V
-    - k_omega * omega
-    - sp.tanh(omega / SHAFT_CREEP) * (T_c - T_s * sp.exp(-sp.Abs(omega) / omega_s))
+    k_V * V - k_omega * omega - sp.tanh(omega / SHAFT_CREEP) * (T_c - T_s * sp.exp(-sp.Abs(omega) / omega_s))
 )
 
 #: The complete drivetrain, rad/s^2: the cam's own inertia and weight added, signs smoothed so that a

@@ -1,0 +1,198 @@
+"""The interface force as if contact never broke, F†, against what the follower did."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
+
+from pipeline.evaluation.boundary import SETTING, first_crossing, measured
+from pipeline.evaluation.labels import full_revolutions
+from pipeline.figures.examples import levels, median_row, nominal_and_bouncing
+from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
+from pipeline.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
+from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.trajectory import Campaign
+
+Array = NDArray[np.float64]
+FORCE = "$F^†$ (N)"
+
+
+def _read(data: Path, *columns: str) -> Campaign:
+    return Campaign.read(data / "features" / "cam_follower", list(columns))
+
+
+@styled
+def force_examples(data: Path) -> Figure:
+    """The force F† that would keep contact, and the detachment, of a run in contact and of a jump.
+
+    Both are the median runs of their label by the mean of the minima per revolution (dashed). While F† stays
+    positive the follower stays on the cam; where it falls below zero the cam would have to pull, and the
+    follower leaves at that moment.
+    """
+    campaign = _read(data, "t", "theta", "eps", "F_dagger")
+    table = campaign.experiments
+    figure = new_figure(5.4)
+    panels = figure.subplots(2, 2, sharex="col", sharey="row")
+    for (upper, lower), kind in zip(panels.T, ("contact", "jump"), strict=True):
+        row = median_row(table[table["label"] == kind], "f_bar_min")
+        if row is None:
+            absent(upper, f"no run of this campaign has the label {kind}")
+            absent(lower, "")
+            continue
+        log = campaign[row]
+        _force(upper, log, LABELS[kind])
+        turns = full_revolutions(log["theta"])
+        lowest = [turn.start + int(np.argmin(log["F_dagger"][turn])) for turn in turns]
+        upper.plot(log["t"][lowest], log["F_dagger"][lowest], "o", color=BLACK, markersize=4)
+        mean = float(table["f_bar_min"][row])
+        upper.axhline(mean, color=BLACK, linestyle="--", linewidth=1.0)
+        upper.set_title(f"{kind}: {setting(table.loc[row])}\nmean of the minima {signed(mean)} N")
+        lower.plot(log["t"], MM * log["eps"], color=LABELS[kind])
+        lower.set(xlabel="time (s)", ylabel="ε (mm)")
+        lower.tick_params(labelleft=True)
+    return figure
+
+
+def _force(axes: Axes, log: dict[str, Array], colour: str) -> None:
+    axes.plot(log["t"], log["F_dagger"], color=colour)
+    axes.fill_between(
+        log["t"], log["F_dagger"], 0.0, where=log["F_dagger"] < 0.0, color=colour, alpha=0.25, linewidth=0
+    )
+    axes.axhline(0.0, color="0.5", linewidth=0.8, zorder=0)
+    axes.set_ylabel(FORCE)
+    axes.tick_params(labelleft=True)  # the panel beside it may be empty
+
+
+@styled
+def minimal_force_of_two_runs(data: Path) -> Figure:
+    """The force F† of a nominal and of a bouncing run, with the smallest value of each.
+
+    A smallest value above zero stands for a nominal run; below zero the minimal contact force is set to zero
+    and the run counts as bouncing, without any measurement of the follower.
+    """
+    campaign = _read(data, "t", "F_dagger")
+    figure = new_figure(3.4)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, row, kind in zip(
+        panels, nominal_and_bouncing(campaign.experiments), ("contact", "jump"), strict=True
+    ):
+        if row is None:
+            absent(axes, f"no run of this campaign has the label {kind}")
+            continue
+        log, run = campaign[row], campaign.experiments.loc[row]
+        _force(axes, log, LABELS[kind])
+        k = int(np.argmin(log["F_dagger"]))
+        axes.plot(log["t"][k], log["F_dagger"][k], "o", color=BLACK, markersize=5)
+        lowest = float(run["f_min"])
+        text = (
+            f"{kind}: {setting(run)}\n"
+            rf"$F^†_{{min}}$ = {signed(lowest)} N, so $F_{{min}}$ = {signed(max(lowest, 0.0))} N"
+        )
+        axes.set(title=text, xlabel="time (s)")
+    return figure
+
+
+@styled
+def mean_minimal_force_map(data: Path) -> Figure:
+    """Mean over the revolutions of the smallest F† at every voltage and mass, in a panel for every cam.
+
+    The line joins the voltages where the mean is zero: to its right the force that would keep contact is
+    negative (red) and the follower should jump. Values below the range of the colours share one red.
+    """
+    table = _read(data, "exp").experiments
+    figure, panels = map_grid(table)
+    force = table["f_bar_min"].to_numpy(np.float64)
+    limit = float(np.max(force, initial=1.0, where=np.isfinite(force)))
+    mesh = cells(panels, table, force, mpl.colormaps["RdBu"], Normalize(-limit, limit))
+    line = boundary_line(panels, _zero(table), levels(table, "m"), "mean smallest F† = 0")
+    bar = figure.colorbar(mesh, ax=list(panels.values()), pad=0.03, aspect=35, extend="min")
+    bar.set_label("mean smallest $F^†$ of the revolutions (N)")
+    figure.legend(handles=[line, STALL], loc="outside upper center", ncols=2)
+    return figure
+
+
+def _zero(table: pd.DataFrame) -> pd.DataFrame:
+    """Voltage Q, for every cam and mass, where the mean minimal force falls through zero."""
+    running = table.dropna(subset="f_bar_min").sort_values("V")
+    rows = [
+        (*key, first_crossing(group["V"].to_numpy(), -group["f_bar_min"].to_numpy(), 0.0))
+        for key, group in running.groupby(SETTING)
+    ]
+    return pd.DataFrame(rows, columns=[*SETTING, "Q"]).dropna()
+
+
+@styled
+def force_against_detachment(data: Path) -> Figure:
+    """Mean smallest force F† against mean largest detachment for all runs that turn.
+
+    F† alone should sort the runs: positive for contact, negative for jumps. Rings mark the runs where its
+    sign contradicts the label; they lie close to the boundary. Both axes are stretched towards zero.
+    """
+    table = _read(data, "exp").experiments
+    table = table[table["label"] != "stall"].dropna(subset="f_bar_min")
+    wrong = (table["label"] == "jump") != (table["f_bar_min"] < 0.0)
+    figure = new_figure(4.6, 8.0)
+    axes = figure.subplots()
+    if table.empty:
+        absent(axes, "no run of this campaign turns")
+        return figure
+    for kind in ("contact", "jump"):
+        of_kind = table["label"] == kind
+        _scatter(axes, table[of_kind & ~wrong], LABELS[kind], f"{kind}, sign agrees", ring=False)
+        _scatter(axes, table[of_kind & wrong], LABELS[kind], f"{kind}, sign contradicts", ring=True)
+    axes.axhline(0.0, color="0.4", linewidth=1.0)
+    axes.set_xscale("log")
+    axes.set_yscale("symlog", linthresh=10.0, subs=[3.0])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}".replace("-", "−")))
+    axes.set(
+        xlabel="mean largest ε of the revolutions (mm)",
+        ylabel="mean smallest $F^†$ of the revolutions (N)",
+        title=f"{(~wrong).sum()} of {len(table)} runs on the right side of zero, {(~wrong).mean():.1%}",
+    )
+    axes.legend(loc="lower left")
+    return figure
+
+
+def _scatter(axes: Axes, runs: pd.DataFrame, colour: str, name: str, ring: bool) -> None:
+    axes.scatter(
+        np.maximum(MM * runs["eps_share"] * runs["H"], 1e-3),  # a logarithmic axis has no zero
+        runs["f_bar_min"],
+        s=34 if ring else 12,
+        facecolor=colour,
+        edgecolor=BLACK if ring else "none",
+        alpha=1.0 if ring else 0.5,
+        zorder=3 if ring else 2,
+        rasterized=not ring,
+        label=f"{name} ({len(runs)})",
+    )
+
+
+@styled
+def minimal_force_map(data: Path) -> Figure:
+    """Minimal contact force of every run, and the measured boundary Q of the jumps, in a panel for every cam.
+
+    The force, equation 6.12, comes from the motor side only, the line from measurements of the follower. The
+    force reaches zero (light orange) where the line runs: it can stand in for the measurement of jumps.
+    """
+    table = _read(data, "exp").experiments
+    figure, panels = map_grid(table)
+    force = np.maximum(table["f_min"].to_numpy(np.float64), 0.0)
+    force[(table["label"] == "stall").to_numpy()] = np.nan
+    colours = mpl.colormaps["viridis"].with_extremes(under="#F6C9A8")
+    limit = float(np.max(force, initial=1.0, where=np.isfinite(force)))
+    mesh = cells(panels, table, force, colours, Normalize(1e-9, limit))
+    boundary = measured(table, CamFollower().jump_share)
+    line = boundary_line(panels, boundary, levels(table, "m"), "measured boundary Q")
+    bar = figure.colorbar(mesh, ax=list(panels.values()), pad=0.03, aspect=35, extend="min")
+    bar.set_label("minimal contact force $F_{min}$ (N)")
+    figure.legend(handles=[line, STALL], loc="outside upper center", ncols=2)
+    return figure

@@ -1,0 +1,74 @@
+"""Which experiments a figure shows: rules on the table of experiments, never numbers of experiments.
+
+Experiments are named by their row in the table.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.physics.mechanisms.cam import TURN
+
+Array = NDArray[np.float64]
+FACTORS = ("V", "m", "H", "beta")
+
+
+def levels(experiments: pd.DataFrame, factor: str) -> Array:
+    """Levels of a factor, increasing."""
+    return np.unique(experiments[factor].to_numpy(np.float64))
+
+
+def centre(experiments: pd.DataFrame) -> dict[str, float]:
+    """A setting just above the middle of every range, with the lightest follower.
+
+    There a light follower jumps already, and changes of each factor make or end the jumps.
+    """
+    middle = {}
+    for factor in FACTORS:
+        values = levels(experiments, factor)
+        middle[factor] = float(values[0] if factor == "m" else values[int(0.55 * len(values))])
+    return middle
+
+
+def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
+    """Rows that turn, where only `factor` leaves the `centre`: `count` levels over the whole range."""
+    chosen = experiments["label"] != "stall"
+    for other, value in centre(experiments).items():
+        if other != factor:
+            chosen &= experiments[other] == value
+    rows = experiments[chosen].sort_values(factor).index.to_numpy()
+    if not len(rows):
+        return []
+    return [int(rows[k]) for k in np.unique(np.linspace(0, len(rows) - 1, count).round().astype(int))]
+
+
+def median_row(experiments: pd.DataFrame, column: str) -> int | None:
+    """Row with the median of `column`; None in an empty table."""
+    ordered = experiments.sort_values([column, "exp"]).index
+    return int(ordered[len(ordered) // 2]) if len(ordered) else None
+
+
+def nominal_and_bouncing(experiments: pd.DataFrame) -> tuple[int | None, int | None]:
+    """A contact and a jump that differ in the voltage only, where the campaign has such a pair.
+
+    The jump is the median one by its detachment, the contact the median one by voltage of the same cam and
+    mass.
+    """
+    contacts = experiments[experiments["label"] == "contact"]
+    jumps = experiments[experiments["label"] == "jump"]
+    keys = ["H", "beta", "m"]
+    both = jumps.set_index(keys).index.isin(contacts.set_index(keys).index)
+    jump = median_row(jumps[both] if both.any() else jumps, "eps_share")
+    if jump is not None and both.any():
+        contacts = contacts[(contacts[keys] == experiments.loc[jump, keys]).all(axis=1)]
+    return median_row(contacts, "V"), jump
+
+
+def folded(theta: Array) -> Array:
+    """The angle of one revolution without the whole turns before it, rad.
+
+    Unlike a remainder it does not wrap where the shaft swings back over the end of the revolution.
+    """
+    return theta - TURN * float(np.floor(np.median(theta) / TURN))

@@ -1,0 +1,104 @@
+"""What figures on models share: a fixed look for every model, the band of its repeats, and the tables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FormatStrFormatter
+
+from pipeline.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a model is drawn.
+
+    Attributes:
+        label: name in legends and titles.
+        colour, marker, line: the same in every figure; models differ in all but the line.
+    """
+
+    label: str
+    colour: str
+    marker: str
+    line: Literal["-", "--"] = "-"
+
+
+#: In the order of legends. Blue and vermilion belong to the labels, so Tol's indigo and wine stand in.
+LOOKS = {
+    "lls": Look("linear least squares", PURPLE, "v"),
+    "f_bb": Look("$f_{BB}$ black box", ORANGE, "s"),
+    "f_h1": Look("$f_{H1}$ soft hybrid", SKY, "o"),
+    "f_h2": Look("$f_{H2}$ hybrid", "#332288", "^"),
+    "motor": Look("DC motor", GREEN, "D"),
+    "best": Look("DC motor + network", "#882255", "P"),
+    "direct": Look("direct extrapolation", "#777777", "X", "--"),
+    "measured": Look("measured", BLACK, ""),
+}
+
+
+def look(model: str) -> Look:
+    """The look of `model`; one without an entry goes by its own name."""
+    return LOOKS.get(model, Look(model, "#8c6d31", "*"))
+
+
+def table(data: Path, name: str) -> pd.DataFrame:
+    """A table written by tabulate, from the data folder."""
+    return pd.read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
+
+
+def shares(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of models that were trained on a share of the most stable runs, with that `share`, %."""
+    kept = rows[rows["fold"].str.endswith("%")]
+    return kept.assign(share=kept["fold"].str.rstrip("%").astype(float))
+
+
+def smallest_share(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows of models that were trained on the smallest share, I1."""
+    kept = shares(rows)
+    return kept[kept["share"] == kept["share"].min()]
+
+
+def present(rows: pd.DataFrame) -> list[str]:
+    """Models of `rows` in the order of legends; the measurement is not one."""
+    order = [*LOOKS, *sorted(set(rows["model"]) - set(LOOKS))]
+    return [name for name in order if name != "measured" and (rows["model"] == name).any()]
+
+
+def handle(model: str) -> Line2D:
+    """An entry of `model` for a legend."""
+    style = look(model)
+    return Line2D([], [], color=style.colour, marker=style.marker, linestyle=style.line, label=style.label)
+
+
+def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
+    """Median of `y` over the repeats at every `x` as a line, the inner half of the repeats as a band."""
+    style = look(model)
+    quartiles = points.groupby(x)[y].quantile([0.25, 0.5, 0.75]).unstack()
+    at = quartiles.index.to_numpy()
+    axes.fill_between(at, quartiles[0.25], quartiles[0.75], color=style.colour, alpha=0.22, linewidth=0)
+    axes.plot(
+        at,
+        quartiles[0.5],
+        color=style.colour,
+        marker=style.marker,
+        linestyle=style.line,
+        markersize=5.5,
+        markeredgecolor="white",
+        markeredgewidth=0.6,
+        label=style.label,
+    )
+
+
+def plain_log(axes: Axes) -> None:
+    """Numbers instead of powers of ten beside a logarithmic axis that covers little more than a decade."""
+    low, high = axes.get_ylim()
+    axes.grid(axis="y", which="both", linewidth=0.5)
+    if high / low < 100.0:
+        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.yaxis.set_minor_formatter(FormatStrFormatter("%g"))

@@ -1,0 +1,110 @@
+"""Maps over a whole campaign: a panel for every cam, a cell for every voltage and mass."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import Colormap, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from pipeline.figures.examples import levels
+from pipeline.figures.style import BLACK, LABELS, halo, level, new_figure
+
+Array = NDArray[np.float64]
+Panels = dict[tuple[float, float], Axes]
+
+STALL = Patch(color=LABELS["stall"], label="stall")
+
+
+def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Panels]:
+    """A panel for every cam: strokes H from the bottom up, rises beta from left to right; axes are shared."""
+    strokes, rises = levels(experiments, "H")[::-1], levels(experiments, "beta")
+    figure = new_figure(height=0.9 + panel_height * len(strokes))
+    grid = figure.subplots(len(strokes), len(rises), sharex=True, sharey=True, squeeze=False)
+    for axes, beta in zip(grid[0], rises, strict=True):
+        axes.set_title(level("beta", beta))
+    for axes, H in zip(grid[:, -1], strokes, strict=True):
+        axes.annotate(
+            level("H", H), (1.03, 0.5), xycoords="axes fraction", rotation=270, ha="left", va="center"
+        )
+    return figure, {(H, b): grid[i, j] for i, H in enumerate(strokes) for j, b in enumerate(rises)}
+
+
+def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
+    """The `cam_grid` with axes for `cells`."""
+    figure, panels = cam_grid(experiments, panel_height=1.25)
+    masses = levels(experiments, "m")
+    for axes in panels.values():
+        axes.xaxis.set_major_locator(MaxNLocator(4))
+        axes.set_yticks(masses, [f"{m:.2f}" for m in masses])
+        axes.tick_params(length=2.0)
+    figure.supxlabel("voltage V (V)", fontsize=10)
+    figure.supylabel("follower mass m (kg)", fontsize=10)
+    return figure, panels
+
+
+def edges(centres: Array) -> Array:
+    """Borders between cells around `centres`, increasing; one more than there are centres."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    inner = (centres[:-1] + centres[1:]) / 2.0
+    return np.concatenate([[2.0 * centres[0] - inner[0]], inner, [2.0 * centres[-1] - inner[-1]]])
+
+
+def cells(
+    panels: Panels, experiments: pd.DataFrame, values: Array, colours: Colormap, norm: Normalize
+) -> QuadMesh:
+    """Draw `values` (one per experiment, NaN leaves a cell empty) and grey cells where the bench stalls.
+
+    Returns:
+        The last mesh, for a colour bar.
+    """
+    V, m = levels(experiments, "V"), levels(experiments, "m")
+    table = experiments[["H", "beta", "m", "V"]].assign(
+        value=values, stall=np.where(experiments["label"] == "stall", 1.0, np.nan)
+    )
+    grey = ListedColormap([LABELS["stall"]])
+    for cam, group in table.groupby(["H", "beta"]):
+        axes = panels[cam]
+        mean = group.groupby(["m", "V"])[["stall", "value"]].mean()
+        for column, palette, scale in (("stall", grey, Normalize(0, 2)), ("value", colours, norm)):
+            field = mean[column].unstack().reindex(index=m, columns=V).to_numpy(np.float64)
+            mesh = axes.pcolormesh(
+                edges(V),
+                edges(m),
+                np.ma.masked_invalid(field),
+                cmap=palette,
+                norm=scale,
+                edgecolor="white",
+                linewidth=0.4,
+                rasterized=True,
+            )
+    return mesh
+
+
+def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: str) -> Line2D:
+    """Draw a voltage for every cam and mass as a line through the maps.
+
+    Args:
+        panels: made by `map_grid`.
+        boundary: columns H, beta, m, Q; where a setting is absent the line is broken.
+        masses: the rows of the maps, kg.
+        name: for the legend.
+
+    Returns:
+        A handle for the legend.
+    """
+    borders = edges(masses)
+    heights = np.stack([borders[:-1], borders[1:]], axis=1).ravel()
+    for cam, group in boundary.groupby(["H", "beta"]):
+        Q = group.set_index("m")["Q"].reindex(masses).to_numpy(np.float64)
+        panels[cam].plot(
+            np.repeat(Q, 2), heights, color=BLACK, linewidth=1.8, path_effects=halo(3.6), clip_on=True
+        )
+    return Line2D([], [], color=BLACK, linewidth=1.8, label=name)

@@ -1,0 +1,68 @@
+"""Draw the figures of every chapter from the tables."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pipeline.errors import BadInput
+from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.progress import track
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw(
+    figures: Mapping[str, Callable[[Path], Figure]],
+    only: list[str] | None,
+    data: Path,
+    provenance: Path,
+    out: Path,
+) -> None:
+    """Write `out`/<name>.svg for every figure and `out`/figures.json with their captions.
+
+    Args:
+        figures: name (fig_<number> with underscores) -> function of the data folder.
+        only: the names to draw; all of them if empty.
+        data: folder with the tables.
+        provenance: provenance.json of the campaign.
+        out: folder, replaced as a whole.
+
+    Raises:
+        BadInput: on an unknown name, or when a table is missing.
+    """
+    from pipeline.figures.style import style
+
+    unknown = sorted(set(only or ()) - set(figures))
+    if unknown:
+        raise BadInput(f"unknown figure {unknown[0]}, must be one of {', '.join(figures)}")
+    chosen = {name: f for name, f in figures.items() if not only or name in only}
+    source = read_json(provenance)["data"]
+    index = []
+    with replacing_folder(out) as folder, style():
+        for name, function in track(chosen.items(), len(chosen), "drawing"):
+            try:
+                figure = function(data)
+            except FileNotFoundError as error:
+                raise BadInput(f"{error.filename}: no such file, {name} needs it") from None
+            figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+            index.append(_entry(name, function, source))
+        write_json(folder / "figures.json", index)
+
+
+def _entry(name: str, function: Callable[[Path], Figure], source: str) -> dict[str, Any]:
+    number = name.removeprefix("fig_").replace("_", ".")
+    inner = function.func if isinstance(function, functools.partial) else function
+    caption, _, note = (inner.__doc__ or "").strip().partition("\n\n")
+    return {
+        "id": name,
+        "number": number,
+        "chapter": int(number.split(".")[0]),
+        "caption": " ".join(caption.split()),
+        "note": " ".join(note.split("Args:")[0].split()),
+        "command": f"python -m pipeline draw 'only=[{name}]'",
+        "data": source,
+    }

@@ -1,0 +1,27 @@
+"""Claims, figures, tables and metrics to a browsable site, reports/index.html."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.report.site import build, read
+
+
+def report(
+    metrics: Path, claims: Path, tables: Path, figures: Path, provenance: Path, runs: Path, out: Path
+) -> None:
+    """Write `out`/index.html and the folder `out`/site; the pages say which inputs do not exist yet.
+
+    Args:
+        metrics: folder of <topic>.json, nested objects of numbers.
+        claims: claims.json, the dissertation's claims with our numbers and a verdict each.
+        tables: folder of <name>.csv, each with an optional <name>.json (title, caption, protocol, chapter).
+        figures: folder of SVG files and figures.json, which says what they show.
+        provenance: provenance.json of the campaign.
+        runs: folder that is searched for fit.json.
+        out: folder; index.html and site in it are replaced as a whole, anything else is left alone.
+
+    Raises:
+        BadInput: when an input is damaged; nothing is written.
+    """
+    build(read(metrics, claims, tables, figures, provenance, runs), out)

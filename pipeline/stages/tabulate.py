@@ -1,0 +1,172 @@
+"""From predictions to the numbers of the chapters: tables, metrics and verdicts on claims."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.errors import BadInput
+from pipeline.evaluation import boundary, claims, summary
+from pipeline.evaluation.splits import Fold, Split, nominal_subsets
+from pipeline.files import read_json, replacing, replacing_folder, write_json
+from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.trajectory import Campaign
+
+PROTOCOL = (
+    "nominal runs sorted by measured F_min into I_1 to I_10; free run from the measured initial state; MSE of "
+    "omega projected on the angle, median over the test runs, no run left out, an angle never reached counts as "
+    "standstill; interval: 95 % over repeats"
+)
+GRID = ["exp", "H", "beta", "m", "V"]
+
+
+def tabulate(
+    features: Path,
+    predictions: Path,
+    tuning: Path,
+    fits: Path,
+    mechanism: CamFollower,
+    split: Split,
+    profile: str,
+    out: Path,
+    reports: Path,
+) -> None:
+    """Write tables for figures to `out`, and metrics, claims and readable tables to `reports`.
+
+    Args:
+        features: store written by featurize.
+        predictions: folder with <model>/<split>/ as written by evaluate.
+        tuning: folder with <model>.parquet as written by tune.
+        fits: folder with <model>/<split>/fit.json as written by train.
+        mechanism: constants of the bench.
+        split: the extrapolation, for the direct baseline.
+        profile: name of the profile that the models were trained with.
+        out: folder, replaced as a whole.
+        reports: folder; its metrics/*.json, claims.json and tables/ are rewritten.
+
+    Raises:
+        BadInput: when an input is missing.
+    """
+    campaign = Campaign.read(features, ["t"])
+    data = str(campaign.provenance["data"])
+    experiments = campaign.experiments.assign(subset=_subsets(campaign.experiments))
+    errors, examples, force = (_gather(predictions, kind) for kind in ("errors", "examples", "force"))
+    force = pd.concat([force, _direct(experiments, split.folds(experiments))], ignore_index=True)
+    lines = _boundaries(force, experiments, mechanism)
+    with replacing_folder(out) as folder:
+        for name, table in {
+            "experiments": experiments,
+            "errors": errors,
+            "examples": examples,
+            "force": force,
+            "boundary": lines,
+            "tuning": _tuning(tuning),
+        }.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
+    head = {"data": data, "profile": profile, "revision": _revision()}
+    cells = summary.table_5_1(mechanism)
+    equal = int((cells["ours"] == cells["dissertation"]).sum())
+    labels = summary.labels(experiments)
+    labels["table_5_1"] = {"cells_equal": {"value": equal, "unit": "cells", "n": len(cells)}}
+    mae = summary.boundary_errors(lines)
+    chapter = summary.simulation(errors) | {
+        "f_min": summary.contact_force(force, experiments),
+        "boundary": summary.boundary_leaves(mae),
+        "protocol": PROTOCOL,
+    }
+    seconds = sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("*/*/fit.json")))
+    write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
+    write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
+    rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)
+    write_json(reports / "claims.json", claims.complete(rows + claims.boundary(mae), data))
+    _readable(reports / "tables", cells, chapter)
+
+
+def _subsets(experiments: pd.DataFrame) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
+    """1 to 10 for the contact runs, from stable to unstable; 0 for the others."""
+    subset = np.zeros(len(experiments), np.int64)
+    for number, rows in enumerate(nominal_subsets(experiments), start=1):
+        subset[rows] = number
+    return subset
+
+
+def _gather(predictions: Path, kind: str) -> pd.DataFrame:
+    files = sorted(predictions.glob(f"*/*/{kind}.parquet"))
+    if not files:
+        raise BadInput(f"{predictions}: no */*/{kind}.parquet")
+    tables = [pd.read_parquet(f).assign(model=f.parts[-3], split=f.parts[-2]) for f in files]
+    return pd.concat(tables, ignore_index=True)
+
+
+def _direct(experiments: pd.DataFrame, folds: list[Fold]) -> pd.DataFrame:
+    """The baseline of section 6.3.3 in the form of a model's predictions."""
+    tables = []
+    for fold in folds:
+        f_min = boundary.extrapolate_force(experiments.iloc[fold.train], experiments)
+        tables.append(
+            pd.DataFrame({"fold": fold.name, "repeat": 0, "exp": experiments["exp"], "f_min": f_min})
+        )
+    return pd.concat(tables, ignore_index=True).assign(model="direct", split="extrapolation")
+
+
+def _boundaries(force: pd.DataFrame, experiments: pd.DataFrame, mechanism: CamFollower) -> pd.DataFrame:
+    truth = boundary.measured(experiments, mechanism.jump_share).assign(model="measured", fold="", repeat=0)
+    tables = [truth]
+    for (model, fold, repeat), group in force.groupby(["model", "fold", "repeat"]):
+        points = experiments[GRID].merge(group[["exp", "f_min"]], on="exp")
+        Q = boundary.predicted(points, points["f_min"].to_numpy())
+        tables.append(Q.assign(model=model, fold=fold, repeat=repeat))
+    return pd.concat(tables, ignore_index=True)
+
+
+def _tuning(folder: Path) -> pd.DataFrame:
+    return pd.concat([pd.read_parquet(f).assign(model=f.stem) for f in sorted(folder.glob("*.parquet"))])
+
+
+def _revision() -> str:
+    git = ["git", "describe", "--always", "--dirty"]
+    try:
+        return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def _readable(folder: Path, cells: pd.DataFrame, chapter: dict[str, Any]) -> None:
+    _table(
+        folder / "table_5_1", cells, 5, "Table 5.1: geometry of the cams", "geometry only, nothing measured"
+    )
+    rows = [
+        (level, model, name, *(content[k] for k in ("value", "unit")), *content.get("interval", (None, None)))
+        for level, models in chapter["extrapolation"].items()
+        for model, leaves in (models | {}).items()
+        for name, content in [*leaves.items(), *chapter["boundary"][level].get(model, {}).items()]
+    ]
+    columns = ["subsets in training", "model", "quantity", "value", "unit", "low", "high"]
+    table = pd.DataFrame(rows, columns=columns).replace({"mae": "Q_mae"})
+    _table(
+        folder / "extrapolation",
+        table,
+        6,
+        "Extrapolation to the runs next to the boundary",
+        chapter["protocol"],
+    )
+    rows = [
+        (model, name, content["value"], content["unit"], *content.get("interval", (None, None)))
+        for model, leaves in chapter["interpolation"].items()
+        for name, content in leaves.items()
+    ]
+    table = pd.DataFrame(rows, columns=["model", "quantity", "value", "unit", "low", "high"])
+    _table(folder / "interpolation", table, 6, "Five-fold interpolation", chapter["protocol"])
+
+
+def _table(path: Path, table: pd.DataFrame, chapter: int, title: str, protocol: str) -> None:
+    with replacing(path.with_suffix(".csv")) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.6g")
+    write_json(
+        path.with_suffix(".json"),
+        {"title": title, "caption": title, "protocol": protocol, "chapter": chapter},
+    )

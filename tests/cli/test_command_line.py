@@ -1,0 +1,119 @@
+"""What a user sees: help, errors, exit codes."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.__main__ import CONF, main, verbs
+from tests.conftest import log_text, write_archive
+
+ROOT = CONF.parent
+
+
+def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    import os
+
+    command = [sys.executable, "-m", "pipeline", *arguments]
+    return subprocess.run(
+        command, cwd=ROOT, capture_output=True, text=True, env={**os.environ, **environment}
+    )
+
+
+def refused(result: subprocess.CompletedProcess[str], *words: str) -> None:
+    assert result.returncode == 2, result.stderr
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1, result.stderr
+    for word in words:
+        assert word in lines[0]
+
+
+def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    printed = capsys.readouterr().out
+    for verb in verbs():
+        assert f"  {verb} " in printed
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = "import sys; from pipeline.__main__ import main; main(['--help']); print(sorted(sys.modules))"
+    printed = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True).stdout
+    for heavy in ("torch", "numba", "shap", "hydra", "pandas"):
+        assert f"'{heavy}'" not in printed
+
+
+def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["trian"]) == 2
+    assert "unknown verb 'trian'" in capsys.readouterr().err
+
+
+def test_unknown_key() -> None:
+    refused(run("train", "modle=f_h1", "out=x"), "modle")
+
+
+def test_unknown_model() -> None:
+    refused(run("train", "model=f_h9", "out=x"), "f_h9", "f_h1")
+
+
+def test_missing_features(tmp_path: Path) -> None:
+    refused(run("train", f"features={tmp_path}/none", f"out={tmp_path}/fit"), "none", "no such file")
+    assert not (tmp_path / "fit").exists()
+
+
+def test_missing_dataset(tmp_path: Path) -> None:
+    out = tmp_path / "raw"
+    refused(run("acquire", "source=measured", f"out={out}", DATASET=f"{tmp_path}/absent.zip"), "absent.zip")
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("kind", ["folder", "zip"])
+def test_measured_from_folder_or_zip(kind: str, tmp_path: Path) -> None:
+    archive = write_archive(tmp_path / "set.zip", {1: log_text(), 2: log_text(rate=9.0)})
+    source = archive
+    if kind == "folder":
+        source = tmp_path / "unpacked"
+        subprocess.run([sys.executable, "-m", "zipfile", "-e", str(archive), str(source)], check=True)
+    result = run("acquire", "source=measured", f"out={tmp_path}/raw", DATASET=str(source))
+    assert result.returncode == 0, result.stderr
+    result = run("ingest", f"raw={tmp_path}/raw", f"out={tmp_path}/store")
+    assert result.returncode == 0, result.stderr
+    assert (tmp_path / "store" / "signals.parquet").exists()
+
+
+def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path) -> None:
+    rows = log_text()
+    rows[2][7] = "oops"
+    raw, store = tmp_path / "raw", tmp_path / "store"
+    raw.mkdir()
+    (raw / "provenance.json").write_text('{"data": "virtual"}')
+    write_archive(raw / "campaign.zip", {1: log_text(), 2: rows})
+    store.mkdir()
+    (store / "signals.parquet").write_text("old")
+    refused(run("ingest", f"raw={raw}", f"out={store}"), "exp2.csv", "row 3 (omega) column 8", "'oops'")
+    assert [p.name for p in tmp_path.iterdir() if p.name.endswith(".tmp")] == []
+    assert (store / "signals.parquet").read_text() == "old"
+
+
+def test_no_space_left(tmp_path: Path) -> None:
+    """A device that is always full stands for a full disk."""
+    from pipeline.errors import BadInput
+    from pipeline.files import replacing
+
+    target = tmp_path / "result.json"
+    target.write_text("old")
+    with pytest.raises(BadInput, match="No space left"), replacing(target):
+        Path("/dev/full").write_text("x" * 100_000)
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_an_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
+    from pipeline.files import replacing_folder
+
+    with pytest.raises(KeyboardInterrupt), replacing_folder(tmp_path / "out") as folder:
+        (folder / "half").write_text("half")
+        raise KeyboardInterrupt
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,116 @@
+"""Config files, signatures, and what the stage graph declares."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import hydra
+import pytest
+import yaml
+from hydra import compose, initialize_config_dir
+from omegaconf import DictConfig, OmegaConf
+
+from pipeline.__main__ import CONF, verbs
+
+ROOT = CONF.parent
+GROUPS = [p.parent.name + "=" + p.stem for p in sorted(CONF.glob("*/*.yaml"))]
+PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
+STAGES = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+
+
+def composed(verb: str, *overrides: str) -> DictConfig:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        return compose(verb, [f"hydra.runtime.output_dir={ROOT}", *overrides], return_hydra_config=True)
+
+
+def stage_of(config: DictConfig) -> object:
+    return hydra.utils.get_method(config["_target_"])
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_a_signature_is_its_config_schema(verb: str) -> None:
+    config = composed(verb)
+    signature = inspect.signature(stage_of(config))  # type: ignore[arg-type]
+    assert set(config) - {"_target_", "hydra"} == set(signature.parameters)
+    assert all(p.annotation is not p.empty for p in signature.parameters.values())
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_every_stage_has_a_verb_a_config_and_a_node(verb: str) -> None:
+    assert verb in STAGES
+    assert f"python -m pipeline {verb} " in STAGES[verb]["cmd"].replace("\n", " ") + " "
+
+
+@pytest.mark.parametrize("choice", GROUPS)
+def test_every_choice_composes_and_instantiates(choice: str) -> None:
+    group = choice.split("=")[0]
+    verb = next(v for v in verbs() if f"- {group}:" in (CONF / f"{v}.yaml").read_text())
+    config = composed(verb, choice)
+    OmegaConf.set_readonly(config.hydra, False)
+    resolved = OmegaConf.to_container(config[group], resolve=True)
+    assert hydra.utils.instantiate(resolved) is not None
+
+
+@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "mechanisms"])
+def test_params_name_existing_files(kind: str) -> None:
+    group = {"models": "model", "tuned": "model", "splits": "split", "mechanisms": "mechanism"}[kind]
+    for name in PARAMS[kind]:
+        assert (CONF / group / f"{name}.yaml").exists()
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_a_stage_declares_the_configs_that_hydra_chooses(verb: str) -> None:
+    """Every conf file that the command composes is a parameter of the stage, so that editing it reruns it."""
+    stage = STAGES[verb]
+    declared = {next(iter(p)) if isinstance(p, dict) else p for p in stage["params"]}
+    assert f"conf/{verb}.yaml" in declared
+    overridden = dict(re.findall(r"(\w+)=(\$\{[\w.]+\})", stage["cmd"]))
+    for entry in yaml.safe_load((CONF / f"{verb}.yaml").read_text()).get("defaults", []):
+        if isinstance(entry, dict):
+            ((group, name),) = entry.items()
+            assert f"conf/{group}/{overridden.get(group, name)}.yaml" in declared, group
+
+
+def imports(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("pipeline"):
+            for alias in node.names:
+                inner = ROOT / (node.module + "." + alias.name).replace(".", "/")
+                yield node.module + "." + alias.name if inner.with_suffix(".py").exists() else node.module
+
+
+def reached(path: Path, seen: set[Path]) -> set[Path]:
+    if path in seen:
+        return seen
+    seen.add(path)
+    for module in imports(path):
+        file = ROOT / (module.replace(".", "/") + ".py")
+        if file.exists():
+            reached(file, seen)
+    return seen
+
+
+#: Their content cannot change a result.
+HARMLESS = {"pipeline/errors.py", "pipeline/files.py", "pipeline/progress.py"}
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_a_stage_depends_on_the_modules_it_imports(verb: str) -> None:
+    stage = STAGES[verb]
+    declared = [d for d in stage["deps"] if d.startswith("pipeline")]
+    files = {
+        p.relative_to(ROOT).as_posix() for p in reached(ROOT / "pipeline" / "stages" / f"{verb}.py", set())
+    }
+    missing = {f for f in files - HARMLESS if not any(f == d or f.startswith(d + "/") for d in declared)}
+    assert not missing
+
+
+def test_heavy_imports_are_lazy() -> None:
+    heavy = {"torch", "numba", "shap", "matplotlib", "scipy", "pandas", "hydra"}
+    tree = ast.parse((ROOT / "pipeline" / "__main__.py").read_text())
+    top = {n.name.split(".")[0] for node in tree.body if isinstance(node, ast.Import) for n in node.names}
+    assert not top & heavy

@@ -1,0 +1,82 @@
+"""What the tests share: small campaigns, in memory and on disk."""
+
+from __future__ import annotations
+
+import os
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.trajectory import Campaign
+
+
+@pytest.fixture(autouse=True)
+def _numpy_errors_are_errors() -> None:
+    np.seterr(divide="raise", invalid="raise")
+
+
+@pytest.fixture
+def mechanism() -> CamFollower:
+    return CamFollower()
+
+
+@pytest.fixture(scope="session")
+def dataset_path() -> Path:
+    """The measured data set, where it is at hand."""
+    path = os.environ.get("CAM_FOLLOWER_DATASET", "")
+    if not path or not Path(path).exists():
+        pytest.skip("the measured data set is not here: set CAM_FOLLOWER_DATASET to its folder or zip")
+    return Path(path)
+
+
+def log_text(n: int = 200, period: float = 0.0005, rate: float = 12.0) -> list[list[str]]:
+    """Cells of a well-formed log: seven rows of `n` columns."""
+    t = np.arange(n) * period
+    theta = np.mod(rate * t, 2 * np.pi)
+    rows = [
+        t,
+        theta,
+        np.full(n, rate),
+        np.sin(t),
+        0.01 * np.sin(theta),
+        0.01 * np.sin(theta),
+        1e-5 * np.cos(t),
+    ]
+    return [[f"{x:.5g}" for x in row] for row in rows]
+
+
+def write_archive(path: Path, logs: dict[int, list[list[str]]], parameters: str | None = None) -> Path:
+    """A campaign archive of the given logs."""
+    table = parameters
+    if table is None:
+        table = "exp,H,beta,m,V\n" + "".join(f"{i},0.03,3.14,1.1238,{5 + i}\n" for i in logs)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("Dataset/parameters.csv", table)
+        for exp, rows in logs.items():
+            archive.writestr(f"Dataset/experiments/exp{exp}.csv", "\n".join(",".join(r) for r in rows) + "\n")
+    return path
+
+
+@pytest.fixture(scope="session")
+def small_campaign() -> Campaign:
+    """Thirty smooth runs at 100 Hz that a drivetrain could have made."""
+    generator = np.random.default_rng(0)
+    rows, parts = [], []
+    for i in range(30):
+        H, beta = [(0.01, np.pi), (0.03, 0.5 * np.pi)][i % 2]
+        V = 4.0 + 0.2 * i
+        n = 120 + 2 * i
+        t = np.arange(n) * 0.01
+        final = 3.5 * V - 9.0
+        omega = final * (1 - np.exp(-t / 0.1)) + 0.05 * generator.standard_normal(n)
+        parts.append({"t": t, "theta": np.cumsum(omega) * 0.01, "omega": omega})
+        kind = "contact" if i < 26 else "jump"
+        rows.append((i + 1, H, beta, 0.7 + 0.02 * i, V, kind, 10.0 - 0.3 * i, 0.001 * i))
+    columns = ["exp", "H", "beta", "m", "V", "label", "f_min", "eps_share"]
+    signals = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
+    offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
+    return Campaign(pd.DataFrame(rows, columns=columns), signals, offsets, {"data": "virtual"})
