@@ -12,6 +12,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pipeline.figures.examples import levels
@@ -32,11 +33,7 @@ def _line(boundary: pd.DataFrame, rises: Array) -> Array:
 def _measured(axes: Axes, boundary: pd.DataFrame, rises: Array) -> None:
     """A broad line, on which the thin ones of good predictions still show."""
     truth = boundary[boundary["model"] == "measured"]
-    axes.plot(rises, _line(truth, rises), color=BLACK, marker="o", markersize=5.0, linewidth=3.0)
-
-
-def _measured_handle() -> Line2D:
-    return Line2D([], [], color=BLACK, marker="o", markersize=5.0, linewidth=3.0, label="measured Q")
+    axes.plot(rises, _line(truth, rises), color=BLACK, marker=".", markersize=10.0, linewidth=3.0)
 
 
 def _small_panel(axes: Axes, rises: Array) -> None:
@@ -58,9 +55,9 @@ def direct_extrapolation(data: Path) -> Figure:
     force, (H, m) = shares(force[force["model"] == "direct"]), _slice(experiments, boundary)
     here = experiments[(experiments["H"] == H) & (experiments["m"] == m)]
     maps = {"": here.assign(f_min=here["f_min"].where(here["label"] != "stall"))}
-    for fold in dict.fromkeys(force.sort_values("share", kind="stable")["fold"].iloc[[0, -1]]):
-        values = force.loc[force["fold"] == fold, ["exp", "f_min"]]
-        maps[fold] = here.drop(columns="f_min").merge(values, on="exp")
+    ordered = force.sort_values("share", kind="stable")["fold"]
+    for fold in dict.fromkeys([ordered.iloc[0], ordered.iloc[-1]]):
+        maps[fold] = here.drop(columns="f_min").merge(force[force["fold"] == fold], on="exp")
     limit = max(1.0, *(float(shown["f_min"].max()) for shown in maps.values()))
     figure = new_figure(4.4)
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
@@ -75,17 +72,16 @@ def direct_extrapolation(data: Path) -> Figure:
     panels[0].set_ylabel("voltage V (V)")
     colours = ScalarMappable(Normalize(-limit, limit), "RdBu")
     figure.colorbar(colours, ax=list(panels), extend="both", label="$F_{min}^{†}$ (N)", aspect=30, pad=0.01)
-    handles = [
-        Line2D([], [], color=BLACK, marker="o", markersize=4, linewidth=1.8, label="measured Q"),
-        Line2D([], [], color=BLACK, linestyle="--", linewidth=1.8, label="extrapolated Q"),
-        Line2D(
-            [], [], color="white", markeredgecolor=BLACK, marker="o", markersize=5, label="runs fitted to"
-        ),
-        STALL,
-    ]
     title = f"slice {level('H', H)}, {level('m', m)}"
-    figure.legend(handles=handles, loc="outside upper center", ncols=4, title=title)
+    figure.legend(handles=_map_handles(), loc="outside upper center", ncols=4, title=title)
     return figure
+
+
+def _map_handles() -> list[Line2D | Patch]:
+    solid = Line2D([], [], color=BLACK, marker=".", linewidth=1.8, label="measured Q")
+    dashed = Line2D([], [], color=BLACK, linestyle="--", linewidth=1.8, label="extrapolated Q")
+    dots = Line2D([], [], color="white", marker="o", markeredgecolor=BLACK, markersize=5, label="fitted runs")
+    return [solid, dashed, dots, STALL]
 
 
 def _slice(experiments: pd.DataFrame, boundary: pd.DataFrame) -> tuple[float, float]:
@@ -100,18 +96,16 @@ def _slice(experiments: pd.DataFrame, boundary: pd.DataFrame) -> tuple[float, fl
 def _force_map(axes: Axes, points: pd.DataFrame, limit: float) -> None:
     field = points.pivot_table(index="V", columns="beta", values="f_min", dropna=False)
     borders = edges(field.columns.to_numpy()), edges(field.index.to_numpy())
-    values = np.ma.masked_invalid(field.to_numpy())
-    axes.pcolormesh(*borders, values, cmap="RdBu", norm=Normalize(-limit, limit))
+    axes.pcolormesh(*borders, np.ma.masked_invalid(field), cmap="RdBu", norm=Normalize(-limit, limit))
     axes.set_facecolor(LABELS["stall"])
     axes.set_xticks(field.columns, [in_pi(rise) for rise in field.columns])
 
 
 def _slice_lines(axes: Axes, lines: pd.DataFrame, fold: str, rises: Array) -> None:
-    for model, style in (("measured", "o-"), ("direct", "--")):
+    for model, style in (("measured", ".-"), ("direct", "--")):
         chosen = lines[(lines["model"] == model) & lines["fold"].isin(["", fold])]
         if len(chosen):
-            line = {"color": BLACK, "linewidth": 1.8, "markersize": 4.0, "path_effects": halo(3.6)}
-            axes.plot(rises, _line(chosen, rises), style, **line)  # type: ignore[arg-type]
+            axes.plot(rises, _line(chosen, rises), style, color=BLACK, linewidth=1.8, path_effects=halo(3.6))
 
 
 @styled
@@ -186,20 +180,18 @@ def boundary_repeats(data: Path) -> Figure:
             for _, repeat in mine.groupby("repeat"):
                 axes.plot(rises, _line(repeat, rises), color=colour, linewidth=0.9)
             _small_panel(axes, rises)
-        _beside(grid[i, -1], level("H", float(H)))
     for axes, model in zip(grid[0], models, strict=True):
         axes.set_title(fill(look(model).label, 14))
     repeats = Line2D([], [], color="0.5", linewidth=0.9, label="predicted Q, a line per repeat")
-    _finish(figure, [_measured_handle(), repeats], level("m", float(m)))
+    _finish(figure, grid[:, -1], strokes, [handle("measured"), repeats], level("m", float(m)))
     return figure
 
 
-def _beside(axes: Axes, text: str) -> None:
-    side = {"xycoords": "axes fraction", "rotation": 270, "ha": "left", "va": "center"}
-    axes.annotate(text, (1.03, 0.5), **side)  # type: ignore[arg-type]
-
-
-def _finish(figure: Figure, handles: list[Line2D], title: str | None = None) -> None:
+def _finish(figure: Figure, column: Array, strokes: Array, handles: list[Line2D], title: str = "") -> None:
+    """Strokes beside the last `column` of panels, shared labels and a legend."""
+    for axes, H in zip(column, strokes, strict=True):
+        where = {"xycoords": "axes fraction", "rotation": 270, "ha": "left", "va": "center"}
+        axes.annotate(level("H", float(H)), (1.03, 0.5), **where)
     figure.supxlabel("angle of rise β (rad)", fontsize=10)
     figure.supylabel("boundary voltage Q (V)", fontsize=10)
     figure.legend(handles=handles, loc="outside upper center", ncols=min(4, len(handles)), title=title)
@@ -229,15 +221,13 @@ def boundary_grid(data: Path) -> Figure:
         _small_panel(axes, rises)
     for axes, m in zip(grid[0], masses, strict=True):
         axes.set_title(level("m", float(m)))
-    for axes, H in zip(grid[:, -1], strokes, strict=True):
-        _beside(axes, level("H", float(H)))
-    _finish(figure, [_measured_handle(), *(handle(model) for model in models)])
+    _finish(figure, grid[:, -1], strokes, [handle("measured"), *map(handle, models)])
     return figure
 
 
 @styled
 def boundary_errors(data: Path) -> Figure:
-    """Mean absolute error of the predicted boundary Q, over the share of the stable contact runs trained on.
+    """Mean absolute error (MAE) of the predicted Q, over the share of the stable contact runs trained on.
 
     The mean is over all cams and masses with a measured Q; a line is the median over the repeats, its band
     holds the inner half of them. Direct extrapolation fits the contact force over the settings without any
@@ -252,9 +242,7 @@ def boundary_errors(data: Path) -> Figure:
     axes = figure.subplots()
     for model in present(errors):
         band(axes, model, errors[errors["model"] == model], "share", "mae")
-    axes.set(
-        yscale="log", xlabel="share of the contact runs trained on (%)", ylabel="mean absolute error of Q (V)"
-    )
+    axes.set(yscale="log", xlabel="share of the contact runs trained on (%)", ylabel="MAE of Q (V)")
     axes.set_xticks(sorted(errors["share"].unique()))
     plain_log(axes)
     figure.legend(loc="outside right upper")

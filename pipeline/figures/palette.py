@@ -9,7 +9,7 @@ from typing import Literal
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FormatStrFormatter
+from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from pipeline.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY
 
@@ -20,13 +20,14 @@ class Look:
 
     Attributes:
         label: name in legends and titles.
-        colour, marker, line: the same in every figure; models differ in all but the line.
+        colour, marker, line, width: the same in every figure; models differ in colour and marker.
     """
 
     label: str
     colour: str
     marker: str
     line: Literal["-", "--"] = "-"
+    width: float = 1.3
 
 
 #: In the order of legends. Blue and vermilion belong to the labels, so Tol's indigo and wine stand in.
@@ -38,7 +39,7 @@ LOOKS = {
     "motor": Look("DC motor", GREEN, "D"),
     "best": Look("DC motor + network", "#882255", "P"),
     "direct": Look("direct extrapolation", "#777777", "X", "--"),
-    "measured": Look("measured", BLACK, ""),
+    "measured": Look("measured", BLACK, ".", width=3.0),
 }
 
 
@@ -73,7 +74,9 @@ def present(rows: pd.DataFrame) -> list[str]:
 def handle(model: str) -> Line2D:
     """An entry of `model` for a legend."""
     style = look(model)
-    return Line2D([], [], color=style.colour, marker=style.marker, linestyle=style.line, label=style.label)
+    line = Line2D([], [], color=style.colour, marker=style.marker, label=style.label)
+    line.set(linestyle=style.line, linewidth=style.width)
+    return line
 
 
 def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
@@ -96,9 +99,10 @@ def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
 
 
 def plain_log(axes: Axes) -> None:
-    """Numbers instead of powers of ten beside a logarithmic axis that covers little more than a decade."""
+    """Round numbers instead of powers of ten beside a logarithmic axis, which rarely covers many decades."""
     low, high = axes.get_ylim()
-    axes.grid(axis="y", which="both", linewidth=0.5)
-    if high / low < 100.0:
-        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
-        axes.yaxis.set_minor_formatter(FormatStrFormatter("%g"))
+    steps = (1.0, 2.0, 5.0) if high / low > 8.0 else tuple(range(1, 10))
+    axes.yaxis.set_major_locator(LogLocator(subs=steps))
+    axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.grid(axis="y", linewidth=0.5)

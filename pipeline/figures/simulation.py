@@ -86,6 +86,7 @@ def simulation_drift(data: Path) -> Figure:
         _over_time_and_angle(row[0], row[1], campaign[number], run)
         _two_errors(row[2], errors[errors["exp"] == exp], models)
         row[0].set_title(setting(campaign.experiments.iloc[number]), loc="left")
+    _same_decades([row[2] for row in grid])
     grid[-1, 0].set_xlabel("time t (s)")
     grid[-1, 1].set_xlabel("angle θ (revolutions)")
     grid[-1, 2].set_xlabel(MSE)
@@ -130,6 +131,14 @@ def _two_errors(axes: Axes, errors: pd.DataFrame, models: list[str]) -> None:
     axes.set(xscale="log", yticks=[], ylim=(len(models) - 0.4, -0.6))
     axes.spines["left"].set_visible(False)
     axes.grid(axis="x", linewidth=0.5)
+
+
+def _same_decades(panels: list[Axes]) -> None:
+    """Whole decades on every logarithmic axis, so that rows compare and each has labels."""
+    limits = np.log10([axes.get_xlim() for axes in panels])
+    for axes in panels:
+        axes.set_xlim(10.0 ** np.floor(limits.min()), 10.0 ** np.ceil(limits.max()))
+        axes.xaxis.set_minor_formatter(NullFormatter())
 
 
 @styled

@@ -12,7 +12,7 @@ from pipeline.learning.sampler import Sampler, input_scale
 from pipeline.models.conditions import Bench, Conditions
 from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.dynamics import Dynamics
-from pipeline.progress import track
+from pipeline.progress import Counter
 
 
 class Networked(Protocol):
@@ -37,6 +37,7 @@ def fit(
     steps: int,
     learning_rate: float,
     batch: int,
+    group: int,
 ) -> Dynamics:
     """Train a stack of models with Adam on mini-batches of one-step predictions.
 
@@ -48,23 +49,39 @@ def fit(
         steps: mini-batches; the learning rate falls to zero along a cosine.
         learning_rate: of Adam at the start.
         batch: samples per mini-batch and model.
+        group: models trained side by side; more of them share operator calls but leave the cache.
 
     Returns:
         The trained stack.
     """
     generator = Generator().manual_seed(seed)
-    model = new_model(build, dataset, folds, generator)
-    sampler = Sampler(dataset, folds, generator)
-    optimiser = torch.optim.Adam(model.parameters(), lr=learning_rate)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
-    for _ in track(range(steps), steps, f"training {len(folds)} models"):
-        runs, now = sampler.draw(batch)
-        q = dataset.conditions[runs]
-        acceleration = model.acceleration(dataset.theta[now], dataset.omega[now], q)
-        error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
-        optimiser.zero_grad(set_to_none=True)
-        # the models share nothing, so that the sum trains each of them on its own mean
-        error.square().mean(1).sum().backward()  # type: ignore[no-untyped-call]
-        optimiser.step()
-        schedule.step()
-    return model
+    whole = new_model(build, dataset, folds, generator)
+    groups = range(0, len(folds), group)
+    states = []
+    with Counter(len(groups) * steps, f"training {len(folds)} models") as counter:
+        for done, first in enumerate(groups):
+            members = folds[first : first + group]
+            model = new_model(build, dataset, members, generator)
+            sampler = Sampler(dataset, members, generator)
+            optimiser = torch.optim.Adam(model.parameters(), lr=learning_rate)
+            schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
+            for k in range(steps):
+                _step(model, dataset, sampler, optimiser, batch)
+                schedule.step()
+                counter.update(done * steps + k + 1)
+            states.append(model.state_dict())
+    # every tensor of a model has the stack as its first axis
+    whole.load_state_dict({key: torch.cat([s[key] for s in states]) for key in states[0]})
+    return whole
+
+
+def _step(
+    model: Dynamics, dataset: Dataset, sampler: Sampler, optimiser: torch.optim.Optimizer, batch: int
+) -> None:
+    runs, now = sampler.draw(batch)
+    acceleration = model.acceleration(dataset.theta[now], dataset.omega[now], dataset.conditions[runs])
+    error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
+    optimiser.zero_grad(set_to_none=True)
+    # the models share nothing, so that the sum trains each of them on its own mean
+    error.square().mean(1).sum().backward()  # type: ignore[no-untyped-call]
+    optimiser.step()

@@ -31,7 +31,7 @@ def tabulate(
     fits: Path,
     mechanism: CamFollower,
     split: Split,
-    profile: str,
+    profile_name: str,
     out: Path,
     reports: Path,
 ) -> None:
@@ -44,7 +44,7 @@ def tabulate(
         fits: folder with <model>/<split>/fit.json as written by train.
         mechanism: constants of the bench.
         split: the extrapolation, for the direct baseline.
-        profile: name of the profile that the models were trained with.
+        profile_name: of the profile that the models were trained with.
         out: folder, replaced as a whole.
         reports: folder; its metrics/*.json, claims.json and tables/ are rewritten.
 
@@ -67,7 +67,7 @@ def tabulate(
             "tuning": _tuning(tuning),
         }.items():
             table.to_parquet(folder / f"{name}.parquet", index=False)
-    head = {"data": data, "profile": profile, "revision": _revision()}
+    head = {"data": data, "profile": profile_name, "revision": _revision()}
     cells = summary.table_5_1(mechanism)
     equal = int((cells["ours"] == cells["dissertation"]).sum())
     labels = summary.labels(experiments)

@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pipeline.evaluation import boundary
-from pipeline.evaluation.metrics import project_on_angle
 from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
 from pipeline.figures.style import save, style
@@ -229,7 +228,3 @@ def test_models_keep_their_looks_and_their_order() -> None:
     table = pd.DataFrame({"model": ["measured", "zebra", "best", "f_bb"]})
     assert present(table) == ["f_bb", "best", "zebra"]
     assert look("zebra").label == "zebra"
-
-
-def test_projection_in_use_is_the_one_of_the_metric() -> None:
-    assert simulation.project_on_angle is project_on_angle

@@ -15,10 +15,10 @@ from pipeline.errors import BadInput
 from pipeline.evaluation import splits
 from pipeline.evaluation.simulate import explore, simulate_tests
 from pipeline.learning import free_run, one_step
-from pipeline.learning.sampler import Sampler, input_scale
-from pipeline.models.dataset import Dataset
 from pipeline.learning.recipe import Recipe, load, save
+from pipeline.learning.sampler import Sampler, input_scale
 from pipeline.models.conditions import Bench
+from pipeline.models.dataset import Dataset
 from pipeline.models.motor import Motor
 from pipeline.models.relu_ode import Hybrid
 from pipeline.physics.mechanisms.cam_follower import CamFollower

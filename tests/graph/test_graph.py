@@ -1,0 +1,134 @@
+"""The whole stage graph on a tiny virtual campaign, through DVC as a user runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.graph
+
+ROOT = Path(__file__).parents[2]
+SOURCE = """kind: virtual
+H: [0.01, 0.03]
+beta: [1.5707963267949, 3.14159265358979]
+m: [1.1238]
+V: [4.0, 4.6, 5.2, 5.8, 6.4, 7.0, 7.6, 8.2, 8.8, 9.4]
+"""
+PROFILE = "repeats: 2\nsteps: 30\nhybrid_steps: 3\ntune_steps: 30\nwidths: [4, 8]\n"
+
+
+def call(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "PATH": path, "OMP_NUM_THREADS": "2"}
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
+
+
+def dvc(folder: Path, *arguments: str) -> str:
+    result = call(folder, sys.executable, "-m", "dvc", *arguments)
+    assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the checkout with a tiny campaign and profile, reproduced once."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("pipeline", "conf", ".dvc"):
+        ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local")
+        shutil.copytree(ROOT / name, folder / name, ignore=ignored)
+    for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore"):
+        shutil.copy(ROOT / name, folder / name)
+    (folder / "conf" / "source" / "virtual.yaml").write_text(SOURCE)
+    (folder / "conf" / "profile" / "quick.yaml").write_text(PROFILE)
+    params = (ROOT / "params.yaml").read_text().splitlines()
+    fixed = {"source:": "source: virtual", "profile:": "profile: quick"}
+    lines = [fixed.get(line.split(" ")[0], line) for line in params]
+    (folder / "params.yaml").write_text("\n".join(lines) + "\n")
+    # no git in the copy, as in a tarball
+    dvc(folder, "config", "--local", "core.no_scm", "true")
+    dvc(folder, "repro")
+    return folder
+
+
+def test_every_result_exists(project: Path) -> None:
+    labels = json.loads((project / "reports/metrics/cam_labels.json").read_text())
+    assert labels["data"] == "virtual"
+    assert sum(labels[k]["value"] for k in ("stall", "jump", "contact")) == 40
+    assert labels["table_5_1"]["cells_equal"]["value"] == 40
+    chapter = json.loads((project / "reports/metrics/chapter6.json").read_text())
+    models = {"f_bb", "f_h1", "f_h2", "lls", "motor", "best"}
+    assert set(chapter["interpolation"]) == models == set(chapter["f_min"]) - {"direct"}
+    assert set(chapter["extrapolation"]) == {str(k) for k in range(1, 9)} == set(chapter["boundary"])
+    assert set(chapter["boundary"]["1"]) == models | {"direct"}
+    page = (project / "reports/index.html").read_text()
+    assert "simulated logs, not measurements" in page
+
+
+def test_every_configured_figure_is_drawn(project: Path) -> None:
+    index = json.loads((project / "reports/figures/figures.json").read_text())
+    assert len(index) >= 25
+    for entry in index:
+        assert (project / "reports/figures" / f"{entry['id']}.svg").stat().st_size > 2000
+        assert entry["caption"].endswith("."), entry["id"]
+
+
+def test_a_second_repro_does_nothing(project: Path) -> None:
+    assert "Data and pipelines are up to date" in dvc(project, "repro")
+
+
+def test_editing_one_model_touches_only_its_cells(project: Path) -> None:
+    config = project / "conf/model/f_h1.yaml"
+    before = config.read_text()
+    try:
+        config.write_text(before + "# a comment changes nothing\n")
+        assert json.loads(dvc(project, "status", "--json")) == {}
+        config.write_text(before.replace("batch: 200", "batch: 100"))
+        changed = set(json.loads(dvc(project, "status", "--json")))
+    finally:
+        config.write_text(before)
+    cells = {
+        f"{verb}@cam_follower-f_h1-{s}"
+        for verb in ("train", "evaluate")
+        for s in ("interpolation", "extrapolation")
+    }
+    assert changed == cells | {"tune@cam_follower-f_h1"}
+
+
+def test_a_sweep_leaves_the_graph_clean(project: Path) -> None:
+    sweep = ["-m", "model=f_h1,f_h2", "seed=range(2)", "split=tuning"]
+    result = call(project, sys.executable, "-m", "pipeline", "train", *sweep)
+    assert result.returncode == 0, result.stderr
+    assert len(list((project / "outputs/train").glob("*/*/model.pt"))) == 4
+    assert json.loads(dvc(project, "status", "--json")) == {}
+
+
+def test_the_same_seed_gives_the_same_numbers(project: Path) -> None:
+    for out in ("first", "second"):
+        fits, predictions = f"outputs/{out}/fit", f"outputs/{out}/prediction"
+        for command in (
+            ["train", f"out={fits}"],
+            ["evaluate", f"fits={fits}", f"out={predictions}"],
+        ):
+            result = call(project, sys.executable, "-m", "pipeline", *command, "model=f_h2", "split=tuning")
+            assert result.returncode == 0, result.stderr
+    first, second = (project / f"outputs/{out}/prediction/errors.parquet" for out in ("first", "second"))
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_a_killed_stage_leaves_nothing_and_a_rerun_completes(project: Path) -> None:
+    command = [sys.executable, "-m", "pipeline", "ingest", "out=outputs/killed"]
+    process = subprocess.Popen(command, cwd=project, start_new_session=True, stderr=subprocess.DEVNULL)
+    try:
+        process.wait(timeout=1.5)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)
+        process.wait()
+        assert not (project / "outputs/killed").exists()
+    assert call(project, *command).returncode == 0
+    assert (project / "outputs/killed/signals.parquet").exists()
