@@ -17,9 +17,9 @@ from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
 PROTOCOL = (
-    "nominal runs sorted by measured F_min into I_1 to I_10; free run from the measured initial state; MSE of "
-    "omega projected on the angle, median over the test runs, no run left out, an angle never reached counts as "
-    "standstill; interval: 95 % over repeats"
+    "nominal runs sorted by measured F_min into I_1 to I_10; free run from the measured initial state; "
+    "MSE of omega projected on the angle, median over the test runs, no run left out, an angle never "
+    "reached counts as standstill; interval: 95 % over repeats"
 )
 GRID = ["exp", "H", "beta", "m", "V"]
 

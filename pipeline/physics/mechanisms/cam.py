@@ -126,7 +126,7 @@ class Cam:
     def pressure_angle(self, n: int = 3600) -> Array:
         """(n,) pressure angle over one turn, rad, eq. 5.28."""
         h, d, _ = self.pitch_curve(n)
-        return np.arctan(d / (self.prime_radius + h))
+        return np.asarray(np.arctan(d / (self.prime_radius + h)))
 
     @cached_property
     def area_moments(self) -> tuple[float, float, float]:
