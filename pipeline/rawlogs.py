@@ -28,7 +28,6 @@ TOLERANCE = 0.01  # relative, on the median period
 LONGEST_GAP = 5.0  # sampling periods
 SHORTEST_LOG = 50  # samples
 
-_ONE_COLUMN = pa.csv.ReadOptions(column_names=["x"], use_threads=False, block_size=1 << 26)
 _FLOATS = pa.csv.ConvertOptions(column_types={"x": pa.float64()}, null_values=[], strings_can_be_null=False)
 
 
@@ -128,7 +127,9 @@ def parse(text: bytes, where: str) -> Array:
             )
     cells = b"\n".join(lines).replace(b",", b"\n")
     try:
-        column = pa.csv.read_csv(pa.BufferReader(cells), read_options=_ONE_COLUMN, convert_options=_FLOATS)
+        # one block, as large as the log: a larger one costs its allocation
+        options = pa.csv.ReadOptions(column_names=["x"], use_threads=False, block_size=len(cells) + 1)
+        column = pa.csv.read_csv(pa.BufferReader(cells), read_options=options, convert_options=_FLOATS)
         values = np.asarray(column["x"].to_numpy(), np.float64)
     except pa.ArrowInvalid:
         values = np.empty(0)

@@ -65,11 +65,11 @@ def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[*SETTING, "Q"])
 
 
-def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame, degree: int = 2) -> Array:
+def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
     """Direct extrapolation of the minimal contact force over the settings (6.3.3), the baseline.
 
-    A ridge regression on polynomials of V, m, H, beta; its penalty is chosen by cross-validation inside
-    `train`.
+    A ridge regression on polynomials of V, m, H, beta; degree (up to three) and penalty are chosen by
+    cross-validation inside `train`.
 
     Args:
         train: columns V, m, H, beta, f_min of the runs that may be seen.
@@ -78,13 +78,14 @@ def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame, degree: int = 2) 
     Returns:
         (points,) minimal contact force, N; negative beyond the boundary.
     """
-    from sklearn.linear_model import RidgeCV
+    from sklearn.linear_model import Ridge
+    from sklearn.model_selection import GridSearchCV
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 
     columns = ["V", "m", "H", "beta"]
-    model = make_pipeline(
-        StandardScaler(), PolynomialFeatures(degree), StandardScaler(), RidgeCV(np.logspace(-6, 3, 19))
-    )
+    regression = make_pipeline(StandardScaler(), PolynomialFeatures(), StandardScaler(), Ridge())
+    choices = {"polynomialfeatures__degree": [1, 2, 3], "ridge__alpha": np.logspace(-6, 2, 9)}
+    model = GridSearchCV(regression, choices, scoring="neg_mean_absolute_error")
     model.fit(train[columns].to_numpy(), train["f_min"].to_numpy())
     return np.asarray(model.predict(grid[columns].to_numpy()), np.float64)

@@ -36,6 +36,10 @@ def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: s
     """Claims of sections 5.2, 5.3 and 6.5 about geometry, labels and F-dagger."""
     equal, total = cells
     contact, accuracy = metrics["contact"], metrics["f_dagger"]["accuracy"]
+    trivial = max(metrics[k]["value"] for k in ("contact", "jump")) / accuracy["n"]
+    separated = (
+        HOLDS if accuracy["value"] > 0.95 else DIRECTION if accuracy["interval"][0] > trivial else FAILS
+    )
     counted = HOLDS if contact["value"] == published.NOMINAL else FAILS
     return [
         {
@@ -70,7 +74,7 @@ def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: s
             "interval": accuracy["interval"],
             "unit": "-",
             "protocol": metrics["f_dagger"]["protocol"],
-            "verdict": HOLDS if accuracy["interval"][0] > 0.95 else FAILS,
+            "verdict": separated,
         },
     ]
 

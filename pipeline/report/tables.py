@@ -115,7 +115,8 @@ def claims_table(id: str, claims: list[dict[str, Any]]) -> Table:
             Cell(
                 value + (beside if ours is not None else ""),
                 _exact(ours),
-                "figure",
+                # a number stays on one line, a comparison in words may wrap
+                "" if isinstance(ours, str) else "figure",
                 note=", ".join(filter(None, (below, interval))),
             ),
             Cell(row["verdict"], row["verdict"], f"verdict {VERDICTS[row['verdict']]}"),
