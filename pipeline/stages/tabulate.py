@@ -95,7 +95,7 @@ def _subsets(experiments: pd.DataFrame) -> np.ndarray[tuple[int, ...], np.dtype[
 
 
 def _gather(predictions: Path, kind: str) -> pd.DataFrame:
-    files = sorted(predictions.glob(f"*/*/{kind}.parquet"))
+    files = sorted(predictions.glob(f"[!.]*/[!.]*/{kind}.parquet"))
     if not files:
         raise BadInput(f"{predictions}: no */*/{kind}.parquet")
     tables = [pd.read_parquet(f).assign(model=f.parts[-3], split=f.parts[-2]) for f in files]

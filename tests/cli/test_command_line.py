@@ -117,3 +117,15 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
         (folder / "half").write_text("half")
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_evaluation_left_behind_is_not_a_prediction(tmp_path: Path) -> None:
+    import pandas as pd
+
+    from pipeline.stages.tabulate import _gather
+
+    for split in ("interpolation", ".interpolation.77.tmp"):
+        folder = tmp_path / "motor" / split
+        folder.mkdir(parents=True)
+        pd.DataFrame({"exp": [1]}).to_parquet(folder / "errors.parquet")
+    assert _gather(tmp_path, "errors")["split"].tolist() == ["interpolation"]
