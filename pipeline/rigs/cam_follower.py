@@ -10,18 +10,17 @@ steep tanh, so that one fixed-step scheme also holds at standstill; a stalled sh
 
 from collections import namedtuple
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PPoly
-from scipy.ndimage import gaussian_filter1d
+from scipy.interpolate import PPoly
 from scipy.signal import lfilter, savgol_filter
+
+from pipeline.rigs.profile import TURN, cam_spline, profile
 
 Array = NDArray[np.float64]
 State = tuple[float, float, float, float, float]  # angle, speed, current, y, velocity of y
-TURN = 2.0 * np.pi
 _STICK = (0.005, 0.001)  # width of the friction tanh: shaft (rad/s), guide (m/s)
 _SUBSTEPS = 8  # integration steps per sample: short enough for the stiff shaft friction at standstill
 _PROGRESS = 0.1  # advance (rad) that shows a shaft is turning: a stalled one creeps much less
@@ -33,43 +32,6 @@ _Plant = namedtuple(  # one experiment as the compiled code takes it; the moment
     "gear_friction_speed ripple ripple_order sin_moment cos_moment guide_coulomb guide_viscous guide_side "
     "prime restitution merge_velocity",
 )
-
-
-@lru_cache(maxsize=64)
-def _cam(H: float, beta: float, base: float, roller: float, rounding: float) -> tuple[Array, list[float]]:
-    """Spline of the pitch curve; area moments of the cam: polar (m^4), and first about the two axes (m^3).
-
-    The roller centre lies `roller` along the outward normal of a cycloidal cam without dwell. A sharply
-    concave cam makes that curve fold back; the roller then rests on the outermost branch, its kink blunted.
-    """
-    cells = 1440
-    phi = np.linspace(-1.0, TURN + 1.0, 40 * cells)
-    turn = np.mod(phi, TURN)
-    u = np.where(turn <= beta, turn / beta, (TURN - turn) / (TURN - beta))
-    radius = base + H * (u - np.sin(TURN * u) / TURN)
-    slope = H / np.where(turn <= beta, beta, beta - TURN) * (1.0 - np.cos(TURN * u))
-    radial, tangential = np.array([radius, -slope]) * roller / np.hypot(radius, slope)
-    psi, distance = phi + np.arctan2(tangential, radius + radial), np.hypot(radius + radial, tangential)
-    grid, outer = np.arange(cells) * (TURN / cells), np.zeros(cells)
-    folds = np.flatnonzero(np.diff(np.sign(np.diff(psi)))) + 1
-    for i, j in zip([0, *folds], [*folds, psi.size - 1], strict=True):
-        rows = np.argsort(psi[i : j + 1]) + i  # one monotonic branch
-        outer = np.maximum(outer, np.interp(grid, psi[rows], distance[rows], left=0.0, right=0.0))
-    lift = gaussian_filter1d(outer - base - roller, rounding / (TURN / cells), mode="wrap")
-    spline = CubicSpline(np.append(grid, TURN), np.append(lift, lift[0]), bc_type="periodic")
-    r, angle = (a[(phi >= 0.0) & (phi < TURN)] for a in (radius, phi))
-    parts = r**4 / 4, r**3 / 3 * np.sin(angle), r**3 / 3 * np.cos(angle)
-    return np.ascontiguousarray(spline.c), [float(np.sum(part) * (phi[1] - phi[0])) for part in parts]
-
-
-@_jit
-def _profile(theta: float, spline: Array) -> tuple[float, float, float]:
-    """Lift of the roller centre (m) and its first and second derivative with respect to the angle."""
-    width = 2.0 * np.pi / spline.shape[1]
-    k = int((theta % (2.0 * np.pi)) / width) % spline.shape[1]
-    u = theta % (2.0 * np.pi) - k * width
-    a, b, c, d = spline[0, k], spline[1, k], spline[2, k], spline[3, k]
-    return ((a * u + b) * u + c) * u + d, (3 * a * u + 2 * b) * u + c, 6 * a * u + 2 * b
 
 
 @_jit
@@ -84,7 +46,7 @@ def _rates(contact: bool, s: State, spline: Array, p: _Plant) -> tuple[State, fl
     if not contact:
         drag = p.guide_coulomb * np.tanh(v / _STICK[1]) + p.guide_viscous * v
         return (omega, torque / p.inertia, surge, v, -p.gravity - drag / p.mass), 0.0
-    h, slope, bend = _profile(theta, spline)
+    h, slope, bend = profile(theta, spline)
     v = slope * omega
     sense = np.tanh(v / _STICK[1])
     jam = 1.0 / (1.0 - p.guide_side * sense * abs(slope) / (p.prime + h))
@@ -107,7 +69,7 @@ def _step(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> State
     d, _ = _rates(contact, _moved(s, c, dt), spline, p)
     s = _moved(_moved(_moved(_moved(s, a, dt / 6), b, dt / 3), c, dt / 3), d, dt / 6)
     if contact:
-        h, slope, _ = _profile(s[0], spline)
+        h, slope, _ = profile(s[0], spline)
         return s[0], s[1], s[2], h, slope * s[1]
     return s
 
@@ -116,14 +78,14 @@ def _step(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> State
 def _margin(contact: bool, s: State, spline: Array, p: _Plant) -> float:
     """What must stay positive: the force (N) in contact, the gap (m) in flight."""
     force: float = _rates(True, s, spline, p)[1]
-    return force if contact else s[3] - _profile(s[0], spline)[0]
+    return force if contact else s[3] - profile(s[0], spline)[0]
 
 
 @_jit
 def _impact(restitution: float, s: State, spline: Array, p: _Plant) -> tuple[State, bool]:
     """State after the impulse on follower and shaft, and whether the follower stays on the cam."""
     theta, omega, current, _, v = s
-    h, slope, _ = _profile(theta, spline)
+    h, slope, _ = profile(theta, spline)
     approach = min(v - slope * omega, 0.0)
     if -approach < p.merge_velocity:
         restitution = 0.0
@@ -165,7 +127,7 @@ def _trace(
     for k in range(samples):
         for _ in range(_SUBSTEPS if k else 0):
             s, contact = _advance(contact, period / _SUBSTEPS, s, spline, p)
-        h, slope, _ = _profile(s[0], spline)
+        h, slope, _ = profile(s[0], spline)
         force = _rates(contact, s, spline, p)[1]
         out[k] = (s[0], s[1], s[2], s[3], s[4], force, 1.0 if contact else 0.0, h, slope)
         if s[0] > best + _PROGRESS:
@@ -235,7 +197,7 @@ class CamFollowerRig:
         Keys: t, theta (not wrapped), omega, current, y, v, force (N), contact (0 or 1), h and slope (m/rad)
         of the pitch curve, and energy (J: kinetic and potential, of shaft, cam and follower).
         """
-        spline, moments = _cam(H, beta, self.base_radius, self.roller_radius, self.rounding)
+        spline, moments = cam_spline(H, beta, self.base_radius, self.roller_radius, self.rounding)
         polar, sine, cosine = (self.plate_density * moment for moment in moments)
         own = {
             "mass": m, "voltage": V, "inertia": self.inertia + polar, "sin_moment": sine,
@@ -243,7 +205,7 @@ class CamFollowerRig:
             "gear_friction": self.gear_friction + friction_offset,
         }  # fmt: skip
         plant = _Plant(*(float(own[name] if name in own else getattr(self, name)) for name in _Plant._fields))
-        h, slope, _ = _profile(float(theta), spline)
+        h, slope, _ = profile(float(theta), spline)
         start, samples = (float(theta), float(omega), 0.0, h, slope * omega), int(duration / self.period)
         rows = _trace(start, self.period, samples, self.stop_angle, self.patience, spline, plant)
         names = ["theta", "omega", "current", "y", "v", "force", "contact", "h", "slope"]
@@ -277,7 +239,7 @@ class CamFollowerRig:
         noise = lfilter([1.0], [1.0, -2.0 * pole.real, abs(pole) ** 2], own.standard_normal(n))
         shake = self.vibration * speed / (speed + 6.0) * noise / np.std(noise)
         y = self.linear_count * np.round((true["y"] + form + shake) / self.linear_count)
-        spline, _ = _cam(H, beta, self.base_radius, self.roller_radius, self.rounding)
+        spline, _ = cam_spline(H, beta, self.base_radius, self.roller_radius, self.rounding)
         angle = np.mod(angle, TURN)
         h = PPoly(spline, np.linspace(0.0, TURN, spline.shape[1] + 1))(angle)
         log = (true["t"] + delay, angle, omega, alpha, y, h, y - h)

@@ -57,17 +57,8 @@ def tabulate(
     errors, examples, force = (_gather(predictions, kind) for kind in ("errors", "examples", "force"))
     force = pd.concat([force, _direct(experiments, split.folds(experiments))], ignore_index=True)
     lines = _boundaries(force, experiments, mechanism)
-    with replacing_folder(out) as folder:
-        for name, table in {
-            "experiments": experiments,
-            "errors": errors,
-            "examples": examples,
-            "force": force,
-            "boundary": lines,
-            "tuning": _tuning(tuning),
-        }.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
-    head = {"data": data, "profile": profile_name, "revision": _revision()}
+    tables = {"experiments": experiments, "errors": errors, "examples": examples, "force": force}
+    _write_tables(out, {**tables, "boundary": lines, "tuning": _tuning(tuning)})
     cells = summary.table_5_1(mechanism)
     equal = int((cells["ours"] == cells["dissertation"]).sum())
     labels = summary.labels(experiments)
@@ -78,12 +69,19 @@ def tabulate(
         "boundary": summary.boundary_leaves(mae),
         "protocol": PROTOCOL,
     }
-    seconds = sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("*/*/fit.json")))
+    head = {"data": data, "profile": profile_name, "revision": _revision()}
+    seconds = sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
     write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
     write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
     rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)
     write_json(reports / "claims.json", claims.complete(rows + claims.boundary(mae), data))
     _readable(reports / "tables", cells, chapter)
+
+
+def _write_tables(out: Path, tables: dict[str, pd.DataFrame]) -> None:
+    with replacing_folder(out) as folder:
+        for name, table in tables.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
 
 
 def _subsets(experiments: pd.DataFrame) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
