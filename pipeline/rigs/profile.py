@@ -17,8 +17,6 @@ _jit = numba.njit(cache=True)
 def cam_spline(
     H: float, beta: float, base: float, roller: float, rounding: float
 ) -> tuple[Array, list[float]]:
-    H: float, beta: float, base: float, roller: float, rounding: float
-) -> tuple[Array, list[float]]:
     """Spline of the pitch curve; area moments of the cam: polar (m^4), and first about the two axes (m^3).
 
     The roller centre lies `roller` along the outward normal of a cycloidal cam without dwell. A sharply
