@@ -26,7 +26,7 @@ def replacing(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise BadInput(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise BadInput(_explained(error, path, temporary)) from error
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -46,9 +46,17 @@ def replacing_folder(path: Path) -> Iterator[Path]:
             shutil.rmtree(path)
         temporary.replace(path)
     except OSError as error:
-        raise BadInput(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise BadInput(_explained(error, path, temporary)) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _explained(error: OSError, path: Path, temporary: Path) -> str:
+    """One line on what could not be written, or, if the block was reading, on what could not be read."""
+    reason = error.strerror or str(error)
+    if error.filename and not str(error.filename).startswith(str(temporary)):
+        return f"{error.filename}: {reason}"
+    return f"{path}: cannot be written: {reason}"
 
 
 def write_json(path: Path, content: Any) -> None:

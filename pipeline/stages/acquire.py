@@ -58,9 +58,10 @@ def _simulate(source: Mapping[str, Any], seed: int, archive: Path) -> dict[str, 
 
 
 def _fetch(source: Mapping[str, Any], archive: Path) -> dict[str, Any]:
-    dataset = source.get("dataset")
+    dataset, revision = source.get("dataset"), str(source["revision"])
     if dataset:
         path = Path(str(dataset)).expanduser()
+        revision = f"taken from {path.name}, published as {revision}"
         if path.is_dir():
             _pack(path, archive)
         elif path.is_file():
@@ -82,14 +83,15 @@ def _fetch(source: Mapping[str, Any], archive: Path) -> dict[str, Any]:
             ]
             got = subprocess.run([*command, str(source["url"]), "Dataset"], capture_output=True, text=True)
             if got.returncode:
-                reason = (got.stderr.strip().splitlines() or ["no reason given"])[-1]
+                # the last clause of a chain of causes is the one that a user can act on
+                reason = (got.stderr.strip() or "no reason given").splitlines()[-1].split(": ")[-1][:100]
                 raise BadInput(f"{source['url']}: cannot be fetched ({reason}); give DATASET=<folder or zip>")
             _pack(folder, archive)
     return {
         "data": "measured",
         "description": "public measurements of the cam-follower bench of the dissertation",
         "url": source["url"],
-        "revision": source["revision"],
+        "revision": revision,
     }
 
 

@@ -69,6 +69,13 @@ def test_missing_dataset(tmp_path: Path) -> None:
     assert not out.exists()
 
 
+def test_a_data_set_that_cannot_be_fetched(tmp_path: Path) -> None:
+    out = tmp_path / "raw"
+    result = run("acquire", "source=measured", f"source.url={tmp_path}/nowhere", f"out={out}", DATASET="")
+    refused(result, "nowhere", "cannot be fetched")
+    assert not out.exists()
+
+
 @pytest.mark.parametrize("kind", ["folder", "zip"])
 def test_measured_from_folder_or_zip(kind: str, tmp_path: Path) -> None:
     archive = write_archive(tmp_path / "set.zip", {1: log_text(), 2: log_text(rate=9.0)})
