@@ -7,8 +7,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.physics.mechanisms.cam import TURN
+
 Array = NDArray[np.float64]
-TURN = 2.0 * np.pi
 
 
 def unwrapped(theta: Array) -> Array:
