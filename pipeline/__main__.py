@@ -5,6 +5,7 @@ Every verb is a function of `pipeline.stages`; its arguments are the keys of `co
 
 from __future__ import annotations
 
+import ast
 import inspect
 import os
 import sys
@@ -46,7 +47,21 @@ def main(arguments: list[str]) -> int:
     verb, rest = arguments[0], arguments[1:]
     if verb not in known:
         return _refuse(f"unknown verb {verb!r}, must be one of {', '.join(known)}")
+    if "-h" in rest or "--help" in rest:
+        print(_about(verb))
+        rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
     return _run(verb, rest)
+
+
+def _about(verb: str) -> str:
+    """The stage's docstring and its choices of config files, read without importing anything."""
+    tree = ast.parse((Path(__file__).parent / "stages" / f"{verb}.py").read_text())
+    function = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == verb)
+    config = (CONF / f"{verb}.yaml").read_text()
+    groups = [g for g in sorted(CONF.iterdir()) if g.is_dir() and f"- {g.name}:" in config]
+    choices = [f"  {g.name}={'|'.join(sorted(p.stem for p in g.glob('*.yaml')))}" for g in groups]
+    head = f"usage: python -m pipeline {verb} [key=value ...]\n\n{ast.get_docstring(function)}\n"
+    return "\n".join([head, *(["Choices:", *choices, ""] if choices else []), "Configuration:"])
 
 
 def _run(verb: str, rest: list[str]) -> int:

@@ -45,6 +45,14 @@ def test_help_imports_nothing_heavy() -> None:
         assert f"'{heavy}'" not in printed
 
 
+@pytest.mark.parametrize("verb", verbs())
+def test_help_of_a_verb_explains_its_arguments(verb: str) -> None:
+    result = run(verb, "--help")
+    assert result.returncode == 0, result.stderr
+    assert "Args:" in result.stdout
+    assert f"_target_: pipeline.stages.{verb}.{verb}" in result.stdout
+
+
 def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["trian"]) == 2
     assert "unknown verb 'trian'" in capsys.readouterr().err
