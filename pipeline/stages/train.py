@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from pipeline.evaluation.splits import Split
 from pipeline.files import write_json
 from pipeline.learning.recipe import Recipe, save
@@ -24,7 +22,6 @@ def train(
     split: Split,
     profile: Mapping[str, Any],
     seed: int,
-    device: str,
     out: Path,
 ) -> None:
     """Write `out`/model.pt (weights) and `out`/fit.json (what was fitted, how long it took).
@@ -36,7 +33,6 @@ def train(
         split: the folds; a fold's model sees its training experiments and nothing else.
         profile: `repeats` models per fold, differing in seed.
         seed: of everything random.
-        device: of torch, "cpu" or "cuda".
         out: folder.
 
     Raises:
@@ -47,9 +43,8 @@ def train(
     dataset = Dataset.of(campaign, mechanism)
     stack = [fold.train for fold in folds for _ in range(profile["repeats"])]
     start = time.monotonic()
-    with torch.device(device):
-        fitted = model.train(dataset, stack, seed)
+    fitted = model.train(dataset, stack, seed)
     about = {"folds": [fold.name for fold in folds], "repeats": profile["repeats"], "seed": seed}
-    save(fitted.cpu(), model.dynamics, out / "model.pt", about)
+    save(fitted, model.dynamics, out / "model.pt", about)
     trained = sum(p.numel() for p in fitted.parameters()) // len(stack)
     write_json(out / "fit.json", {**about, "seconds": time.monotonic() - start, "parameters": trained})
