@@ -11,8 +11,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.labels import TURN, label, mean_extreme, unwrapped
+from pipeline.evaluation.labels import label, mean_extreme, unwrapped
 from pipeline.files import read_json
+from pipeline.physics.mechanisms.cam import TURN
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.progress import track
 from pipeline.rawlogs import ROWS, Archive
