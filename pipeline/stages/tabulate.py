@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from pipeline.evaluation import boundary, claims, summary
 from pipeline.evaluation.splits import Fold, Split, nominal_subsets
 from pipeline.files import read_json, replacing, replacing_folder, write_json
 from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.revision import revision
 from pipeline.trajectory import Campaign
 
 PROTOCOL = (
@@ -69,7 +69,7 @@ def tabulate(
         "boundary": summary.boundary_leaves(mae),
         "protocol": PROTOCOL,
     }
-    head = {"data": data, "profile": profile_name, "revision": _revision()}
+    head = {"data": data, "profile": profile_name, "revision": revision()}
     seconds = sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
     write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
     write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
@@ -123,14 +123,6 @@ def _boundaries(force: pd.DataFrame, experiments: pd.DataFrame, mechanism: CamFo
 
 def _tuning(folder: Path) -> pd.DataFrame:
     return pd.concat([pd.read_parquet(f).assign(model=f.stem) for f in sorted(folder.glob("*.parquet"))])
-
-
-def _revision() -> str:
-    git = ["git", "describe", "--always", "--dirty"]
-    try:
-        return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
 
 
 def _readable(folder: Path, cells: pd.DataFrame, chapter: dict[str, Any]) -> None:
