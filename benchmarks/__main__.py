@@ -25,7 +25,7 @@ def main() -> None:
         numbers = benchmark.run()
         results[module] = {**numbers, "peer_version": benchmark.PEER, "threads": torch.get_num_threads()}
         spread = f"({numbers['ratio_low']:.1f} to {numbers['ratio_high']:.1f})"
-        print(f"{module:<12} {numbers['ratio']:6.1f} times faster {spread} than {benchmark.PEER}")
+        print(f"{module:<12} {numbers['ratio']:6.1f} x the speed {spread} of {benchmark.PEER}")
     results["seconds"] = time.monotonic() - start
     write_json(Path(__file__).parent.parent / "reports" / "metrics" / "benchmarks.json", results)
 
