@@ -23,7 +23,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     )
 
 
-def refused(result: subprocess.CompletedProcess[str], *words: str) -> None:
+def assert_refused(result: subprocess.CompletedProcess[str], *words: str) -> None:
     assert result.returncode == 2, result.stderr
     lines = result.stderr.strip().splitlines()
     assert len(lines) == 1, result.stderr
@@ -59,28 +59,30 @@ def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_unknown_key() -> None:
-    refused(run("train", "modle=f_h1", "out=x"), "modle")
+    assert_refused(run("train", "modle=f_h1", "out=x"), "modle")
 
 
 def test_unknown_model() -> None:
-    refused(run("train", "model=f_h9", "out=x"), "f_h9", "f_h1")
+    assert_refused(run("train", "model=f_h9", "out=x"), "f_h9", "f_h1")
 
 
 def test_missing_features(tmp_path: Path) -> None:
-    refused(run("train", f"features={tmp_path}/none", f"out={tmp_path}/fit"), "none", "no such file")
+    assert_refused(run("train", f"features={tmp_path}/none", f"out={tmp_path}/fit"), "none", "no such file")
     assert not (tmp_path / "fit").exists()
 
 
 def test_missing_dataset(tmp_path: Path) -> None:
     out = tmp_path / "raw"
-    refused(run("acquire", "source=measured", f"out={out}", DATASET=f"{tmp_path}/absent.zip"), "absent.zip")
+    assert_refused(
+        run("acquire", "source=measured", f"out={out}", DATASET=f"{tmp_path}/absent.zip"), "absent.zip"
+    )
     assert not out.exists()
 
 
 def test_a_data_set_that_cannot_be_fetched(tmp_path: Path) -> None:
     out = tmp_path / "raw"
     result = run("acquire", "source=measured", f"source.url={tmp_path}/nowhere", f"out={out}", DATASET="")
-    refused(result, "nowhere", "cannot be fetched")
+    assert_refused(result, "nowhere", "cannot be fetched")
     assert not out.exists()
 
 
@@ -107,7 +109,9 @@ def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path) -> None:
     write_archive(raw / "campaign.zip", {1: log_text(), 2: rows})
     store.mkdir()
     (store / "signals.parquet").write_text("old")
-    refused(run("ingest", f"raw={raw}", f"out={store}"), "exp2.csv", "row 3 (omega) column 8", "'oops'")
+    assert_refused(
+        run("ingest", f"raw={raw}", f"out={store}"), "exp2.csv", "row 3 (omega) column 8", "'oops'"
+    )
     assert [p.name for p in tmp_path.iterdir() if p.name.endswith(".tmp")] == []
     assert (store / "signals.parquet").read_text() == "old"
 

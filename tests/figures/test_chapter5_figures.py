@@ -117,7 +117,9 @@ def test_equal_data_give_equal_small_files(
 def test_figures_draw_without_some_labels(labels: list[str], tmp_path: Path) -> None:
     folder = stores(tmp_path, labels)
     for draw in FIGURES:
-        draw(folder).draw_without_rendering()
+        figure = draw(folder)
+        figure.draw_without_rendering()
+        assert figure.axes, draw.__name__
 
 
 @names

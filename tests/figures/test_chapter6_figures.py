@@ -174,8 +174,10 @@ def test_any_models_and_a_single_repeat_will_do(models: dict[str, float], tmp_pa
     make_tables(tmp_path, models, repeats=1, strokes=2, voltages=8)
     for draw in FIGURES:
         figure = draw(tmp_path)
+        content = io.BytesIO()
         with style():
-            figure.savefig(io.BytesIO(), format="svg", metadata={"Date": None})
+            figure.savefig(content, format="svg", metadata={"Date": None})
+        assert b"</svg>" in content.getvalue(), draw.__name__
 
 
 def test_without_interpolation_the_figure_says_so(data: Path, tmp_path: Path) -> None:
