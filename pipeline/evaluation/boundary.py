@@ -86,6 +86,7 @@ def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
     columns = ["V", "m", "H", "beta"]
     regression = make_pipeline(StandardScaler(), PolynomialFeatures(), StandardScaler(), Ridge())
     choices = {"polynomialfeatures__degree": [1, 2, 3], "ridge__alpha": np.logspace(-6, 2, 9)}
-    model = GridSearchCV(regression, choices, scoring="neg_mean_absolute_error")
+    folds = min(5, len(train))
+    model = GridSearchCV(regression, choices, scoring="neg_mean_absolute_error", cv=folds)
     model.fit(train[columns].to_numpy(), train["f_min"].to_numpy())
     return np.asarray(model.predict(grid[columns].to_numpy()), np.float64)

@@ -49,8 +49,9 @@ class Problem:
         residual_kernel()(physical(x), *self.arguments, out)
         out *= self.weight
         square = (out**2).sum(1, keepdims=True) / self.tolerance**2
-        # a run's squared error s counts as log(1 + s)
-        out *= np.sqrt(np.log1p(square) / np.maximum(square, 1e-12))
+        # a run's squared error s counts as log(1 + s); below 1e-8 the two are the same number
+        small = square < 1e-8
+        out *= np.sqrt(np.where(small, 1.0, np.log1p(square) / np.where(small, 1.0, square)))
         return out.ravel()
 
 
@@ -89,7 +90,8 @@ def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tole
 def identify(problem: Problem, first: Array, generator: np.random.Generator, starts: int) -> Array:
     """Best parameters by least squares from the best of many starts.
 
-    A start that stalls every run has no gradient; the screen passes over it.
+    A start that stalls every run has no gradient; the screen passes over it. Random starts alone may end in
+    a local minimum; the start from `regress` is what makes the identification reliable.
 
     Args:
         problem: what to fit.

@@ -34,10 +34,9 @@ class Recipe:
         return self.fit(self.dynamics, dataset, folds, seed)
 
 
-def save(model: Dynamics, dynamics: Callable[..., Dynamics], path: Path, about: dict[str, Any]) -> None:
+def save(model: Dynamics, path: Path, about: dict[str, Any]) -> None:
     """Write the weights of a fitted stack and the facts `about` it (plain types only)."""
-    function = getattr(dynamics, "func", dynamics)
-    content = {"class": function.__name__, "state": model.state_dict(), "about": about}
+    content = {"class": type(model).__name__, "state": model.state_dict(), "about": about}
     with replacing(path) as temporary:
         torch.save(content, temporary)
 
@@ -48,25 +47,31 @@ def load(path: Path, dynamics: Callable[..., Dynamics], dataset: Dataset) -> tup
     Raises:
         BadInput: when the file is missing, damaged, or belongs to another model.
     """
-    function = getattr(dynamics, "func", dynamics)
     try:
         content = torch.load(path, weights_only=True)
         name, state, about = content["class"], content["state"], content["about"]
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file") from None
     except Exception as error:  # torch has no common base for what a damaged file can raise
-        raise BadInput(f"{path}: not a checkpoint ({str(error).splitlines()[0][:80]})") from None
-    if name != function.__name__:
-        raise BadInput(f"{path}: must be a checkpoint of {function.__name__}, got {name}")
-    batch = next(iter(state.values())).shape[0]
-    if "network.scale" in state:
-        scale = 1.0 / state["network.scale"][:, 0]
-        model = dynamics(bench=dataset.bench, scale=scale, generator=torch.Generator())
-    else:
-        model = dynamics(bench=dataset.bench, batch=batch)
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise BadInput(f"{path}: not a checkpoint ({reason[:80]})") from None
+    model = _like(state, dynamics, dataset)
+    if model is None or name != type(model).__name__:
+        raise BadInput(f"{path}: is a checkpoint of {name}, another model than the configured one")
     try:
         model.load_state_dict(state)
     except RuntimeError as error:
         reason = str(error).splitlines()[-1].strip()
         raise BadInput(f"{path}: does not fit the configured model ({reason[:120]})") from None
     return model, about
+
+
+def _like(state: dict[str, Any], dynamics: Callable[..., Dynamics], dataset: Dataset) -> Dynamics | None:
+    """A stack as large as the one saved; None if `dynamics` is not made from such a state."""
+    try:
+        if "network.scale" in state:
+            scale = 1.0 / state["network.scale"][:, 0]
+            return dynamics(bench=dataset.bench, scale=scale, generator=torch.Generator())
+        return dynamics(bench=dataset.bench, batch=len(next(iter(state.values()))))
+    except TypeError:
+        return None

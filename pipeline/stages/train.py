@@ -45,6 +45,6 @@ def train(
     start = time.monotonic()
     fitted = model.train(dataset, stack, seed)
     about = {"folds": [fold.name for fold in folds], "repeats": profile["repeats"], "seed": seed}
-    save(fitted, model.dynamics, out / "model.pt", about)
+    save(fitted, out / "model.pt", about)
     trained = sum(p.numel() for p in fitted.parameters()) // len(stack)
     write_json(out / "fit.json", {**about, "seconds": time.monotonic() - start, "parameters": trained})
