@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from pipeline.trajectory import Campaign
 
 pytestmark = pytest.mark.graph
 
@@ -121,14 +124,17 @@ def test_the_same_seed_gives_the_same_numbers(project: Path) -> None:
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_a_killed_stage_leaves_nothing_and_a_rerun_completes(project: Path) -> None:
-    command = [sys.executable, "-m", "pipeline", "ingest", "out=outputs/killed"]
+@pytest.mark.parametrize("delay", [0.4, 0.8, 1.2, 1.6])
+def test_a_killed_stage_leaves_all_or_nothing_and_a_rerun_completes(delay: float, project: Path) -> None:
+    store = project / f"outputs/killed_{delay}"
+    command = [sys.executable, "-m", "pipeline", "ingest", f"out={store}"]
     process = subprocess.Popen(command, cwd=project, start_new_session=True, stderr=subprocess.DEVNULL)
     try:
-        process.wait(timeout=1.5)
+        process.wait(timeout=delay)
     except subprocess.TimeoutExpired:
-        os.killpg(process.pid, 9)
+        os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-        assert not (project / "outputs/killed").exists()
+    if store.exists():
+        assert len(Campaign.read(store)) == 40
     assert call(project, *command).returncode == 0
-    assert (project / "outputs/killed/signals.parquet").exists()
+    assert len(Campaign.read(store)) == 40
