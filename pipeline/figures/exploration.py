@@ -46,7 +46,7 @@ def _small_panel(axes: Axes, rises: Array) -> None:
 def direct_extrapolation(data: Path) -> Figure:
     """Direct extrapolation of the minimal contact force over the settings, without any model of the dynamics.
 
-    Left the measurement, then a quadratic function of the settings fitted to the minimal contact force of the
+    Left the measurement, then a polynomial of the settings fitted to the minimal contact force of the
     most stable runs, whose share is in the title. Dots are those of them that lie in this slice: the stroke
     and mass with the most measured boundary points that the smallest share still reaches. The function is
     zero on the dashed line, which stops at the border of the tried voltages and should lie on the solid one.
