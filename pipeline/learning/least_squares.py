@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import torch
 
+from pipeline.learning.sampler import once_per_fold
 from pipeline.models.conditions import Bench
 from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.linear import Linear
@@ -21,16 +22,21 @@ def fit(build: Callable[[Bench, int], Linear], dataset: Dataset, folds: list[Ind
         seed: unused, there is nothing random.
     """
     model = build(dataset.bench, len(folds))
-    solved: dict[bytes, torch.Tensor] = {}
-    owner = dataset.owner()
-    for b, fold in enumerate(folds):
-        if fold.tobytes() not in solved:
-            now = dataset.samples_of(fold)
-            now = now[owner[now] == owner[(now + 1).clamp_max(len(owner) - 1)]][:-1]
-            inputs = model.inputs(dataset.theta[now], dataset.omega[now], dataset.conditions[owner[now]])
-            target = (dataset.omega[now + 1] - dataset.omega[now]) / dataset.period
-            weight = dataset.lengths[owner[now]].rsqrt()[:, None]
-            solution = torch.linalg.lstsq((inputs * weight).double(), (target[:, None] * weight).double())
-            solved[fold.tobytes()] = solution.solution.float()
-        model.weights.data[b] = solved[fold.tobytes()]
+    model.weights.data[:] = once_per_fold(
+        folds, lambda distinct: [_solve(model, dataset, f) for f in distinct]
+    )
     return model
+
+
+def _solve(model: Linear, dataset: Dataset, fold: Indices) -> torch.Tensor:
+    """Weights (inputs, 1) of the model that sees the experiments `fold`."""
+    owner = dataset.owner()
+    now = dataset.samples_of(fold)
+    now = now[owner[now] == owner[(now + 1).clamp_max(len(owner) - 1)]][:-1]
+    inputs = model.inputs(dataset.theta[now], dataset.omega[now], dataset.conditions[owner[now]])
+    target = (dataset.omega[now + 1] - dataset.omega[now]) / dataset.period
+    weight = dataset.lengths[owner[now]].rsqrt()[:, None]
+    solution: torch.Tensor = torch.linalg.lstsq(
+        (inputs * weight).double(), (target[:, None] * weight).double()
+    ).solution
+    return solution.float()

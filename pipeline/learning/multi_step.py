@@ -7,7 +7,7 @@ from torch import Generator, Tensor
 
 from pipeline.learning import free_run
 from pipeline.learning.one_step import Networked, new_model
-from pipeline.learning.sampler import Sampler
+from pipeline.learning.sampler import Sampler, once_per_fold
 from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.motor import Motor, MotorHybrid
 from pipeline.numerics.integrate import step
@@ -16,10 +16,7 @@ from pipeline.progress import track
 
 def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:
     """(stack, 6) motor parameters; models with the same training experiments share one motor."""
-    unique = {fold.tobytes(): fold for fold in folds}
-    motors = free_run.fit(Motor, dataset, list(unique.values()), seed).parameters_
-    found = dict(zip(unique, motors, strict=True))
-    return torch.stack([found[fold.tobytes()] for fold in folds])
+    return once_per_fold(folds, lambda distinct: free_run.fit(Motor, dataset, distinct, seed).parameters_)
 
 
 def window_error(model: MotorHybrid, dataset: Dataset, runs: Tensor, first: Tensor, horizon: int) -> Tensor:

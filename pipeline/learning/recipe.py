@@ -22,12 +22,10 @@ class Recipe:
     Attributes:
         dynamics: constructor of a stack of models.
         fit: trains a stack: `fit(dynamics, dataset, folds, seed) -> Dynamics`.
-        label: what figures call the model.
     """
 
     dynamics: Callable[..., Dynamics]
     fit: Callable[[Callable[..., Dynamics], Dataset, list[Indices], int], Dynamics]
-    label: str
 
     def train(self, dataset: Dataset, folds: list[Indices], seed: int) -> Dynamics:
         """A fitted stack, one model per entry of `folds`."""

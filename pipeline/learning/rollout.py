@@ -10,6 +10,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.numerics.integrate import SPEED_LIMIT
 from pipeline.physics.kernels import compiled_function
 from pipeline.physics.mechanisms import cam_follower as physics
 from pipeline.physics.mechanisms.cam import TURN
@@ -61,7 +62,7 @@ def residual_kernel() -> Callable[..., None]:
                     f = (theta[r, seen] - a_old) / (a - a_old) if a > a_old else 1.0
                     out[r, seen] = w_old + (w - w_old) * max(f, 0.0) - omega[r, seen]
                     seen += 1
-                if seen == lengths[r] or not abs(w) < 200.0:
+                if seen == lengths[r] or not abs(w) < SPEED_LIMIT:
                     break
                 a_old, w_old = a, w
                 k1 = acceleration(a, w, curve, V[r], m[r], o, p, c)

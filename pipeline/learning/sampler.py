@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+
 import torch
 from torch import Generator, Tensor
 
@@ -52,10 +54,25 @@ def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tenso
         dataset: owner of the samples.
         folds: the training experiments of each model of the stack.
     """
-    scales: dict[bytes, Tensor] = {}
-    for fold in folds:
-        if fold.tobytes() not in scales:
-            # an input that never varies in training keeps its own size: dividing by zero helps nobody
-            std = inputs[dataset.samples_of(fold)].std(0)
-            scales[fold.tobytes()] = torch.where(std > 1e-9, std, torch.ones_like(std))
-    return torch.stack([scales[fold.tobytes()] for fold in folds])
+
+    def scale(fold: Indices) -> Tensor:
+        std = inputs[dataset.samples_of(fold)].std(0)
+        # an input that never varies in training keeps its own size: dividing by zero helps nobody
+        return torch.where(std > 1e-9, std, torch.ones_like(std))
+
+    return once_per_fold(folds, lambda distinct: [scale(fold) for fold in distinct])
+
+
+def once_per_fold(folds: list[Indices], work: Callable[[list[Indices]], Iterable[Tensor]]) -> Tensor:
+    """Do `work` on the distinct training sets of a stack and hand its results to every repeat.
+
+    Args:
+        folds: the training experiments of each model of the stack.
+        work: one tensor for each of the distinct sets it is given, in their order.
+
+    Returns:
+        (stack, ...) one result per model.
+    """
+    distinct = {fold.tobytes(): fold for fold in folds}
+    results = dict(zip(distinct, work(list(distinct.values())), strict=True))
+    return torch.stack([results[fold.tobytes()] for fold in folds])

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from pipeline.models.conditions import Bench, CamTable, Conditions
 from pipeline.models.dynamics import Dynamics
-from pipeline.numerics.integrate import SPEED_LIMIT, step
+from pipeline.numerics.integrate import limited, step
 from pipeline.physics.kernels import torch_function
 from pipeline.physics.mechanisms import cam_follower as physics
 from pipeline.physics.mechanisms.cam import TURN
@@ -99,7 +99,7 @@ def minimal_force(
                 x[:, keep] for x in (theta, omega, acceleration, limit, seconds, active)
             )
         a, w, _ = step(partial(_acceleration, model, q), theta, omega, h, model.method)
-        w = torch.nan_to_num(w, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
+        w = limited(w)
         k = model.acceleration(a, w, q)
         force = contact.minimum((theta, omega, acceleration), (a, w, k), h, q)
         result[:, columns] = torch.where(active, torch.minimum(result[:, columns], force), result[:, columns])

@@ -47,6 +47,11 @@ def step(
     )
 
 
+def limited(speed: Tensor) -> Tensor:
+    """`speed` within the limit; NaN means that the simulation has diverged, and becomes the limit."""
+    return torch.nan_to_num(speed, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
+
+
 def rollout(
     acceleration: Acceleration, angle: Tensor, speed: Tensor, steps: int, period: float, method: Method
 ) -> tuple[Tensor, Tensor, Tensor]:
@@ -58,8 +63,7 @@ def rollout(
     angles, speeds, accelerations = [angle], [speed], []
     for _ in range(steps):
         angle, speed, k = step(acceleration, angle, speed, period, method)
-        # NaN means that the simulation has diverged; it stays at the limit
-        speed = torch.nan_to_num(speed, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
+        speed = limited(speed)
         angles.append(angle)
         speeds.append(speed)
         accelerations.append(k)

@@ -45,7 +45,7 @@ def tune(
     exp = campaign.experiments["exp"].to_numpy()
     tables = []
     for hidden in profile["widths"]:
-        recipe = Recipe(partial(model.dynamics, hidden=hidden), model.fit, model.label)
+        recipe = Recipe(partial(model.dynamics, hidden=hidden), model.fit)
         fitted = recipe.train(dataset, stack, seed)
         errors = simulate_tests(fitted, dataset, folds, repeats, exp).errors
         tables.append(errors.groupby("repeat")["omega_mse"].median().reset_index().assign(hidden=hidden))
