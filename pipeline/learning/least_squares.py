@@ -35,8 +35,9 @@ def _solve(model: Linear, dataset: Dataset, fold: Indices) -> torch.Tensor:
     now = now[owner[now] == owner[(now + 1).clamp_max(len(owner) - 1)]][:-1]
     inputs = model.inputs(dataset.theta[now], dataset.omega[now], dataset.conditions[owner[now]])
     target = (dataset.omega[now + 1] - dataset.omega[now]) / dataset.period
-    weight = dataset.lengths[owner[now]].rsqrt()[:, None]
-    solution: torch.Tensor = torch.linalg.lstsq(
-        (inputs * weight).double(), (target[:, None] * weight).double()
-    ).solution
+    # in double precision throughout: a setting that never varies in training must stay exactly collinear with
+    # the constant, or rounding decides its weight
+    weight = dataset.lengths[owner[now]].double().rsqrt()[:, None]
+    left, right = inputs.double() * weight, target[:, None].double() * weight
+    solution: torch.Tensor = torch.linalg.lstsq(left, right).solution
     return solution.float()
