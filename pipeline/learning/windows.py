@@ -1,0 +1,176 @@
+"""Training of hybrid models over windows of free run: eq. 4.9 with N = 1 (feedforward) or more (recurrent)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from pipeline.models.nnap import Integration, Nnap
+from pipeline.models.rollout import Measured, arguments
+from pipeline.physics.kernel.compiled import kernel
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Windows:
+    """How a stack is trained.
+
+    Attributes:
+        horizon: steps N that a window is simulated from its measured first state.
+        epochs: passes over all windows. batch: windows per mini-batch.
+        rate: of Adam at the start, for the weights; it falls to zero along a cosine.
+        physics_rate: the same for the scaled parameters.
+        clip: largest norm of the gradient of one mini-batch.
+        workers: members of the stack that are trained side by side.
+    """
+
+    horizon: int
+    epochs: int
+    batch: int = 200
+    rate: float = 3e-3
+    physics_rate: float = 3e-3
+    clip: float = 10.0
+    workers: int = 2
+
+
+@dataclass
+class Progress:
+    """Where the training of one member stands; everything that a checkpoint needs.
+
+    Attributes:
+        p: (parameters,) SI. xi: (trained,). weights: (size,). moments_p, moments_W: of Adam, (2, ...).
+        epoch: finished epochs. batches: finished mini-batches. losses: mean loss of every epoch.
+        history: (trained,) parameters after every epoch, SI. seconds: spent on each epoch.
+        diverged: training met a loss that is not finite, and stopped with the weights of the epoch before.
+    """
+
+    p: Array
+    xi: Array
+    weights: Array
+    moments_p: Array
+    moments_W: Array
+    epoch: int = 0
+    batches: int = 0
+    losses: list[float] = field(default_factory=list)
+    history: list[Array] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    diverged: bool = False
+
+    @classmethod
+    def start(cls, model: Nnap, member: int) -> Progress:
+        """Nothing trained yet."""
+        p, xi, weights = (
+            a[member].detach().double().cpu().numpy().copy()
+            for a in (model.physics(), model.xi, model.weights)
+        )
+        return cls(p, xi, weights, np.zeros((2, len(xi))), np.zeros((2, len(weights))))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted to what: shared by all members of a stack.
+
+    Attributes:
+        model: the stack as it starts. data: measured samples.
+        runs: training experiments of every member. bounds: (trained, 2) of the parameters, SI.
+        penalties: (networks,) price of their mean squared effort.
+        how: integration. seed: of the mini-batches.
+    """
+
+    model: Nnap
+    data: Measured
+    runs: list[Indices]
+    bounds: Array
+    penalties: Array
+    how: Integration
+    seed: int
+
+
+def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
+    """(states,) diagonal of C, eq. 4.9: the loss is the share of the change over a window that is not explained."""
+    starts = data.window_starts(runs, horizon)
+    change = data.x[starts + horizon] - data.x[starts]
+    power = np.mean(np.square(change), axis=0)
+    return np.asarray(1.0 / np.where(power > 0.0, power, 1.0))
+
+
+def train_epochs(problem: Problem, windows: Windows, stack: list[Progress], epochs: int) -> Iterator[int]:
+    """Train every member by up to `epochs` more epochs, `windows.workers` of them side by side.
+
+    Yields:
+        The number of members that are done, after each.
+    """
+    kernel(problem.model.structure)  # generated once, not by every thread
+    with ThreadPoolExecutor(windows.workers) as pool:
+        jobs = [pool.submit(_member, problem, windows, stack[m], m, epochs) for m in range(len(stack))]
+        for done, job in enumerate(jobs, start=1):
+            job.result()
+            yield done
+
+
+def _member(problem: Problem, windows: Windows, state: Progress, member: int, epochs: int) -> None:
+    import time
+
+    runs, data = problem.runs[member], problem.data
+    starts = data.window_starts(runs, windows.horizon)
+    C_x = weighting(data, runs, windows.horizon)
+    for _ in range(min(epochs, windows.epochs - state.epoch)):
+        if state.diverged:
+            return
+        begin = time.perf_counter()
+        kept = state.p.copy(), state.xi.copy(), state.weights.copy()
+        losses = _epoch(problem, windows, state, member, starts, C_x)
+        if not np.all(np.isfinite(losses)):
+            state.p, state.xi, state.weights = kept
+            state.diverged = True
+            return
+        state.epoch += 1
+        state.batches += len(losses)
+        state.losses.append(float(losses.mean()))
+        state.history.append(state.p[list(problem.model.structure.index)].copy())
+        state.seconds.append(time.perf_counter() - begin)
+
+
+def _epoch(
+    problem: Problem, windows: Windows, state: Progress, member: int, starts: Indices, C_x: Array
+) -> Array:
+    # drawn from the epoch's own seed, so that a resumed training sees the same mini-batches
+    rng = np.random.default_rng([problem.seed, member, windows.horizon, state.epoch])
+    batch = min(windows.batch, len(starts))
+    count = len(starts) // batch
+    drawn = rng.permutation(starts)[: count * batch].reshape(count, batch)
+    done = (state.epoch + np.arange(count) / count) / windows.epochs
+    fall = 0.5 * (1.0 + np.cos(np.pi * done))
+    model, how, data = problem.model, problem.how, problem.data
+    unit = model.unit.cpu().numpy()
+    scale, gain = (a[member].cpu().numpy() for a in (model.scale, model.gain))
+    losses: Array = kernel(model.structure).train(
+        drawn,
+        windows.rate * fall,
+        windows.physics_rate * fall,
+        state.batches,
+        windows.clip,
+        *(data.owner, data.x, data.u, data.c, data.t, windows.horizon),
+        *arguments(how),
+        *(state.p, np.asarray(model.structure.index, np.int64), unit),
+        *(problem.bounds[:, 0].copy(), problem.bounds[:, 1].copy()),
+        *(state.weights, scale, gain, C_x, problem.penalties),
+        *(state.xi, state.moments_p, state.moments_W),
+    )
+    return losses
+
+
+def finished(model: Nnap, stack: list[Progress]) -> Nnap:
+    """`model` with the weights and parameters that training reached."""
+    with torch.no_grad():
+        for m, state in enumerate(stack):
+            model.weights[m] = torch.from_numpy(state.weights)
+            model.xi[m] = torch.from_numpy(state.xi)
+    return model

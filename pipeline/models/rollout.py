@@ -1,0 +1,109 @@
+"""Free runs through the compiled kernel, as an operation that torch can differentiate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from pipeline.models.nnap import Integration, Nnap
+from pipeline.physics.kernel.compiled import kernel
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Experiments one after the other, as kernels read them.
+
+    Attributes:
+        x: (samples, states) measured or estimated states. u: (samples, inputs). t: (samples,) s.
+        c: (experiments, constants). owner: (samples,) the experiment of each sample.
+        offsets: (experiments + 1,) experiment i owns offsets[i]:offsets[i + 1].
+    """
+
+    x: Array
+    u: Array
+    t: Array
+    c: Array
+    owner: Indices
+    offsets: Indices
+
+    def window_starts(self, runs: Indices, horizon: int) -> Indices:
+        """First samples of all windows of `horizon` steps that lie within one of the experiments `runs`."""
+        parts = [np.arange(self.offsets[r], self.offsets[r + 1] - horizon) for r in runs]
+        return np.concatenate(parts) if parts else np.empty(0, np.int64)
+
+
+def arguments(how: Integration) -> tuple[int, float, float, Array]:
+    """What the kernels' functions want to know about the integration, in their order."""
+    return how.substeps, how.period, float(how.hold), how.stages
+
+
+def _common(model: Nnap, member: int, how: Integration) -> tuple[Any, ...]:
+    values = (model.physics(), model.weights, model.scale, model.gain)
+    own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
+    return (*arguments(how), *own)
+
+
+def simulate(
+    model: Nnap, member: int, data: Measured, x0: Array, starts: Indices, steps: int, how: Integration
+) -> tuple[Array, Array]:
+    """Free runs of one member: trajectories (windows, steps + 1, states), efforts (windows, steps, networks).
+
+    Args:
+        x0: (windows, states). starts: (windows,) sample of `data` whose inputs each window begins with.
+    """
+    run = kernel(model.structure).simulate
+    X, Z = run(x0, starts, data.owner, data.u, data.c, data.t, steps, *_common(model, member, how))
+    return X, Z
+
+
+class CompiledRollout(torch.autograd.Function):
+    """`simulate` with analytic back-propagation through time to x0, the trained parameters and the weights."""
+
+    @staticmethod
+    def forward(
+        ctx: Any,
+        x0: Tensor,
+        xi: Tensor,
+        weights: Tensor,
+        model: Nnap,
+        member: int,
+        data: Measured,
+        starts: Indices,
+        steps: int,
+        how: Integration,
+    ) -> tuple[Tensor, Tensor]:
+        """x0 (windows, states), xi (trained,), weights (size,) of `member`; see `simulate`."""
+        X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
+        ctx.context = model, member, data, starts, steps, how, X
+        return torch.from_numpy(X), torch.from_numpy(Z)
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
+        """Gradients by x0, xi and weights."""
+        model, member, data, starts, steps, how, X = ctx.context
+        G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
+        pullback = kernel(model.structure).pullback
+        gx0, gp, gW = pullback(
+            X, G, GZ, starts, data.owner, data.u, data.c, data.t, steps, *_common(model, member, how)
+        )
+        units = model.unit.detach().cpu()
+        grown = torch.from_numpy(gx0), torch.from_numpy(gp) * units, torch.from_numpy(gW)
+        return (*grown, None, None, None, None, None, None)
+
+
+def rollout(
+    model: Nnap, member: int, data: Measured, x0: Tensor, starts: Indices, steps: int, how: Integration
+) -> tuple[Tensor, Tensor]:
+    """Differentiable `simulate`: trajectories (windows, steps + 1, states), efforts (windows, steps, networks)."""
+    result: tuple[Tensor, Tensor] = CompiledRollout.apply(  # type: ignore[no-untyped-call]
+        x0, model.xi[member], model.weights[member], model, member, data, starts, steps, how
+    )
+    return result

@@ -1,0 +1,1 @@
+"""Compiled rollouts of a system with networks in its ports, generated from its symbolic equations."""
