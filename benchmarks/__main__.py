@@ -10,22 +10,33 @@ from pathlib import Path
 import torch
 
 import benchmarks
+from benchmarks.timing import PeerMissing
 from pipeline.files import write_json
 from pipeline.revision import revision
 
-HARNESS = {"timing", "__main__"}
+HARNESS = {"timing", "slider_crank", "keras_peer", "__main__"}
+COMMON = {"ours", "peer", "ratio", "ratio_low", "ratio_high", "peer_version", "threads"}
 
 
 def main() -> None:
-    """One object per benchmark: ours and peer in seconds, their ratio, the peer's version, threads."""
+    """One object per benchmark: ours and peer in seconds, their ratio, the peer's version, threads, and more.
+
+    A benchmark whose peer is not installed is left out.
+    """
     start = time.monotonic()
     results: dict[str, object] = {"data": "virtual", "profile": "-", "revision": revision()}
     for module in sorted(m.name for m in pkgutil.iter_modules(benchmarks.__path__) if m.name not in HARNESS):
         benchmark = importlib.import_module(f"benchmarks.{module}")
-        numbers = benchmark.run()
-        results[module] = {**numbers, "peer_version": benchmark.PEER, "threads": torch.get_num_threads()}
+        try:
+            numbers = benchmark.run()
+        except PeerMissing as missing:
+            print(f"{module:<16} skipped: {missing}")
+            continue
+        numbers = {"peer_version": benchmark.PEER, "threads": torch.get_num_threads(), **numbers}
+        results[module] = numbers
         spread = f"({numbers['ratio_low']:.1f} to {numbers['ratio_high']:.1f})"
-        print(f"{module:<12} {numbers['ratio']:6.1f} x the speed {spread} of {benchmark.PEER}")
+        own = "".join(f", {name} {value:.3g}" for name, value in numbers.items() if name not in COMMON)
+        print(f"{module:<16} {numbers['ratio']:6.1f} x the speed {spread} of {numbers['peer_version']}{own}")
     results["seconds"] = time.monotonic() - start
     write_json(Path(__file__).parent.parent / "reports" / "metrics" / "benchmarks.json", results)
 

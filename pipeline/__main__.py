@@ -88,10 +88,21 @@ def _call(config: DictConfig) -> None:
     from pipeline.errors import BadInput
 
     function = hydra.utils.get_method(config["_target_"])
-    paths = [name for name, p in inspect.signature(function).parameters.items() if p.annotation == "Path"]
+    if missing := sorted(OmegaConf.missing_keys(config)):
+        sys.exit(_refuse(f"{missing[0]} must be given: {missing[0]}=..."))
+    given = inspect.signature(function).parameters
+    for name, parameter in given.items():
+        if parameter.annotation == "Path" and config[name] is None:
+            sys.exit(_refuse(f"{name} must be given: {name}=..."))
+    kinds = {name: str(p.annotation) for name, p in given.items()}
     try:
         OmegaConf.resolve(config)
-        hydra.utils.call(config, **{name: Path(config[name]) for name in paths})
+        paths = {
+            name: Path(str(config[name]))
+            for name, kind in kinds.items()
+            if kind.split(" | ")[0] == "Path" and config[name] is not None
+        }
+        hydra.utils.call(config, **paths)
     except InstantiationException as error:
         # Hydra wraps what the stage raised; a SystemExit passes through its job runner without a second line
         cause: BaseException | None = error

@@ -103,3 +103,27 @@ def tuning(experiments: pd.DataFrame, share: float = 0.3, seed: int = 0) -> list
     order = np.random.default_rng(seed).permutation(nominal)
     cut = max(1, round(share * len(nominal)))
     return [Fold(f"{share:.0%}", np.sort(order[:cut]), np.sort(order[cut:]))]
+
+
+def leave_one_out(experiments: pd.DataFrame) -> list[Fold]:
+    """Each fold leaves one experiment out, or one group of them where the log folder names groups (4.4)."""
+    members = (experiments["group"] if "group" in experiments else experiments["id"]).astype(str).to_numpy()
+    rows = np.arange(len(members))
+    return [Fold(name, rows[members != name], rows[members == name]) for name in dict.fromkeys(members)]
+
+
+def slower_half(experiments: pd.DataFrame, speed: str) -> list[Fold]:
+    """Train on the slower half, test on the faster one: the region of operations of section 4.4.2.
+
+    Args:
+        experiments: one row each.
+        speed: the column that says how fast an experiment is.
+
+    Raises:
+        BadInput: when there is no such column.
+    """
+    if speed not in experiments:
+        raise BadInput(f"the experiments have no column {speed}, got {', '.join(map(str, experiments))}")
+    order = np.argsort(experiments[speed].to_numpy(np.float64), kind="stable")
+    half = len(order) // 2
+    return [Fold("slow", np.sort(order[:half]), np.sort(order[half:]))]

@@ -1,9 +1,10 @@
-"""What a file of conf/model/ says about a hybrid model of a system: which networks, which parameters, fitted how."""
+"""What a file of conf/model/ says about a hybrid model of a system: which networks, which parameters, fitted
+how.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -11,10 +12,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from pipeline.errors import BadInput
-from pipeline.learning.windows import Problem, Progress, Windows, finished, train_epochs
+from pipeline.learning.windows import Problem, Windows
 from pipeline.models.nnap import Integration, Nnap
 from pipeline.models.rollout import Measured
 from pipeline.models.structures import Plan, Structure
+from pipeline.numerics.integrate import Method
 from pipeline.physics.kernel.structure import Augmented
 from pipeline.physics.system.model import System
 from pipeline.physics.system.reference import torch_equations
@@ -41,7 +43,7 @@ class AugmentedRecipe:
     identify: tuple[str, ...] | None = None
     spread: float = 0.0
     spread_of_fixed: float = 0.0
-    method: str = "euler"
+    method: Method = "euler"
     substeps: int = 1
     hold: float = 0.0
 
@@ -85,21 +87,6 @@ class AugmentedRecipe:
         how = self.integration(period)
         return Problem(Nnap(structure, *tensors), data, runs, bounds, penalties, how, seed)
 
-    def train(self, problem: Problem, stack: list[Progress], chunk: int) -> Iterator[int]:
-        """Train `stack` to the end, `chunk` epochs of every member at a time.
-
-        Yields:
-            Epochs done over all members, after each member and chunk.
-        """
-        epochs = self.windows.epochs
-        while any(s.epoch < epochs and not s.diverged for s in stack):
-            for _ in train_epochs(problem, self.windows, stack, chunk):
-                yield sum(epochs if s.diverged else s.epoch for s in stack)
-
-    def with_horizon(self, horizon: int, epochs: int) -> AugmentedRecipe:
-        """The same model trained over other windows."""
-        return replace(self, windows=replace(self.windows, horizon=horizon, epochs=epochs))
-
 
 def start_from(problem: Problem, fitted: Nnap) -> None:
     """Begin where `fitted`, a stack of the same structure, ended.
@@ -114,11 +101,6 @@ def start_from(problem: Problem, fitted: Nnap) -> None:
             f"got {fitted.batch} of {fitted.weights.shape[1]}"
         )
     model.load_state_dict(fitted.state_dict())
-
-
-def trained_model(problem: Problem, stack: list[Progress]) -> Nnap:
-    """The stack as training left it."""
-    return finished(problem.model, stack)
 
 
 def _start(recipe: AugmentedRecipe, structure: Augmented, rng: np.random.Generator) -> Array:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from torch import nn
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing
@@ -32,36 +33,60 @@ class Recipe:
         return self.fit(self.dynamics, dataset, folds, seed)
 
 
-def save(model: Dynamics, path: Path, about: dict[str, Any]) -> None:
+def save(model: nn.Module, path: Path, about: dict[str, Any]) -> None:
     """Write the weights of a fitted stack and the facts `about` it (plain types only)."""
     content = {"class": type(model).__name__, "state": model.state_dict(), "about": about}
     with replacing(path) as temporary:
         torch.save(content, temporary)
 
 
-def load(path: Path, dynamics: Callable[..., Dynamics], dataset: Dataset) -> tuple[Dynamics, dict[str, Any]]:
-    """The fitted stack and the facts that `save` wrote; nothing in the file is executed.
+def read_checkpoint(path: Path) -> dict[str, Any]:
+    """What `save` wrote: class, state, about; nothing in the file is executed.
 
     Raises:
-        BadInput: when the file is missing, damaged, or belongs to another model.
+        BadInput: when the file is missing or damaged.
     """
     try:
         content = torch.load(path, weights_only=True)
-        name, state, about = content["class"], content["state"], content["about"]
+        return {key: content[key] for key in ("class", "state", "about")}
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file") from None
     except Exception as error:  # torch has no common base for what a damaged file can raise
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{path}: not a checkpoint ({reason[:80]})") from None
-    model = _like(state, dynamics, dataset)
-    if model is None or name != type(model).__name__:
-        raise BadInput(f"{path}: is a checkpoint of {name}, another model than the configured one")
+
+
+def restore(model: nn.Module, content: dict[str, Any], path: Path) -> None:
+    """Put the weights of a checkpoint into `model`.
+
+    Raises:
+        BadInput: when they belong to another model.
+    """
+    if content["class"] != type(model).__name__:
+        raise BadInput(
+            f"{path}: is a checkpoint of {content['class']}, another model than the configured one"
+        )
     try:
-        model.load_state_dict(state)
-    except RuntimeError as error:
+        model.load_state_dict(content["state"])
+    except (RuntimeError, AttributeError, TypeError) as error:
         reason = str(error).splitlines()[-1].strip()
         raise BadInput(f"{path}: does not fit the configured model ({reason[:120]})") from None
-    return model, about
+
+
+def load(path: Path, dynamics: Callable[..., Dynamics], dataset: Dataset) -> tuple[Dynamics, dict[str, Any]]:
+    """The fitted stack and the facts that `save` wrote.
+
+    Raises:
+        BadInput: when the file is missing, damaged, or belongs to another model.
+    """
+    content = read_checkpoint(path)
+    model = _like(content["state"], dynamics, dataset)
+    if model is None:
+        raise BadInput(
+            f"{path}: is a checkpoint of {content['class']}, another model than the configured one"
+        )
+    restore(model, content, path)
+    return model, content["about"]
 
 
 def _like(state: dict[str, Any], dynamics: Callable[..., Dynamics], dataset: Dataset) -> Dynamics | None:

@@ -1,7 +1,10 @@
-"""Training of hybrid models over windows of free run: eq. 4.9 with N = 1 (feedforward) or more (recurrent)."""
+"""Training of hybrid models over windows of free run: eq. 4.9 with N = 1 (feedforward) or more
+(recurrent).
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -10,9 +13,11 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from pipeline.errors import BadInput
 from pipeline.models.nnap import Integration, Nnap
 from pipeline.models.rollout import Measured, arguments
 from pipeline.physics.kernel.compiled import kernel
+from pipeline.physics.kernel.training import train
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -38,6 +43,20 @@ class Windows:
     physics_rate: float = 3e-3
     clip: float = 10.0
     workers: int = 2
+
+    def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
+        """Train `stack` to the end, every member a few epochs at a time; `stack` may be saved between.
+
+        Yields:
+            Epochs done over all members.
+        """
+        chunk = 1
+        while any(s.epoch < self.epochs and not s.diverged for s in stack):
+            begin = time.monotonic()
+            train_epochs(problem, self, stack, chunk)
+            yield sum(self.epochs if s.diverged else s.epoch for s in stack)
+            # about a second at a time
+            chunk = max(1, round(chunk / max(time.monotonic() - begin, 0.1)))
 
 
 @dataclass
@@ -94,39 +113,35 @@ class Problem:
 
 
 def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
-    """(states,) diagonal of C, eq. 4.9: the loss is the share of the change over a window that is not explained."""
+    """(states,) diagonal of C, eq. 4.9: the loss is the share of the change over a window that is not
+    explained.
+    """
     starts = data.window_starts(runs, horizon)
+    if not len(starts):
+        return np.ones(data.x.shape[1])
     change = data.x[starts + horizon] - data.x[starts]
     power = np.mean(np.square(change), axis=0)
     return np.asarray(1.0 / np.where(power > 0.0, power, 1.0))
 
 
-def train_epochs(problem: Problem, windows: Windows, stack: list[Progress], epochs: int) -> Iterator[int]:
-    """Train every member by up to `epochs` more epochs, `windows.workers` of them side by side.
-
-    Yields:
-        The number of members that are done, after each.
-    """
+def train_epochs(problem: Problem, windows: Windows, stack: list[Progress], epochs: int) -> None:
+    """Train every member by up to `epochs` more epochs, `windows.workers` of them side by side."""
     kernel(problem.model.structure)  # generated once, not by every thread
     with ThreadPoolExecutor(windows.workers) as pool:
         jobs = [pool.submit(_member, problem, windows, stack[m], m, epochs) for m in range(len(stack))]
-        for done, job in enumerate(jobs, start=1):
+        for job in jobs:
             job.result()
-            yield done
 
 
 def _member(problem: Problem, windows: Windows, state: Progress, member: int, epochs: int) -> None:
-    import time
-
     runs, data = problem.runs[member], problem.data
-    starts = data.window_starts(runs, windows.horizon)
     C_x = weighting(data, runs, windows.horizon)
     for _ in range(min(epochs, windows.epochs - state.epoch)):
         if state.diverged:
             return
         begin = time.perf_counter()
         kept = state.p.copy(), state.xi.copy(), state.weights.copy()
-        losses = _epoch(problem, windows, state, member, starts, C_x)
+        losses = _epoch(problem, windows, state, member, C_x)
         if not np.all(np.isfinite(losses)):
             state.p, state.xi, state.weights = kept
             state.diverged = True
@@ -138,30 +153,42 @@ def _member(problem: Problem, windows: Windows, state: Progress, member: int, ep
         state.seconds.append(time.perf_counter() - begin)
 
 
-def _epoch(
-    problem: Problem, windows: Windows, state: Progress, member: int, starts: Indices, C_x: Array
-) -> Array:
-    # drawn from the epoch's own seed, so that a resumed training sees the same mini-batches
-    rng = np.random.default_rng([problem.seed, member, windows.horizon, state.epoch])
+def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -> Indices:
+    """First samples of the windows of one epoch, (batches, windows per batch).
+
+    Drawn from the epoch's own seed, so that a resumed training sees the same mini-batches.
+
+    Raises:
+        BadInput: when no experiment is as long as the horizon.
+    """
+    starts = problem.data.window_starts(problem.runs[member], windows.horizon)
+    if not len(starts):
+        raise BadInput(f"no training experiment has more than {windows.horizon} samples, the horizon")
+    rng = np.random.default_rng([problem.seed, member, windows.horizon, epoch])
     batch = min(windows.batch, len(starts))
     count = len(starts) // batch
-    drawn = rng.permutation(starts)[: count * batch].reshape(count, batch)
-    done = (state.epoch + np.arange(count) / count) / windows.epochs
-    fall = 0.5 * (1.0 + np.cos(np.pi * done))
+    return rng.permutation(starts)[: count * batch].reshape(count, batch)
+
+
+def fall(windows: Windows, epoch: int, count: int) -> Array:
+    """(count,) learning rate of the mini-batches of an epoch, as a share of the first one: a cosine."""
+    done = (epoch + np.arange(count) / count) / windows.epochs
+    return np.asarray(0.5 * (1.0 + np.cos(np.pi * done)))
+
+
+def _epoch(problem: Problem, windows: Windows, state: Progress, member: int, C_x: Array) -> Array:
+    drawn = drawn_windows(problem, windows, member, state.epoch)
+    shares = fall(windows, state.epoch, len(drawn))
     model, how, data = problem.model, problem.how, problem.data
     unit = model.unit.cpu().numpy()
     scale, gain = (a[member].cpu().numpy() for a in (model.scale, model.gain))
-    losses: Array = kernel(model.structure).train(
-        drawn,
-        windows.rate * fall,
-        windows.physics_rate * fall,
-        state.batches,
-        windows.clip,
-        *(data.owner, data.x, data.u, data.c, data.t, windows.horizon),
-        *arguments(how),
-        *(state.p, np.asarray(model.structure.index, np.int64), unit),
-        *(problem.bounds[:, 0].copy(), problem.bounds[:, 1].copy()),
-        *(state.weights, scale, gain, C_x, problem.penalties),
+    k = kernel(model.structure)
+    losses: Array = train(
+        *(k.evaluate, k.pull, k.layout, drawn, windows.rate * shares, windows.physics_rate * shares),
+        *(state.batches, windows.clip, data.owner, data.x, data.u, data.c, data.t, windows.horizon),
+        *(*arguments(how), state.p, state.weights, scale, gain),
+        *(np.asarray(model.structure.index, np.int64), unit),
+        *(problem.bounds[:, 0].copy(), problem.bounds[:, 1].copy(), C_x, problem.penalties),
         *(state.xi, state.moments_p, state.moments_W),
     )
     return losses

@@ -93,21 +93,28 @@ class Nnap(nn.Module):
         """Effort of every network, (batch, samples, networks), eq. 4.4.
 
         Args:
-            t: (samples,) or (batch, samples) s. x: (batch, samples, states). u: (..., inputs). c: (..., constants).
+            t: (samples,) or (batch, samples) s. x: (batch, samples, states). u: (..., inputs). c: (...,
+                constants).
         """
-        q = self.network_inputs(t, x, u, c) * self.scale[:, None]
+        return self.efforts_of(self.network_inputs(t, x, u, c))
+
+    def efforts_of(self, q: Tensor) -> Tensor:
+        """Effort of every network, (batch, samples, networks), from the inputs of all (batch, samples,
+        inputs).
+        """
+        scaled = q * self.scale[:, None]
         parts = []
         for k, (W_h, b_h, W_o, b_o, columns) in enumerate(self._layers()):
-            hidden = torch.relu(q[..., columns] @ W_h + b_h)
+            hidden = torch.relu(scaled[..., columns] @ W_h + b_h)
             parts.append(self.gain[:, None, k] * ((hidden @ W_o)[..., 0] + b_o))
-        return torch.stack(parts, -1) if parts else x.new_zeros((*x.shape[:-1], 0))
+        return torch.stack(parts, -1) if parts else q.new_zeros((*q.shape[:-1], 0))
 
     def _layers(self) -> Iterator[tuple[Tensor, Tensor, Tensor, Tensor, slice]]:
         weight = column = 0
         for network in self.structure.networks:
             ni, nh = len(network.inputs), network.hidden
             W = self.weights[:, weight : weight + network.size]
-            W_h, b_h, W_o, b_o = W.split([ni * nh, nh, nh, 1], 1)
+            W_h, b_h, W_o, b_o = torch.split(W, [ni * nh, nh, nh, 1], 1)
             yield W_h.view(-1, ni, nh), b_h[:, None], W_o[..., None], b_o, slice(column, column + ni)
             weight, column = weight + network.size, column + ni
 
@@ -134,7 +141,8 @@ class Nnap(nn.Module):
             Trajectory (batch, windows, steps + 1, states); networks' efforts at its samples but the last
             (batch, windows, steps, networks).
         """
-        x, xs, zs = x0, [x0], []
+        x, xs = x0, [x0]
+        zs: list[Tensor] = []
         part = how.period / how.substeps
         for k in range(u.shape[-2] - 1):
             now, slope = u[..., k, :], how.hold * (u[..., k + 1, :] - u[..., k, :])

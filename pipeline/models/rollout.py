@@ -10,7 +10,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from pipeline.measurements.logs import Logs
 from pipeline.models.nnap import Integration, Nnap
+from pipeline.physics.kernel import loops
 from pipeline.physics.kernel.compiled import kernel
 
 Array = NDArray[np.float64]
@@ -33,6 +35,13 @@ class Measured:
     c: Array
     owner: Indices
     offsets: Indices
+
+    @classmethod
+    def of(cls, logs: Logs) -> Measured:
+        """The samples of a log folder."""
+        owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
+        x, u, t, c = (np.array(a, np.float64, order="C") for a in (logs.x, logs.u, logs.t, logs.c))
+        return cls(x, u, t, c, owner, np.asarray(logs.offsets, np.int64))
 
     def window_starts(self, runs: Indices, horizon: int) -> Indices:
         """First samples of all windows of `horizon` steps that lie within one of the experiments `runs`."""
@@ -59,13 +68,19 @@ def simulate(
     Args:
         x0: (windows, states). starts: (windows,) sample of `data` whose inputs each window begins with.
     """
-    run = kernel(model.structure).simulate
-    X, Z = run(x0, starts, data.owner, data.u, data.c, data.t, steps, *_common(model, member, how))
+    k = kernel(model.structure)
+    inputs = data.u, data.c, data.t, steps
+    first = np.ascontiguousarray(x0[:, None])
+    X, Z = loops.simulate(
+        k.evaluate, k.layout, first, starts, data.owner, *inputs, *_common(model, member, how)
+    )
     return X, Z
 
 
 class CompiledRollout(torch.autograd.Function):
-    """`simulate` with analytic back-propagation through time to x0, the trained parameters and the weights."""
+    """`simulate` with analytic back-propagation through time to x0, the trained parameters and the
+    weights.
+    """
 
     @staticmethod
     def forward(
@@ -90,19 +105,23 @@ class CompiledRollout(torch.autograd.Function):
         """Gradients by x0, xi and weights."""
         model, member, data, starts, steps, how, X = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
-        pullback = kernel(model.structure).pullback
-        gx0, gp, gW = pullback(
-            X, G, GZ, starts, data.owner, data.u, data.c, data.t, steps, *_common(model, member, how)
+        k = kernel(model.structure)
+        inputs = data.u, data.c, data.t, steps
+        gx0, gp, gW = loops.pullback(
+            *(k.evaluate, k.pull, k.layout, X, G, GZ, starts, data.owner),
+            *(*inputs, *_common(model, member, how)),
         )
         units = model.unit.detach().cpu()
-        grown = torch.from_numpy(gx0), torch.from_numpy(gp) * units, torch.from_numpy(gW)
+        grown = torch.from_numpy(gx0[:, 0]), torch.from_numpy(gp) * units, torch.from_numpy(gW)
         return (*grown, None, None, None, None, None, None)
 
 
 def rollout(
     model: Nnap, member: int, data: Measured, x0: Tensor, starts: Indices, steps: int, how: Integration
 ) -> tuple[Tensor, Tensor]:
-    """Differentiable `simulate`: trajectories (windows, steps + 1, states), efforts (windows, steps, networks)."""
+    """Differentiable `simulate`: trajectories (windows, steps + 1, states), efforts (windows, steps,
+    networks).
+    """
     result: tuple[Tensor, Tensor] = CompiledRollout.apply(  # type: ignore[no-untyped-call]
         x0, model.xi[member], model.weights[member], model, member, data, starts, steps, how
     )

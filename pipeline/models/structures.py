@@ -68,7 +68,9 @@ def conservative_and_dissipative(
 
 
 def black_box(system: System, trained: tuple[str, ...], hidden: int, inputs: Sequence[str]) -> Plan:
-    """No physics but kinematics: a network gives the derivative of every state whose derivative is not a state."""
+    """No physics but kinematics: a network gives the derivative of every state whose derivative is not a
+    state.
+    """
     ports, dynamics = [], []
     for state, f in zip(system.states, system.dynamics, strict=True):
         effort = f"rate_of_{state.name}"
@@ -90,7 +92,9 @@ def _coordinates(port: Port) -> list[str]:
 
 
 def _expressions(system: System, texts: list[str]) -> tuple[sp.Expr, ...]:
-    """Network inputs from names or expressions of the system file's grammar; efforts are not known to a network."""
+    """Network inputs from names or expressions of the system file's grammar; efforts are not known to a
+    network.
+    """
     scope = scope_of(system)
     found = tuple(parse(text, scope, f"network input {text!r}") for text in texts)
     for text, expression in zip(texts, found, strict=True):

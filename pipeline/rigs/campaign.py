@@ -7,14 +7,17 @@ experiment: seven comma-separated rows t, theta, omega, alpha, y, h, eps in SI u
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from pipeline.files import replacing
+from pipeline.progress import Counter
 from pipeline.rigs.cam_follower import CamFollowerRig
 
 CHANNELS = ("t", "theta", "omega", "alpha", "y", "h", "eps")
@@ -23,6 +26,38 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)  # a fixed time stamp keeps equal campaigns equal
 _COMPRESSION = 4  # nearly as small as the default level in half the time
 
 Job = tuple[int, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class CamFollowerCampaign:
+    """A full factorial on the virtual cam-follower bench.
+
+    Attributes:
+        H: strokes, m. beta: rise angles, rad. m: follower masses, kg. V: voltages, V.
+    """
+
+    H: Sequence[float]
+    beta: Sequence[float]
+    m: Sequence[float]
+    V: Sequence[float]
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write `folder`/campaign.zip and return the provenance."""
+        table = factorial(self.H, self.beta, self.m, self.V)
+        with Counter(len(table), "virtual bench") as counter:
+            write_campaign(
+                folder / "campaign.zip",
+                table,
+                CamFollowerRig(),
+                seed,
+                progress=lambda done, _: counter.update(done),
+            )
+        return {
+            "data": "virtual",
+            "description": "simulated logs of an event-driven virtual cam-follower bench, not measurements",
+            "seed": seed,
+            "experiments": len(table),
+        }
 
 
 def factorial(

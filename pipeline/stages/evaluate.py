@@ -5,24 +5,44 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipeline.errors import BadInput
+from pipeline.evaluation.held_out import free_runs, surfaces
 from pipeline.evaluation.simulate import explore, simulate_tests
-from pipeline.evaluation.splits import Split
+from pipeline.evaluation.splits import Fold, Split
 from pipeline.files import replacing_folder
+from pipeline.learning.augmented import AugmentedRecipe
+from pipeline.learning.fitting import load_fit
 from pipeline.learning.recipe import Recipe, load
+from pipeline.measurements.folder import read_logs
 from pipeline.models.dataset import Dataset
+from pipeline.models.rollout import Measured
 from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.physics.system.reader import read_system
 from pipeline.trajectory import Campaign
 
 
 def evaluate(
-    features: Path, fits: Path, mechanism: CamFollower, model: Recipe, split: Split, out: Path
+    system: Path | None,
+    logs: Path | None,
+    features: Path,
+    fits: Path,
+    mechanism: CamFollower,
+    model: Recipe | AugmentedRecipe,
+    split: Split,
+    out: Path,
 ) -> None:
-    """Write `out`/errors.parquet, `out`/examples.parquet and, where the split explores, `out`/force.parquet.
+    """Write `out`/errors.parquet and `out`/examples.parquet: test experiments, simulated from their first
+    state.
+
+    With `system` and `logs` also `out`/efforts.parquet, what the networks say on the training experiments,
+    and `out`/surface.parquet, networks of two inputs on a grid; without, where the split explores,
+    `out`/force.parquet.
 
     Args:
+        system: system file.
+        logs: log folder, or the store that ingest made of one.
         features: store written by featurize.
         fits: folder written by train for the same model and split.
-        mechanism: constants of the bench.
+        mechanism: constants of the cam-follower bench.
         model: the recipe that was fitted.
         split: the folds.
         out: folder, replaced as a whole.
@@ -30,12 +50,52 @@ def evaluate(
     Raises:
         BadInput: when an input is missing or the fit belongs to another model or split.
     """
+    if (system is None) != (logs is None):
+        raise BadInput("system and logs must be given together")
+    if isinstance(model, AugmentedRecipe) != (system is not None):
+        raise BadInput(
+            "a hybrid model of a system (hybrid, nnap, ...) must have system= and logs=, another must not"
+        )
+    if isinstance(model, AugmentedRecipe):
+        assert system is not None and logs is not None
+        _evaluate_system(system, logs, fits, model, split, out)
+    else:
+        _evaluate_drivetrain(features, fits, mechanism, model, split, out)
+
+
+def _evaluate_system(
+    system: Path, logs: Path, fits: Path, model: AugmentedRecipe, split: Split, out: Path
+) -> None:
+    known = read_system(system)
+    measured = read_logs(logs, known)
+    fitted, about = load_fit(model, known, measured, fits)
+    folds = split.folds(measured.experiments_with_speed())
+    _check_folds(folds, about["folds"], fits)
+    results = free_runs(fitted, measured, folds, about["repeats"], model.integration(measured.period))
+    runs = [fold.train for fold in folds for _ in range(about["repeats"])]
+    data = Measured.of(measured)
+    initial = model.problem(known, data, measured.period, runs, about["seed"]).model
+    shapes = surfaces({"initial": initial, "converged": fitted}, measured)
+    with replacing_folder(out) as folder:
+        results.errors.to_parquet(folder / "errors.parquet", index=False)
+        results.examples.to_parquet(folder / "examples.parquet", index=False)
+        results.efforts.to_parquet(folder / "efforts.parquet", index=False)
+        shapes.to_parquet(folder / "surface.parquet", index=False)
+
+
+def _check_folds(folds: list[Fold], fitted: list[str], fits: Path) -> None:
+    if fitted != [fold.name for fold in folds]:
+        raise BadInput(f"{fits}/model.pt: was fitted on the folds {fitted}, another split")
+
+
+def _evaluate_drivetrain(
+    features: Path, fits: Path, mechanism: CamFollower, model: Recipe, split: Split, out: Path
+) -> None:
     campaign = Campaign.read(features, ["t", "theta", "omega"])
     dataset = Dataset.of(campaign, mechanism)
     fitted, about = load(fits / "model.pt", model.dynamics, dataset)
     folds = split.folds(campaign.experiments)
-    if about["folds"] != [fold.name for fold in folds]:
-        raise BadInput(f"{fits}/model.pt: was fitted on the folds {about['folds']}, another split")
+    _check_folds(folds, about["folds"], fits)
     exp = campaign.experiments["exp"].to_numpy()
     results = simulate_tests(fitted, dataset, folds, about["repeats"], exp)
     with replacing_folder(out) as folder:

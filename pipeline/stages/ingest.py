@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 from pipeline.evaluation.labels import label, mean_extreme, unwrapped
 from pipeline.files import read_json
+from pipeline.measurements.folder import read_logs
 from pipeline.physics.mechanisms.cam import TURN
 from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.physics.system.reader import read_system
 from pipeline.progress import track
 from pipeline.rawlogs import ROWS, Archive
 from pipeline.trajectory import Campaign
@@ -25,18 +27,28 @@ Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
 CHUNK = 40
 
 
-def ingest(raw: Path, mechanism: CamFollower, workers: int, out: Path) -> None:
+def ingest(raw: Path, system: Path | None, mechanism: CamFollower, workers: int, out: Path) -> None:
     """Write the store of a campaign (see `Campaign.write`).
 
+    With `system`, `raw` is a log folder of that system: uniform clock, angles unwrapped, states estimated.
+
     Args:
-        raw: folder with campaign.zip and provenance.json.
-        mechanism: thresholds of the labels.
+        raw: folder with campaign.zip and provenance.json, or a log folder.
+        system: system file.
+        mechanism: thresholds of the cam-follower's labels.
         workers: processes that parse.
         out: folder, replaced as a whole.
 
     Raises:
         BadInput: at the first log that cannot be used; nothing is written.
     """
+    if system is not None:
+        read_logs(raw, read_system(system)).write(out)
+    else:
+        _ingest_cam_follower(raw, mechanism, workers, out)
+
+
+def _ingest_cam_follower(raw: Path, mechanism: CamFollower, workers: int, out: Path) -> None:
     archive = raw / "campaign.zip"
     parameters = Archive(archive).parameters()
     ids = parameters["exp"].tolist()

@@ -10,8 +10,9 @@ import pandas as pd
 
 from pipeline.errors import BadInput
 from pipeline.evaluation import boundary, claims, summary
+from pipeline.evaluation.readable import write_table
 from pipeline.evaluation.splits import Fold, Split, nominal_subsets
-from pipeline.files import read_json, replacing, replacing_folder, write_json
+from pipeline.files import read_json, replacing_folder, write_json
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.revision import revision
 from pipeline.trajectory import Campaign
@@ -126,7 +127,7 @@ def _tuning(folder: Path) -> pd.DataFrame:
 
 
 def _readable(folder: Path, cells: pd.DataFrame, chapter: dict[str, Any]) -> None:
-    _table(
+    write_table(
         folder / "table_5_1", cells, 5, "Table 5.1: geometry of the cams", "geometry only, nothing measured"
     )
     rows = [
@@ -137,7 +138,7 @@ def _readable(folder: Path, cells: pd.DataFrame, chapter: dict[str, Any]) -> Non
     ]
     columns = ["subsets in training", "model", "quantity", "value", "unit", "low", "high"]
     table = pd.DataFrame(rows, columns=columns).replace({"mae": "Q_mae"})
-    _table(
+    write_table(
         folder / "extrapolation",
         table,
         6,
@@ -150,13 +151,4 @@ def _readable(folder: Path, cells: pd.DataFrame, chapter: dict[str, Any]) -> Non
         for name, content in leaves.items()
     ]
     table = pd.DataFrame(rows, columns=["model", "quantity", "value", "unit", "low", "high"])
-    _table(folder / "interpolation", table, 6, "Five-fold interpolation", chapter["protocol"])
-
-
-def _table(path: Path, table: pd.DataFrame, chapter: int, title: str, protocol: str) -> None:
-    with replacing(path.with_suffix(".csv")) as temporary:
-        table.to_csv(temporary, index=False, float_format="%.6g")
-    write_json(
-        path.with_suffix(".json"),
-        {"title": title, "caption": title, "protocol": protocol, "chapter": chapter},
-    )
+    write_table(folder / "interpolation", table, 6, "Five-fold interpolation", chapter["protocol"])

@@ -7,44 +7,81 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pipeline.errors import BadInput
 from pipeline.evaluation.splits import Split
 from pipeline.files import write_json
+from pipeline.learning.augmented import AugmentedRecipe
+from pipeline.learning.fitting import Members, fit
 from pipeline.learning.recipe import Recipe, save
+from pipeline.measurements.folder import read_logs
 from pipeline.models.dataset import Dataset
 from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.physics.system.reader import read_system
 from pipeline.trajectory import Campaign
 
 
 def train(
+    system: Path | None,
+    logs: Path | None,
     features: Path,
     mechanism: CamFollower,
-    model: Recipe,
+    model: Recipe | AugmentedRecipe,
     split: Split,
     profile: Mapping[str, Any],
+    start: Path | None,
+    device: str,
     seed: int,
     out: Path,
 ) -> None:
     """Write `out`/model.pt (weights) and `out`/fit.json (what was fitted, how long it took).
 
+    With `system` and `logs` a hybrid model of that system (model=hybrid, nnap, ...) is fitted, and
+    `out`/history.parquet tells its parameters and loss after every epoch; killed, it goes on where it was.
+    Without them a model of the cam-follower's drivetrain (model=f_h2, motor, ...) is fitted to `features`.
+
     Args:
+        system: system file.
+        logs: log folder, or the store that ingest made of one.
         features: store written by featurize.
-        mechanism: constants of the bench, known to every model.
+        mechanism: constants of the cam-follower bench, known to every model.
         model: what to fit and how.
         split: the folds; a fold's model sees its training experiments and nothing else.
         profile: `repeats` models per fold, differing in seed.
+        start: folder of a fit of the same model and split to start from; null: from scratch.
+        device: cpu runs the compiled kernels; cuda (or another device of torch) the torch reference.
         seed: of everything random.
         out: folder.
 
     Raises:
-        BadInput: when the features are missing or too few.
+        BadInput: when the data are missing or too few, or do not suit the model.
     """
+    if (system is None) != (logs is None):
+        raise BadInput("system and logs must be given together")
+    if isinstance(model, AugmentedRecipe) != (system is not None):
+        raise BadInput(
+            "a hybrid model of a system (hybrid, nnap, ...) must have system= and logs=, another must not"
+        )
+    if isinstance(model, AugmentedRecipe):
+        assert system is not None and logs is not None
+        known = read_system(system)
+        measured = read_logs(logs, known)
+        folds = split.folds(measured.experiments_with_speed())
+        members = Members.of([f.name for f in folds], [f.train for f in folds], profile["system_repeats"])
+        fit(model, known, measured, members, seed, start, device, out)
+    else:
+        _fit_drivetrain(features, mechanism, model, split, profile["repeats"], seed, out)
+
+
+def _fit_drivetrain(
+    features: Path, mechanism: CamFollower, model: Recipe, split: Split, repeats: int, seed: int, out: Path
+) -> None:
     campaign = Campaign.read(features, ["t", "theta", "omega"])
     folds = split.folds(campaign.experiments)
     dataset = Dataset.of(campaign, mechanism)
-    stack = [fold.train for fold in folds for _ in range(profile["repeats"])]
+    stack = [fold.train for fold in folds for _ in range(repeats)]
     start = time.monotonic()
     fitted = model.train(dataset, stack, seed)
-    about = {"folds": [fold.name for fold in folds], "repeats": profile["repeats"], "seed": seed}
+    about = {"folds": [fold.name for fold in folds], "repeats": repeats, "seed": seed}
     save(fitted, out / "model.pt", about)
     trained = sum(p.numel() for p in fitted.parameters()) // len(stack)
     write_json(out / "fit.json", {**about, "seconds": time.monotonic() - start, "parameters": trained})

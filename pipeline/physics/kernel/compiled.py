@@ -7,17 +7,38 @@ import importlib.util
 import os
 import sys
 import tempfile
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import sympy as sp
 
-from pipeline.physics.kernel import source
+from pipeline.files import replacing
+from pipeline.physics.kernel.layout import Layout
+from pipeline.physics.kernel.source import layout, source
 from pipeline.physics.kernel.structure import Augmented
 
 _HERE = Path(__file__).parent
-_MARK = "# --- generated ---"
+#: What the generated code depends on besides the model.
+_GENERATOR = (
+    *("layout.py", "scalars.py", "source.py", "printer.py"),
+    *("../system/functions.py", "../system/tables.py"),
+)
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The compiled model: arguments of the functions in `loops` and `training`.
+
+    Attributes:
+        evaluate, pull: compiled functions of a block and the parameters. layout: of the block.
+    """
+
+    evaluate: Any
+    pull: Any
+    layout: Layout
 
 
 def cache_folder() -> Path:
@@ -39,7 +60,7 @@ def cache_folder() -> Path:
 
 def _digest(model: Augmented) -> str:
     system = model.system
-    parts = [(_HERE / name).read_text() for name in ("template.py", "source.py", "printer.py")] + [
+    parts = [(_HERE / name).read_text() for name in _GENERATOR] + [
         sp.srepr(e) for e in (*system.closed, *model.inputs)
     ]
     names = [[s.name for s in group] for group in (system.x, system.u, system.p, system.c, system.e, model.p)]
@@ -49,20 +70,19 @@ def _digest(model: Augmented) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
 
 
-def kernel(model: Augmented) -> ModuleType:
-    """The compiled functions of `model`: `simulate`, `pullback` and `train` of `template.py`.
+@lru_cache(maxsize=256)
+def kernel(model: Augmented) -> Kernel:
+    """The compiled functions of `model`, generated and compiled once for every structure.
 
-    Generated and compiled once for every structure; parameter values are arguments.
+    Parameter values and weights are arguments of the loops, so that one kernel serves a whole stack.
     """
     name = f"kernel_{_digest(model)}"
     path = cache_folder() / f"{name}.py"
     if not path.exists():
-        head, _, tail = (_HERE / "template.py").read_text().partition(_MARK)
-        text = f"{head}{_MARK}\n{source.source(model)}\n{tail[tail.index(chr(10)) :]}"
-        temporary = path.with_name(f".{name}.{os.getpid()}.tmp")
-        temporary.write_text(text)
-        temporary.replace(path)
-    return _loaded(path)
+        with replacing(path) as temporary:
+            temporary.write_text(source(model))
+    module = _loaded(path)
+    return Kernel(module.evaluate, module.pull, layout(model))
 
 
 @lru_cache(maxsize=256)

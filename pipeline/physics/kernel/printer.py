@@ -15,10 +15,10 @@ class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
         super().__init__({"fully_qualified_modules": True, "allow_unknown_functions": True})
         self._names = names
 
-    def _print_Symbol(self, expr: sp.Symbol) -> str:  # noqa: N802 - SymPy's names
+    def _print_Symbol(self, expr: sp.Symbol) -> str:
         return self._names.get(expr, expr.name)
 
-    _print_Dummy = _print_Symbol  # noqa: N815
+    _print_Dummy = _print_Symbol
 
     def _print_sin(self, expr: sp.Expr) -> str:
         return f"sin({self._print(expr.args[0])})"
@@ -30,19 +30,19 @@ class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
         table, x, order = expr.args
         return f"table_{int(table)}_{int(order)}({self._print(x)})"
 
-    def _print_Integer(self, expr: sp.Integer) -> str:  # noqa: N802
+    def _print_Integer(self, expr: sp.Integer) -> str:
         return f"{int(expr)}.0"
 
-    def _print_Rational(self, expr: sp.Rational) -> str:  # noqa: N802
+    def _print_Rational(self, expr: sp.Rational) -> str:
         return repr(float(expr))
 
-    def _print_Float(self, expr: sp.Float) -> str:  # noqa: N802
+    def _print_Float(self, expr: sp.Float) -> str:
         return repr(float(expr))
 
-    def _print_NumberSymbol(self, expr: sp.Expr) -> str:  # noqa: N802
+    def _print_NumberSymbol(self, expr: sp.Expr) -> str:
         return repr(float(expr))
 
-    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:  # noqa: N802
+    def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
         base, exponent = expr.args
         if exponent.is_Rational and (2 * exponent).is_Integer and abs(exponent) <= 16:
             power = abs(int(2 * exponent))

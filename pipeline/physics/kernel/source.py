@@ -1,22 +1,22 @@
-"""The source of a kernel: physics and networks of one structure, on blocks of samples side by side.
+"""The generated part of a kernel: physics and networks of one structure, on blocks of samples side by side.
 
-A block holds `LANES` samples. Everything a block works on lies in one flat array of rows, `LANES` numbers each, at
-addresses that are literals in the code: LLVM then knows that nothing overlaps and runs the lanes in vector registers.
+A block holds `LANES` samples. Everything a block works on lies in one flat array of rows, `LANES` numbers
+each, at addresses that are literals in the code: LLVM then knows that nothing overlaps and runs the lanes in
+vector registers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
+from pipeline.physics.kernel.layout import LANES, Layout
 from pipeline.physics.kernel.printer import assignments
 from pipeline.physics.kernel.structure import Augmented, Network
 from pipeline.physics.system.functions import gradient
 from pipeline.physics.system.model import TIME
-
-LANES = 16
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,9 @@ class Rows:
         sizes = {"x": n, "u": len(system.inputs), "c": len(system.operating_point), "t": 1, "q": nq}
         sizes |= {"z": len(model.networks), "e": ports, "dx": n, "lam": n, "gx": n, "ge": ports}
         sizes |= {"gq": nq, "gz": len(model.networks), "gp": len(model.trainable)}
-        # weights lie one after the other, not one a row
-        sizes |= {"W": -(-model.size // LANES), "gw": -(-model.size // LANES)}
+        # these lie one after the other, not one a row
+        sizes |= dict.fromkeys(("weights", "gw"), -(-model.size // LANES))
+        sizes |= {"scale": -(-nq // LANES), "gain": -(-len(model.networks) // LANES)}
         first, row = {}, 0
         for name, size in sizes.items():
             first[name] = row
@@ -46,59 +47,89 @@ class Rows:
         """The number of row `k` of `name` in lane i, as code."""
         return f"w[{(self.first[name] + k) * LANES} + i]"
 
+    def value(self, name: str, k: int) -> str:
+        """Number `k` of what lies one after the other, the same for all lanes, as code."""
+        return f"w[{self.first[name] * LANES + k}]"
+
+
+def layout(model: Augmented) -> Layout:
+    """Where the loops find what in a block of `model`."""
+    rows, system = Rows.of(model), model.system
+    sizes = {
+        "rows": rows.count,
+        "states": len(system.states),
+        "inputs": len(system.inputs),
+        "constants": len(system.operating_point),
+        "networks": len(model.networks),
+        "network_inputs": len(model.inputs),
+        "trained": len(model.trainable),
+        "size": model.size,
+    }
+    return Layout(**{k: v for k, v in rows.first.items() if k in Layout._fields}, **sizes)
+
 
 def source(model: Augmented) -> str:
-    """Functions of the flat block `w`: inputs, derivative, networks, and their pullbacks (vector-Jacobian products)."""
+    """Two functions of the flat block `w` and the parameters `p`, and what they call.
+
+    `evaluate`: dx and z at the state and inputs. `pull`: gx from lam at the state that was evaluated last,
+    while gp and gw grow; gz enters with what the loss itself says of the networks' efforts.
+    """
     rows = Rows.of(model)
     system = model.system
     lam = tuple(sp.Dummy(real=True) for _ in system.states)
     mu = tuple(sp.Dummy(real=True) for _ in model.inputs)
-    power = sum((a * f for a, f in zip(lam, system.closed, strict=True)), sp.S.Zero)
-    virtual = sum((a * q for a, q in zip(mu, model.inputs, strict=True)), sp.S.Zero)
+    power = _sum(a * f for a, f in zip(lam, system.closed, strict=True))
+    virtual = _sum(a * q for a, q in zip(mu, model.inputs, strict=True))
+    x, e, p = system.x, system.e, model.p
+    back = [*gradient(power, x), *gradient(power, e), *gradient(power, p)]
+    inner = [*gradient(virtual, x), *gradient(virtual, p)]
     parts = [
-        _function(model, rows, "network_inputs", model.inputs, ["q"], [len(model.inputs)]),
-        _function(model, rows, "derivative", system.closed, ["dx"], [len(system.states)]),
+        _function(model, rows, "network_inputs", model.inputs, {"q": len(model.inputs)}),
+        _function(model, rows, "derivative", system.closed, {"dx": len(x)}),
         _function(
             model,
             rows,
             "derivative_pullback",
-            [*gradient(power, system.x), *gradient(power, system.e), *gradient(power, model.p)],
-            ["gx", "ge", "+gp"],
-            [len(system.x), len(system.e), len(model.p)],
+            back,
+            {"gx": len(x), "ge": len(e), "+gp": len(p)},
             {"lam": lam},
         ),
-        _function(
-            model,
-            rows,
-            "inputs_pullback",
-            [*gradient(virtual, system.x), *gradient(virtual, model.p)],
-            ["+gx", "+gp"],
-            [len(system.x), len(model.p)],
-            {"gq": mu},
-        ),
+        _function(model, rows, "inputs_pullback", inner, {"+gx": len(x), "+gp": len(p)}, {"gq": mu}),
         _networks(model, rows),
+        _whole(model, rows),
     ]
-    return "\n\n".join([_constants(model, rows), *_tables(model, "\n".join(parts)), *parts])
+    head = "import math\n\nimport numpy as np\n\nfrom pipeline.physics.kernel.layout import *\n"
+    head += "from pipeline.physics.kernel.scalars import *\n\nBODY = types.void(Array, Array)\n"
+    return "\n\n".join([head, *_tables(model, "\n".join(parts)), *parts])
 
 
-def _constants(model: Augmented, rows: Rows) -> str:
+def _sum(terms: Iterable[sp.Expr]) -> sp.Expr:
+    return sum(terms, sp.S.Zero)
+
+
+def _whole(model: Augmented, rows: Rows) -> str:
+    """The two functions that the loops call."""
     ports = model.system.port_names
-    numbers = {
-        "LANES": LANES,
-        "ROWS": rows.count,
-        "STATES": len(model.system.states),
-        "INPUTS": len(model.system.inputs),
-        "CONSTANTS": len(model.system.operating_point),
-        "NETWORKS": len(model.networks),
-        "PORTS": len(ports),
-        "TRAINED": len(model.trainable),
-        "WEIGHTS": model.size,
-        **{f"R_{name}": row for name, row in rows.first.items()},
-    }
-    lines = [f"{name} = {value}" for name, value in numbers.items()]
-    # numba has no empty tuples of integers
-    lines.append(f"PORT_OF = {tuple(ports.index(n.port) for n in model.networks) or (0,)}")
-    return "\n".join(lines)
+    efforts = [f"{rows.at('e', k)} = 0.0" for k in range(len(ports))]
+    back = []
+    for k, network in enumerate(model.networks):
+        port = ports.index(network.port)
+        efforts.append(f"{rows.at('e', port)} += {rows.at('z', k)}")
+        back.append(f"{rows.at('gz', k)} += {rows.at('ge', port)}")
+    loop = "    for i in range(LANES):\n"
+    body = "\n".join(f"        {line}" for line in efforts or ["pass"])
+    returned = "\n".join(f"        {line}" for line in back or ["pass"])
+    if not model.networks:
+        return (
+            f"@jit(BODY)\ndef evaluate(w, p):\n{loop}{body}\n    derivative(w, p)\n\n\n"
+            "@jit(BODY)\ndef pull(w, p):\n    derivative_pullback(w, p)\n"
+        )
+    return (
+        f"@jit(BODY)\ndef evaluate(w, p):\n    network_inputs(w, p)\n    networks(w)\n{loop}{body}\n"
+        "    derivative(w, p)\n\n\n"
+        f"@jit(BODY)\ndef pull(w, p):\n    derivative_pullback(w, p)\n{loop}{returned}\n"
+        "    networks_pullback(w)\n    inputs_pullback(w, p)\n"
+    )
 
 
 def _function(
@@ -106,8 +137,7 @@ def _function(
     rows: Rows,
     name: str,
     expressions: Sequence[sp.Expr],
-    targets: list[str],
-    sizes: list[int],
+    targets: Mapping[str, int],
     adjoints: Mapping[str, Sequence[sp.Symbol]] | None = None,
 ) -> str:
     """A loop over the lanes that writes `expressions` to the rows of `targets`; "+" adds to them."""
@@ -124,14 +154,14 @@ def _function(
         for k, s in enumerate(members)
         if s in used
     ] + lane
-    cells = [(t, k) for t, size in zip(targets, sizes, strict=True) for k in range(size)]
+    cells = [(target, k) for target, size in targets.items() for k in range(size)]
     for (target, k), text in zip(cells, results, strict=True):
         address = rows.at(target.lstrip("+"), k)
         body.append(f"{address} {'+=' if target.startswith('+') else '='} {text}")
     return _loop(name, "w, p", [*load, *before], body)
 
 
-def _loop(name: str, arguments: str, before: list[str], body: list[str], decorator: str = "jit") -> str:
+def _loop(name: str, arguments: str, before: list[str], body: list[str], decorator: str = "jit()") -> str:
     lines = [f"@{decorator}\ndef {name}({arguments}):", *(f"    {line}" for line in before)]
     lines.append("    for i in range(LANES):")
     return "\n".join([*lines, *(f"        {line}" for line in body or ["pass"])]) + "\n"
@@ -151,9 +181,9 @@ def _networks(model: Augmented, rows: Rows) -> str:
         weight += network.size
         q += len(network.inputs)
     return (
-        _loop("networks", "w, scale, gain", [], forward, "jit_sums")
+        _loop("networks", "w", [], forward, "jit(sums=True)")
         + "\n\n"
-        + _loop("networks_pullback", "w, scale, gain", [], backward, "jit_sums")
+        + _loop("networks_pullback", "w", [], backward, "jit(sums=True)")
     )
 
 
@@ -176,26 +206,39 @@ def _unit(network: Network, inner: list[str], bias: str) -> list[str]:
 
 
 def _scaled(network: Network, rows: Rows, q: int) -> list[str]:
-    return [f"q{a} = {rows.at('q', q + a)} * scale[{q + a}]" for a in range(len(network.inputs))]
+    return [
+        f"q{a} = {rows.at('q', q + a)} * {rows.value('scale', q + a)}" for a in range(len(network.inputs))
+    ]
 
 
 def _forward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list[str]:
-    inner, bias, outer, last = _cells(network, rows, "W", weight)
+    inner, bias, outer, last = _cells(network, rows, "weights", weight)
     unit = [*_unit(network, inner, bias), f"    z += {outer} * (a if a > 0.0 else 0.0)"]
-    return [*_scaled(network, rows, q), "z = 0.0", *unit, f"{rows.at('z', k)} = gain[{k}] * (z + {last})"]
+    return [
+        *_scaled(network, rows, q),
+        "z = 0.0",
+        *unit,
+        f"{rows.at('z', k)} = {rows.value('gain', k)} * (z + {last})",
+    ]
 
 
 def _backward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list[str]:
-    inner, bias, outer, _ = _cells(network, rows, "W", weight)
+    inner, bias, outer, _ = _cells(network, rows, "weights", weight)
     g_inner, g_bias, g_outer, g_last = _cells(network, rows, "gw", weight)
-    lines = [*_scaled(network, rows, q), f"g = gain[{k}] * {rows.at('gz', k)}", f"{g_last} += g"]
+    lines = [
+        *_scaled(network, rows, q),
+        f"g = {rows.value('gain', k)} * {rows.at('gz', k)}",
+        f"{g_last} += g",
+    ]
     lines += [f"r{a} = 0.0" for a in range(len(inner))]
     lines += _unit(network, inner, bias)
     lines += [f"    {g_outer} += g * (a if a > 0.0 else 0.0)", f"    d = g * {outer} if a > 0.0 else 0.0"]
     lines += [f"    {g_bias} += d"]
     for a, (weights, gradients) in enumerate(zip(inner, g_inner, strict=True)):
         lines += [f"    {gradients} += d * q{a}", f"    r{a} += d * {weights}"]
-    return lines + [f"{rows.at('gq', q + a)} = r{a} * scale[{q + a}]" for a in range(len(inner))]
+    return lines + [
+        f"{rows.at('gq', q + a)} = r{a} * {rows.value('scale', q + a)}" for a in range(len(inner))
+    ]
 
 
 def _tables(model: Augmented, code: str) -> list[str]:
@@ -212,8 +255,9 @@ def _tables(model: Augmented, code: str) -> list[str]:
             parts.append(
                 f"KNOTS_{k}_{order} = np.array({knots.tolist()!r})\n"
                 f"PIECES_{k}_{order} = np.array({c.T.tolist()!r})\n\n\n"
-                f"@jit\ndef table_{k}_{order}(x):\n"
-                f"    if not x > KNOTS_{k}_{order}[0]:\n        return {low} if x <= KNOTS_{k}_{order}[0] else x\n"
+                f"@jit()\ndef table_{k}_{order}(x):\n"
+                f"    if not x > KNOTS_{k}_{order}[0]:\n"
+                f"        return {low} if x <= KNOTS_{k}_{order}[0] else x\n"
                 f"    if x >= KNOTS_{k}_{order}[-1]:\n        return {high}\n"
                 f"    return piece(x, KNOTS_{k}_{order}, PIECES_{k}_{order})\n"
             )

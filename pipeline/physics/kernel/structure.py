@@ -32,9 +32,9 @@ class Network:
         return self.hidden * (len(self.inputs) + 2) + 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Augmented:
-    """A system, networks in its ports, and the parameters that are trained with them.
+    """A system, networks in its ports, and the parameters that are trained with them. Compared by identity.
 
     Attributes:
         system: the known physics.

@@ -1,0 +1,17 @@
+"""Tables for people: CSV, and what a page says about it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline.files import replacing, write_json
+
+
+def write_table(path: Path, table: pd.DataFrame, chapter: int, title: str, protocol: str) -> None:
+    """Write `path`.csv and `path`.json (title, caption, protocol, chapter)."""
+    with replacing(path.with_suffix(".csv")) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.6g")
+    about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}
+    write_json(path.with_suffix(".json"), about)

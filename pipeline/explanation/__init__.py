@@ -1,0 +1,1 @@
+"""What a model and its data can tell, and what they cannot."""

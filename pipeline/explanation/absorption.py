@@ -1,0 +1,73 @@
+"""What networks in the ports of a system can absorb of the effect of a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.preprocessing import SplineTransformer
+
+Array = NDArray[np.float64]
+
+#: Knots per input of the cubic splines that stand for a network of one or two inputs.
+KNOTS = 8
+#: Random hidden units that stand for a network of more inputs.
+UNITS = 300
+#: Of the mean eigenvalue of the normal equations.
+RIDGE = 1e-4
+
+
+def beside_networks(matrix: Array, gains: Sequence[Array], inputs: Sequence[Array]) -> Array:
+    """What is left of the columns of `matrix` once networks in the ports have taken what they can.
+
+    A network with inputs q can make any function of q, so its effect on the rows is its gain times a rich
+    basis of functions of q. The least squares fit of these to the columns is removed. It is fitted to all
+    rows, as a network is: a fit to held-out experiments would fail where these go elsewhere, and so find
+    parameters identifiable that the network takes over. What remains is scaled up by the degrees of freedom
+    of the fit, so that of white noise all remains on average. The operation is linear in the columns.
+
+    Args:
+        matrix: (rows, columns).
+        gains: per port (rows,) effect of its effort.
+        inputs: per port (rows, q).
+
+    Returns:
+        (rows, columns).
+    """
+    if not gains:
+        return matrix
+    effects = np.hstack([g[:, None] * _basis(q) for g, q in zip(gains, inputs, strict=True)])
+    values, vectors = np.linalg.eigh(effects.T @ effects)
+    values = np.maximum(values, 0.0)
+    kept = values + max(RIDGE * float(np.mean(values)), np.finfo(float).tiny)
+    left = matrix - effects @ (vectors @ ((vectors.T @ (effects.T @ matrix)) / kept[:, None]))
+    freedom = len(matrix) - float(np.sum(values / kept))
+    return np.asarray(left * np.sqrt(len(matrix) / max(freedom, 1.0)))
+
+
+def _basis(q: Array) -> Array:
+    """(rows, functions) of the inputs (rows, q), a constant among them or in their span."""
+    q = q[:, np.ptp(q, axis=0) > 0.0]
+    if q.shape[1] == 0:
+        return np.ones((len(q), 1))
+    z = (q - q.mean(0)) / q.std(0)
+    if z.shape[1] > 2:
+        return _random_units(z)
+    first, *others = (_splines(column) for column in z.T)
+    return (first[:, :, None] * others[0][:, None]).reshape(len(z), -1) if others else first
+
+
+def _splines(z: Array) -> Array:
+    knots = np.unique(np.quantile(z, np.linspace(0.0, 1.0, KNOTS)).round(6))
+    knots[[0, -1]] = z.min(), z.max()
+    return np.asarray(SplineTransformer(knots=knots[:, None]).fit_transform(z[:, None]))
+
+
+def _random_units(z: Array) -> Array:
+    """ReLU units in random directions, each with its corner at a random sample."""
+    generator = np.random.default_rng(0)
+    direction = generator.standard_normal((z.shape[1], UNITS))
+    direction /= np.linalg.norm(direction, axis=0)
+    corner = np.einsum("hq,qh->h", z[generator.integers(len(z), size=UNITS)], direction)
+    return np.hstack([np.ones((len(z), 1)), z, np.maximum(z @ direction - corner, 0.0)])

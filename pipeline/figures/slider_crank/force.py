@@ -1,0 +1,181 @@
+"""The load on the slider as the network has learned it, without ever seeing a force."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from pipeline.figures.slider_crank.tables import CAMPAIGNS, DIRECTIONS, by_direction, number, table
+from pipeline.figures.style import BLACK, GREEN, GREY, MM, absent, halo, new_figure, styled, thin
+
+Array = NDArray[np.float64]
+POSITION, SPEED = "slider's position d (mm)", "slider's speed v (m/s)"
+STAGES = {"initial": "a) before training", "converged": "b) after training"}
+FORCES = "RdBu_r"
+
+
+@styled
+def network_surface(data: Path) -> Figure:
+    """The network of one model over position and speed of the slider, before and after training.
+
+    Dots are the states it was trained on. At first its weights are random and so is the force; afterwards it
+    can resemble the load of spring and friction where there are dots. Elsewhere it extrapolates.
+    """
+    surface, samples = table(data, "surface"), _samples(table(data, "force"), "spring", "nnap")
+    stages = [stage for stage in STAGES if (surface["stage"] == stage).any()]
+    norm = _norm(surface["F"].to_numpy())
+    figure = new_figure(4.2, 10.0 if len(stages) > 1 else 6.0)
+    panels = figure.subplots(1, len(stages), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, stage in zip(panels, stages, strict=True):
+        field = surface[surface["stage"] == stage].pivot_table(index="v", columns="d", values="F")
+        d, v = MM * field.columns.to_numpy(), field.index.to_numpy()
+        axes.pcolormesh(d, v, field.to_numpy(), cmap=FORCES, norm=norm, shading="gouraud", rasterized=True)
+        if field.to_numpy().min() < field.to_numpy().max():
+            lines = axes.contour(d, v, field.to_numpy(), levels=8, colors="0.25", linewidths=0.7)
+            for text in axes.clabel(lines, fmt="%g N", fontsize=8, colors="k"):
+                text.set_path_effects(halo(2.5))
+        points = thin(MM * samples["d"].to_numpy(), samples["v"].to_numpy())
+        axes.plot(*points, ".", color=BLACK, markersize=1.6, alpha=0.6, rasterized=True)
+        low, high = number(float(field.min(axis=None))), number(float(field.max(axis=None)))
+        axes.set(
+            title=f"{STAGES[stage]}: {low} to {high} N",
+            xlabel=POSITION,
+            xlim=(d[0], d[-1]),
+            ylim=(v[0], v[-1]),
+        )
+    panels[0].set_ylabel(SPEED)
+    _bar(figure, list(panels), norm, "force F of the network (N)")
+    return figure
+
+
+@styled
+def learned_force(data: Path) -> Figure:
+    """The network's force on the training data after training, mean of the models of all folds.
+
+    a) over position and speed of the slider; b) the same samples over the position alone, with the spring's
+    own characteristic. Where the colours part, the network adds to the spring law what depends on the
+    direction, as friction does. Grey is the load of the virtual bench, where it is on file.
+    """
+    spring, samples = table(data, "spring"), _samples(table(data, "force"), "spring", "nnap")
+    figure = new_figure(4.4)
+    left, right = figure.subplots(1, 2)
+    if not len(samples):
+        for axes in (left, right):
+            absent(axes, "no network was evaluated")
+        return figure
+    norm = _norm(samples["F"].to_numpy())
+    _map(left, samples, "F", norm)
+    left.set_title("a) on the states of the slider")
+    _bar(figure, [left], norm, "force F of the network (N)")
+    _side(right, MM * samples["d"].to_numpy(), samples["F"].to_numpy(), samples["F_true"].to_numpy(), samples)
+    _spring(right, spring)
+    right.set(title="b) side view", xlabel=POSITION, ylabel="force F (N)")
+    truth = bool(samples["F_true"].notna().any())
+    figure.legend(handles=_handles(truth), loc="outside lower center", ncols=5)
+    return figure
+
+
+@styled
+def split_force(data: Path) -> Figure:
+    """A conservative and a dissipative network, on the training data with the spring and without it.
+
+    The load is the sum of a network of the position, F_c, and of one of position and speed, F_nc, whose
+    square is penalised so that it does not take the spring as well; mean of the models of all folds. F_c
+    should follow the spring's own characteristic, and vanish without a spring; F_nc should be the same
+    friction in both columns. Grey is the load of the virtual bench without the spring's, where it is on file.
+    """
+    spring, force = table(data, "spring").sort_values("d"), table(data, "force")
+    found = {name: _samples(force, name, "nnap_split") for name in CAMPAIGNS}
+    found = {name: samples for name, samples in found.items() if len(samples)}
+    figure = new_figure(8.4 if found else 2.0, 10.0 if len(found) != 1 else 6.0)
+    if not found:
+        absent(figure.subplots(), "no model with two networks was evaluated")
+        return figure
+    grid = figure.subplots(3, len(found), sharex="row", sharey="row", squeeze=False)
+    norm = _norm(np.concatenate([samples["F_nc"].to_numpy() for samples in found.values()]))
+    for column, (campaign, samples) in zip(grid.T, found.items(), strict=True):
+        column[0].set_title(CAMPAIGNS[campaign])
+        _split_column(column, samples, spring if campaign == "spring" else spring.assign(F=0.0), norm)
+    for axes, label in zip(
+        grid[:, 0], ("conservative $F_c$ (N)", SPEED, "dissipative $F_{nc}$ (N)"), strict=True
+    ):
+        axes.set_ylabel(label)
+    grid[1, -1].set_ylabel(SPEED if len(found) == 1 else "")
+    _bar(figure, list(grid[1]), norm, "dissipative $F_{nc}$ (N)")
+    truth = any(samples["F_true"].notna().any() for samples in found.values())
+    conservative = Line2D([], [], color=GREEN, linewidth=4.0, label="network $F_c$")
+    figure.legend(handles=[conservative, *_handles(truth)], loc="outside lower center", ncols=5)
+    return figure
+
+
+def _split_column(column: list[Axes], samples: pd.DataFrame, spring: pd.DataFrame, norm: Normalize) -> None:
+    """F_c over d, F_nc on the states of the slider, and F_nc over v."""
+    d, v, F_c, F_nc, F_true = (
+        samples[name].to_numpy(np.float64) for name in ("d", "v", "F_c", "F_nc", "F_true")
+    )
+    order = np.argsort(d, kind="stable")
+    _spring(column[0], spring)
+    column[0].plot(*thin(MM * d[order], F_c[order], points=400), color=GREEN, linewidth=4.0)
+    column[0].set_xlabel(POSITION)
+    column[0].grid(linewidth=0.5)
+    _map(column[1], samples, "F_nc", norm)
+    _side(column[2], v, F_nc, F_true - np.interp(d, spring["d"], spring["F"]), samples)
+    column[2].set_xlabel(SPEED)
+
+
+def _samples(force: pd.DataFrame, campaign: str, model: str) -> pd.DataFrame:
+    chosen = (force["campaign"] == campaign) & (force["model"] == model) & (force["stage"] == "converged")
+    return force[chosen]
+
+
+def _norm(values: Array) -> Normalize:
+    """Zero is white; the same shade is the same size of force, whatever its sign."""
+    limit = float(np.nanmax(np.abs(values), initial=1e-9))
+    return Normalize(-limit, limit)
+
+
+def _bar(figure: Figure, panels: list[Axes], norm: Normalize, label: str) -> None:
+    figure.colorbar(ScalarMappable(norm, FORCES), ax=panels, label=label, aspect=30, pad=0.01)
+
+
+def _map(axes: Axes, samples: pd.DataFrame, column: str, norm: Normalize) -> None:
+    d, v, F = thin(*(samples[name].to_numpy(np.float64) for name in ("d", "v", column)), points=6000)
+    axes.scatter(MM * d, v, c=F, s=7.0, cmap=FORCES, norm=norm, linewidths=0, rasterized=True)
+    axes.set(xlabel=POSITION, ylabel=SPEED, facecolor="0.88")
+
+
+def _side(axes: Axes, x: Array, F: Array, truth: Array, samples: pd.DataFrame) -> None:
+    """Forces over one coordinate, coloured by the slider's direction, on those of the bench in grey."""
+    x, F, truth, v = thin(x, F, truth, samples["v"].to_numpy(), points=4000)
+    if np.isfinite(truth).any():
+        axes.plot(x, truth, ".", color=GREY, markersize=2.0, alpha=0.6, rasterized=True)
+    for _, colour, mask in by_direction(v):
+        axes.plot(x[mask], F[mask], ".", color=colour, markersize=2.5, markeredgewidth=0, rasterized=True)
+    axes.grid(linewidth=0.5)
+
+
+def _spring(axes: Axes, spring: pd.DataFrame) -> None:
+    axes.plot(
+        MM * spring["d"],
+        spring["F"],
+        color=BLACK,
+        linewidth=2.0,
+        linestyle="--",
+        path_effects=halo(3.6),
+        zorder=3,
+    )
+
+
+def _handles(truth: bool) -> list[Line2D]:
+    dots = [("network, " + name, colour) for name, colour in DIRECTIONS.items()]
+    dots += [("load of the bench", GREY)] if truth else []
+    marks = [Line2D([], [], color=c, marker="o", linestyle="", markersize=5, label=name) for name, c in dots]
+    return [Line2D([], [], color=BLACK, linestyle="--", linewidth=2.0, label="spring $F_s$"), *marks]

@@ -1,0 +1,1 @@
+"""What was measured on a system: log folders, read into arrays on one uniform clock."""

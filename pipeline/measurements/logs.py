@@ -1,0 +1,151 @@
+"""Measured experiments of one system, on one uniform clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.measurements.states import estimate
+from pipeline.physics.system.model import System
+from pipeline.trajectory import Campaign
+
+Array = NDArray[np.float64]
+Names = tuple[str, ...]
+
+OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
+GROUPS = ("outputs", "inputs", "states", "constants")
+HEADER = "logs"  # what the store's provenance holds beyond that of the data
+
+
+@dataclass(frozen=True)
+class Logs:
+    """All experiments of one campaign, immutable; experiment `i` owns the rows `offsets[i]:offsets[i + 1]`.
+
+    Attributes:
+        outputs, inputs, states, constants: names, in the order of the columns of y, u, x and c.
+        ids: of the n experiments.
+        experiments: (n rows) `id`, `file`, `group` if there is one, the operating point, further columns.
+        period: sampling period, s.
+        offsets: (n + 1,).
+        t: (M,) s since the start of the experiment.
+        y: (M, outputs) as logged, unwrapped. u: (M, inputs) as they act: after their delay.
+        c: (n, constants) operating points.
+        x: (M, states) estimated. measured: per state, whether the data show it (`States`).
+        notes: what was done to the data.
+        provenance: where the data come from; `data` is "measured" or "virtual".
+    """
+
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    states: tuple[str, ...]
+    constants: tuple[str, ...]
+    ids: tuple[str, ...]
+    experiments: pd.DataFrame
+    period: float
+    offsets: NDArray[np.int64]
+    t: Array
+    y: Array
+    u: Array
+    c: Array
+    x: Array
+    measured: tuple[bool, ...]
+    notes: tuple[str, ...]
+    provenance: Mapping[str, Any]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def rows(self, i: int) -> slice:
+        """Rows of experiment `i`."""
+        return slice(int(self.offsets[i]), int(self.offsets[i + 1]))
+
+    def experiments_with_speed(self) -> pd.DataFrame:
+        """The experiments table with a column rms_<state> for every state: how large it is in each
+        experiment.
+        """
+        columns = {
+            f"rms_{name}": [float(np.sqrt(np.mean(self.x[self.rows(i), j] ** 2))) for i in range(len(self))]
+            for j, name in enumerate(self.states)
+        }
+        return self.experiments.assign(**columns)
+
+    def for_system(self, system: System) -> Logs:
+        """The same data with the states of `system`, which has the same inputs, outputs and operating point.
+
+        Raises:
+            BadInput: when it has not, or when a state that no output shows diverges.
+        """
+        outputs, inputs, states, constants = names(system)
+        if (self.outputs, self.inputs, self.constants) != (outputs, inputs, constants):
+            raise BadInput(
+                f"system {system.name}: inputs, outputs or operating point are not those of the logs"
+            )
+        found = estimate(system, self.ids, self.period, self.offsets, self.y, self.u, self.c)
+        notes = tuple(dict.fromkeys([*self.notes, *found.notes]))
+        return replace(self, states=states, x=found.x, measured=found.measured, notes=notes)
+
+    def write(self, folder: Path) -> None:
+        """Write a store that `read_logs` reads back exactly: see `Campaign.write`."""
+        signals = {"t": self.t}
+        for kind, group in zip("yux", (self.outputs, self.inputs, self.states), strict=True):
+            signals |= {f"{kind}.{name}": getattr(self, kind)[:, j] for j, name in enumerate(group)}
+        table = self.experiments.rename(columns={name: f"columns.{name}" for name in OWN})
+        table.insert(0, "exp", np.arange(len(self), dtype=np.int32))
+        header = {
+            **{name: list(getattr(self, name)) for name in GROUPS},
+            **{"period": self.period, "measured": list(self.measured), "notes": list(self.notes)},
+        }
+        Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
+
+    @classmethod
+    def read(cls, folder: Path, system: System) -> Logs:
+        """Read what `write` wrote.
+
+        Raises:
+            BadInput: when it is damaged or was written for another system.
+        """
+        store = Campaign.read(folder)
+        provenance = dict(store.provenance)
+        header = provenance.pop(HEADER, {})
+        groups = names(system)
+        if [list(group) for group in groups] != [header.get(name) for name in GROUPS]:
+            raise BadInput(f"{folder}: provenance.json: was not written for the system {system.name}")
+        table = store.experiments.drop(columns=list(OWN))
+        table = table.rename(columns={f"columns.{name}": name for name in OWN})
+        total = int(store.offsets[-1])
+        y, u, x = (
+            np.array([store.signals[f"{kind}.{name}"] for name in group]).reshape(-1, total).T.copy()
+            for kind, group in zip("yux", groups[:3], strict=True)
+        )
+        return cls(
+            *groups,
+            ids=tuple(table["id"]),
+            experiments=table,
+            period=header["period"],
+            offsets=store.offsets,
+            t=np.asarray(store.signals["t"], np.float64),
+            y=y,
+            u=u,
+            x=x,
+            c=table[list(groups[3])].to_numpy(np.float64),
+            measured=tuple(header["measured"]),
+            notes=tuple(header["notes"]),
+            provenance=provenance,
+        )
+
+
+def names(system: System) -> tuple[Names, Names, Names, Names]:
+    """Names of outputs, inputs, states and constants of `system`."""
+    return (
+        tuple(item.name for item in system.outputs),
+        tuple(item.name for item in system.inputs),
+        tuple(item.name for item in system.states),
+        tuple(item.name for item in system.operating_point),
+    )

@@ -1,0 +1,254 @@
+"""What every kernel does, whatever the system: integration and back-propagation through time.
+
+The physics comes as two compiled functions of a block, `evaluate(w, p)` and `pull(w, p)` (see `source.py`),
+so that these loops are compiled once and for all. `stages` (S, 3) are coefficient on the stage before,
+weight, and time of every stage of an explicit Runge-Kutta method.
+"""
+
+# mypy: ignore-errors
+
+import numpy as np
+from numba import types
+
+from pipeline.physics.kernel.layout import LANES, Array, Block, LayoutType, jit
+
+f, i = types.float64, types.int64
+Rows, Cubes, Indices = types.float64[:, ::1], types.float64[:, :, ::1], types.int64[::1]
+#: U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
+COMMON = (Rows, Rows, Array, i, i, f, f, Rows, Array, Array, Array, Array)
+
+
+@jit()
+def fill(w, row, values):
+    for j in range(len(values)):
+        w[row * LANES + j] = values[j]
+
+
+@jit()
+def load_inputs(w, at, U, first, k, share, hold, period, T):
+    """Inputs and time of all lanes `share` of a period after sample k; `hold` 1 goes straight to the next
+    sample.
+    """
+    for lane in range(LANES):
+        row = first[lane] + k
+        for j in range(at.inputs):
+            now = U[row, j]
+            w[(at.u + j) * LANES + lane] = now if hold == 0.0 else now + hold * share * (U[row + 1, j] - now)
+        w[at.t * LANES + lane] = T[row] + share * period
+
+
+@jit()
+def load_constants(w, at, C, first, owner):
+    for j in range(at.constants):
+        for lane in range(LANES):
+            w[(at.c + j) * LANES + lane] = C[owner[first[lane]], j]
+
+
+@jit()
+def load_state(w, at, x, base, K, before, factor):
+    """The state of a stage: x plus `factor` times the stage before, which starts at K[before]."""
+    n = at.states * LANES
+    if factor == 0.0:
+        for a in range(n):
+            w[at.x * LANES + a] = x[base + a]
+    else:
+        for a in range(n):
+            w[at.x * LANES + a] = x[base + a] + factor * K[before + a]
+
+
+@jit()
+def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, stages, p):
+    """Roll a block out: X (steps + 1, states, LANES) flat, its first sample given; Z (steps, networks,
+    LANES) flat.
+    """
+    n, m = at.states * LANES, at.networks * LANES
+    part = period / substeps
+    K, last, total = np.zeros(n), np.empty(n), np.empty(n)
+    for k in range(steps):
+        last[:] = X[k * n : (k + 1) * n]
+        for sub in range(substeps):
+            total[:] = 0.0
+            for s in range(len(stages)):
+                load_state(w, at, last, 0, K, 0, part * stages[s, 0])
+                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
+                evaluate(w, p)
+                if s == 0 and sub == 0:
+                    for a in range(m):
+                        Z[k * m + a] = w[at.z * LANES + a]
+                for a in range(n):
+                    K[a] = w[at.dx * LANES + a]
+                    total[a] += stages[s, 1] * K[a]
+            for a in range(n):
+                last[a] += part * total[a]
+        X[(k + 1) * n : (k + 2) * n] = last
+
+
+@jit()
+def backward(evaluate, pull, at, w, X, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
+    """Back-propagation through time: G (like X) holds the loss's gradient by every sample; its first becomes
+    x0's.
+
+    GZ (like Z) is the loss's own gradient by the networks' efforts. gp and gw of the block grow.
+    """
+    n, m, S = at.states * LANES, at.networks * LANES, len(stages)
+    part = period / substeps
+    # the samples between, and the stages, are cheaper to make again than to keep
+    inner, K = np.zeros((substeps + 1) * n), np.zeros(S * n)
+    lam, grow = np.empty(n), np.empty(S * n)
+    for k in range(steps - 1, -1, -1):
+        inner[:n] = X[k * n : (k + 1) * n]
+        lam[:] = G[(k + 1) * n : (k + 2) * n]
+        for sub in range(substeps - 1):
+            inner[(sub + 1) * n : (sub + 2) * n] = inner[sub * n : (sub + 1) * n]
+            for s in range(S):
+                load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
+                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
+                evaluate(w, p)
+                for a in range(n):
+                    K[s * n + a] = w[at.dx * LANES + a]
+                    inner[(sub + 1) * n + a] += part * stages[s, 1] * K[s * n + a]
+        for sub in range(substeps - 1, -1, -1):
+            for s in range(S - 1):
+                load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
+                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
+                evaluate(w, p)
+                for a in range(n):
+                    K[s * n + a] = w[at.dx * LANES + a]
+            for s in range(S):
+                for a in range(n):
+                    grow[s * n + a] = part * stages[s, 1] * lam[a]
+            for s in range(S - 1, -1, -1):
+                load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
+                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
+                evaluate(w, p)
+                for a in range(n):
+                    w[at.lam * LANES + a] = grow[s * n + a]
+                own = s == 0 and sub == 0
+                for a in range(m):
+                    w[at.gz * LANES + a] = GZ[k * m + a] if own else 0.0
+                pull(w, p)
+                for a in range(n):
+                    lam[a] += w[at.gx * LANES + a]
+                    if s > 0:
+                        grow[(s - 1) * n + a] += part * stages[s, 0] * w[at.gx * LANES + a]
+        for a in range(n):
+            G[k * n + a] += lam[a]
+
+
+@jit()
+def collect(w, at, gp, gW):
+    """Add gp and gw of the block to the gradients, and clear them."""
+    for j in range(at.trained):
+        for a in range((at.gp + j) * LANES, (at.gp + j + 1) * LANES):
+            gp[j] += w[a]
+            w[a] = 0.0
+    for j in range(at.size):
+        gW[j] += w[at.gw * LANES + j]
+        w[at.gw * LANES + j] = 0.0
+
+
+@jit()
+def new_block(at, weights, scale, gain):
+    w = np.zeros(at.rows * LANES)
+    fill(w, at.weights, weights)
+    fill(w, at.scale, scale)
+    fill(w, at.gain, gain)
+    return w
+
+
+@jit()
+def gather(flat, values, block, steps):
+    """values (windows, steps, k) into lanes; lanes without a window get the last one again."""
+    B, _, width = values.shape
+    for lane in range(LANES):
+        b = min(block + lane, B - 1)
+        for k in range(steps):
+            for j in range(width):
+                flat[(k * width + j) * LANES + lane] = values[b, k, j]
+
+
+@jit()
+def scatter(values, flat, block, steps):
+    """The inverse of `gather`."""
+    B, _, width = values.shape
+    for lane in range(min(LANES, B - block)):
+        for k in range(steps):
+            for j in range(width):
+                values[block + lane, k, j] = flat[(k * width + j) * LANES + lane]
+
+
+@jit(types.Tuple((Cubes, Cubes))(Block, LayoutType, Cubes, Indices, Indices, *COMMON))
+def simulate(
+    evaluate, at, x0, start, owner, U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
+):
+    """Trajectories (windows, steps + 1, states) and networks' efforts (windows, steps, networks).
+
+    x0 (windows, 1, states); start (windows,) the sample whose inputs each window begins with; owner
+    (samples,) its experiment, the row of C.
+    """
+    B = len(start)
+    X, Z = np.empty((B, steps + 1, at.states)), np.empty((B, steps, at.networks))
+    w = new_block(at, weights, scale, gain)
+    xs, zs = np.empty((steps + 1) * at.states * LANES), np.empty(steps * at.networks * LANES)
+    first = np.empty(LANES, np.int64)
+    for block in range(0, B, LANES):
+        for lane in range(LANES):
+            first[lane] = start[min(block + lane, B - 1)]
+        gather(xs, x0, block, 1)
+        load_constants(w, at, C, first, owner)
+        forward(evaluate, at, w, xs, zs, first, U, T, steps, substeps, period, hold, stages, p)
+        scatter(X, xs, block, steps + 1)
+        scatter(Z, zs, block, steps)
+    return X, Z
+
+
+@jit(
+    types.Tuple((Cubes, Array, Array))(
+        Block, Block, LayoutType, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
+    )
+)
+def pullback(
+    evaluate,
+    pull,
+    at,
+    X,
+    GX,
+    GZ,
+    start,
+    owner,
+    U,
+    C,
+    T,
+    steps,
+    substeps,
+    period,
+    hold,
+    stages,
+    p,
+    weights,
+    scale,
+    gain,
+):
+    """Gradients by x0 (windows, 1, states), trained parameters and weights, from those by X and Z of
+    `simulate`.
+    """
+    B = len(start)
+    gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)
+    w = new_block(at, weights, scale, gain)
+    xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
+    gz = np.empty(steps * at.networks * LANES)
+    first = np.empty(LANES, np.int64)
+    for block in range(0, B, LANES):
+        for lane in range(LANES):
+            first[lane] = start[min(block + lane, B - 1)]
+        gather(xs, X, block, steps + 1)
+        gather(gs, GX, block, steps + 1)
+        gather(gz, GZ, block, steps)
+        for lane in range(B - block, LANES):
+            gs[lane::LANES] = 0.0
+            gz[lane::LANES] = 0.0
+        load_constants(w, at, C, first, owner)
+        backward(evaluate, pull, at, w, xs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        collect(w, at, gp, gW)
+        scatter(gx0, gs, block, 1)
+    return gx0, gp, gW

@@ -1,0 +1,120 @@
+"""Units as a system file writes them, and the dimensions that an expression is checked by."""
+
+from __future__ import annotations
+
+import math
+import re
+import tokenize
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+import pint
+
+#: Exponents of kg, m, s, A, K, mol and cd.
+Dimension = tuple[Fraction, ...]
+
+_BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
+_NAMES = ("mass", "length", "time", "current", "temperature", "substance", "luminosity")
+_NAMED = ("N", "N m", "W", "Pa", "V", "C", "ohm", "F", "H", "Wb", "T", "N m s", "N s/m", "N/m")
+
+ONE: Dimension = (Fraction(0),) * len(_BASE)
+SECOND: Dimension = tuple(Fraction(int(name == "s")) for name in _BASE)
+
+_LONGEST = 60
+# A power follows a name only and is small, so that nothing large is ever computed.
+_SHAPE = re.compile(r"(?:[A-Za-zµμΩ°%]+(?:(?:\^|\*\*)-?\d(?:\.5)?)?|1|[ */()·])*")
+# pint would read Nm as "number of metres" and Ns as several newtons.
+_RUN_TOGETHER = re.compile(r"\b([kMmµ]?(?:N|V|W|J|C|Pa)|A)(m?)(s?)\b")
+# What pint and the tokeniser that it uses raise, besides, on units such as "m /" and "(m".
+_MALFORMED = (
+    pint.PintError,
+    tokenize.TokenError,
+    ArithmeticError,
+    AssertionError,
+    LookupError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+)
+_SPELLED = str.maketrans({"²": "^2", "³": "^3", "·": " ", "⋅": " ", "Ω": "Ω"})
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A coherent SI unit: its text as written and its dimension."""
+
+    text: str
+    dimension: Dimension
+
+
+def parse_unit(text: str) -> Unit:
+    """The SI unit `text`, such as "N s/m", "kg m^2" or, without dimension, "", "-", "1" or "rad".
+
+    Raises:
+        ValueError: one line, when it is not a unit or not a coherent SI unit (mm, deg, rpm).
+    """
+    return Unit(text, _dimension(text))
+
+
+@cache
+def _dimension(text: str) -> Dimension:
+    spelled = text.strip().translate(_SPELLED).replace("Ohm", "ohm")
+    if spelled in ("", "-", "1"):
+        return ONE
+    if len(text) > _LONGEST or not _SHAPE.fullmatch(spelled):
+        raise ValueError(f"{text[:_LONGEST]!r} is not a unit; write for instance N s/m or kg m^2")
+    spelled = _RUN_TOGETHER.sub(lambda found: " ".join(filter(None, found.groups())), spelled)
+    try:
+        base = _registry().Quantity(1.0, _registry().parse_units(spelled)).to_base_units()
+    except pint.UndefinedUnitError as error:
+        raise ValueError(f"unknown unit {str(error.args[0])!r} in {text!r}") from None
+    except _MALFORMED:
+        raise ValueError(f"{text!r} is not a unit; write for instance N s/m or kg m^2") from None
+    exponents = {name: str(e) for name, e in base.dimensionality.items()}
+    dimension = tuple(Fraction(exponents.get(f"[{name}]", "0")) for name in _NAMES)
+    if not math.isclose(base.magnitude, 1.0, rel_tol=1e-9):
+        better = describe(dimension) if dimension != ONE else f"{base.units:~}" or "1"
+        raise ValueError(f"{text!r} must be in SI units, e.g. {better} instead of {text}")
+    return dimension
+
+
+@cache
+def _registry() -> pint.UnitRegistry[float]:
+    return pint.UnitRegistry()
+
+
+def times(a: Dimension, b: Dimension) -> Dimension:
+    """The dimension of a product."""
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def power(a: Dimension, exponent: Fraction) -> Dimension:
+    """The dimension of a power."""
+    return tuple(x * exponent for x in a)
+
+
+@cache
+def describe(dimension: Dimension) -> str:
+    """A unit of that dimension.
+
+    >>> describe(parse_unit("kg m/s^2").dimension)
+    'N'
+    >>> describe(parse_unit("m/s^2").dimension)
+    'm/s^2'
+    """
+    if dimension == ONE:
+        return "1"
+    named = {_dimension(name): name for name in reversed(_NAMED)}
+    if dimension in named:
+        return named[dimension]
+    above = [_raised(b, e) for b, e in zip(_BASE, dimension, strict=True) if e > 0]
+    below = [_raised(b, -e) for b, e in zip(_BASE, dimension, strict=True) if e < 0]
+    bottom = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
+    return (" ".join(above) or "1") + (f"/{bottom}" if below else "")
+
+
+def _raised(name: str, exponent: Fraction) -> str:
+    if exponent == 1:
+        return name
+    return f"{name}^{exponent}" if exponent.denominator == 1 else f"{name}^({exponent})"

@@ -1,0 +1,252 @@
+"""Virtual slider-crank bench (section 4.2.2): rigid bodies in a closed loop (MuJoCo), logged by a drive.
+
+The bench plays the part of reality: it shares no code with the models identified from its logs and runs on
+another engine. It has what they leave out: a progressive compression spring and dry friction on the slider,
+torque ripple, encoder steps and a jittering clock. The crank turns in a vertical plane, the slider moves
+horizontally; d is its distance from the position closest to the shaft, so the spring pushes it to the shaft.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from math import exp, sin, tanh
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.files import replacing_folder, write_json
+from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
+
+Array = NDArray[np.float64]
+TURN = 2 * float(np.pi)
+STARTS = {"a": 0.3, "b": 2.2}  # crank angle (rad) at which a run is released
+_SUBSTEPS = 20  # integration steps per sample: keeps the loop closed to some micrometres at full speed
+_POINT = 1e-9  # moment of inertia (kg m^2) that counts as zero
+_LAYOUT = """
+<mujoco model="slider_crank">
+  <compiler angle="radian" autolimits="false"/>
+  <option timestep="{step}" gravity="0 -{gravity} 0" integrator="Euler" tolerance="1e-14">
+    <flag energy="enable" contact="disable"/>
+  </option>
+  <worldbody>
+    <body name="crank">
+      <joint name="crank" axis="0 0 1" armature="{armature}" damping="{damping}"/>
+      <inertial pos="{half_crank} 0 0" mass="{crank_mass}" diaginertia="{point} {point} {point}"/>
+      <body name="rod" pos="{crank_length} 0 0">
+        <joint name="rod" axis="0 0 1"/>
+        <site name="end" pos="{rod_length} 0 0"/>
+        <inertial pos="{half_rod} 0 0" mass="{rod_mass}" diaginertia="{point} {rod_inertia} {rod_inertia}"/>
+      </body>
+    </body>
+    <body name="slider" pos="{closest} 0 0">
+      <joint name="slider" type="slide" axis="1 0 0"/>
+      <site name="pin"/>
+      <inertial pos="0 0 0" mass="{slider_mass}" diaginertia="{point} {point} {point}"/>
+    </body>
+  </worldbody>
+  <equality>
+    <connect site1="end" site2="pin" solref="5e-4 1" solimp="0.9999 0.9999 0.001"/>
+  </equality>
+</mujoco>
+"""
+
+
+@dataclass(frozen=True)
+class SliderCrankRig:
+    """All constants of the bench, in SI units.
+
+    Linkage (table 4.1): masses and lengths, `shaft_inertia` of motor and crank about the shaft, `damping` of
+    its bearings; the crank's centre of mass is halfway, the rod is slender. Force of the spring: `preload` +
+    `stiffness` d + `stiffening` (d / 0.1 m)^4. Friction of the slider: `coulomb`, `static` with Stribeck
+    speed `stribeck`, both regularised by tanh(v / `stick`), and `viscous`. Ripple torque of the drive:
+    `ripple` sin(6 theta) + `ripple_share` T sin(12 theta). Sensors: `encoder_counts` per turn, `torque_noise`
+    (rms), clock `period` and `jitter` (rms).
+    """
+
+    crank_mass: float = 0.23
+    rod_mass: float = 0.35
+    slider_mass: float = 0.77
+    crank_length: float = 0.05
+    rod_length: float = 0.29
+    shaft_inertia: float = 0.0034
+    damping: float = 0.007
+    gravity: float = 9.81
+    preload: float = 1.0
+    stiffness: float = 60.0
+    stiffening: float = 55.0
+    coulomb: float = 3.0
+    static: float = 4.5
+    stribeck: float = 0.03
+    viscous: float = 4.0
+    stick: float = 0.002
+    ripple: float = 0.02
+    ripple_share: float = 0.01
+    encoder_counts: int = 8192
+    torque_noise: float = 0.01
+    period: float = 5e-4
+    jitter: float = 1e-6
+
+    def spring(self, d: Any) -> Any:
+        """Force of the spring towards the shaft (N) at distance `d` (m; number or array)."""
+        return self.preload + self.stiffness * d + self.stiffening * (10.0 * d) ** 4
+
+    def friction(self, v: float) -> float:
+        """Friction force against the slider's velocity `v` (m/s), N."""
+        dry = self.coulomb + (self.static - self.coulomb) * exp(-((v / self.stribeck) ** 2))
+        return dry * tanh(v / self.stick) + self.viscous * v
+
+    def without_spring(self) -> "SliderCrankRig":
+        """The same bench with the spring taken off."""
+        return replace(self, preload=0.0, stiffness=0.0, stiffening=0.0)
+
+    def simulate(self, torque: Profile, start: float, samples: int = 800) -> dict[str, Array]:
+        """Noise-free run from rest at crank angle `start` (rad), one row per `period`.
+
+        Keys: theta (not wrapped), omega, d, v, drive (torque on the shaft with ripple, N m), spring and
+        friction (N), energy (J: kinetic, of gravity and of the spring), gap (m: how far the loop is open at
+        the joint of rod and slider), t and T (command).
+        """
+        model = mujoco.MjModel.from_xml_string(self._layout())
+        data = mujoco.MjData(model)
+        angles, speeds, loads = data.qpos, data.qvel, data.qfrc_applied  # crank, rod on crank, slider
+        angles[:] = self._assembled(start)
+        commands = torque(np.linspace(0.0, samples * self.period, samples * _SUBSTEPS, endpoint=False))
+        rows = np.empty((samples, 9))
+        for k, command in enumerate(commands.tolist()):
+            mujoco.mj_step1(model, data)
+            theta, d, v = float(angles[0]), float(angles[2]), float(speeds[2])
+            drive = command + self.ripple * sin(6 * theta) + self.ripple_share * command * sin(12 * theta)
+            spring, friction = self.spring(d), self.friction(v)
+            loads[0], loads[2] = drive, -spring - friction
+            if k % _SUBSTEPS == 0:
+                stored = data.energy[0] + data.energy[1] + self._stored(d)
+                row = (theta, speeds[0], d, v, drive, spring, friction, stored, self._gap(angles))
+                rows[k // _SUBSTEPS] = row
+            mujoco.mj_step2(model, data)
+        names = ("theta", "omega", "d", "v", "drive", "spring", "friction", "energy", "gap")
+        run: dict[str, Array] = dict(zip(names, rows.T, strict=True))
+        return run | {"t": np.arange(samples, dtype=np.float64) * self.period, "T": commands[::_SUBSTEPS]}
+
+    def log(self, true: dict[str, Array], noise: np.random.Generator) -> dict[str, Array]:
+        """What the drive logs of a run of `simulate`: t (s), theta (rad), omega (rad/s) and T (N m).
+
+        theta has the encoder's steps and lies in [0, 2 pi). The drive gets omega from it by central
+        differences over two samples, with all its steps.
+        """
+        samples = len(true["t"])
+        delay = self.jitter * np.append(0.0, noise.standard_normal(samples - 1))
+        counts = np.round((true["theta"] + true["omega"] * delay) * self.encoder_counts / TURN)
+        theta = np.mod(counts, self.encoder_counts) * TURN / self.encoder_counts
+        omega = np.gradient(counts) * (TURN / self.encoder_counts / self.period)
+        signal = true["T"] + self.torque_noise * noise.standard_normal(samples)
+        return {"t": true["t"] + delay, "theta": theta, "omega": omega, "T": signal}
+
+    def _layout(self) -> str:
+        """The bodies and joints for MuJoCo; those it cannot turn have a negligible inertia of their own."""
+        own = self.crank_mass * (self.crank_length / 2) ** 2
+        return _LAYOUT.format(
+            step=self.period / _SUBSTEPS, gravity=self.gravity, damping=self.damping, point=_POINT,
+            armature=self.shaft_inertia - own - _POINT, crank_mass=self.crank_mass, rod_mass=self.rod_mass,
+            slider_mass=self.slider_mass, crank_length=self.crank_length, half_crank=self.crank_length / 2,
+            rod_length=self.rod_length, half_rod=self.rod_length / 2,
+            rod_inertia=self.rod_mass * self.rod_length**2 / 12, closest=self.rod_length - self.crank_length,
+        )  # fmt: skip
+
+    def _assembled(self, theta: float) -> tuple[float, float, float]:
+        """Joint positions of the closed loop: crank angle, angle of the rod on the crank, d."""
+        rod = -float(np.arcsin(self.crank_length / self.rod_length * np.sin(theta)))
+        reach = self.crank_length * np.cos(theta) + self.rod_length * np.cos(rod)
+        return theta, rod - theta, float(reach) - (self.rod_length - self.crank_length)
+
+    def _gap(self, joints: Array) -> float:
+        """Distance (m) between the end of the rod and the slider."""
+        crank, rod = np.exp(1j * joints[0]), np.exp(1j * (joints[0] + joints[1]))
+        tip = self.crank_length * crank + self.rod_length * rod
+        return float(abs(tip - joints[2] - (self.rod_length - self.crank_length)))
+
+    def _stored(self, d: float) -> float:
+        """Energy (J) in the spring."""
+        return d * (self.preload + self.stiffness * d / 2 + self.stiffening * (10.0 * d) ** 4 / 5)
+
+
+@dataclass(frozen=True)
+class SliderCrankCampaign:
+    """Runs of the bench: every profile (1 to 10; all by default) from two starts, `samples` at 2 kHz each.
+
+    Raises:
+        BadInput: when a profile does not exist or is named twice, or there are too few samples for a log.
+    """
+
+    spring: bool = True
+    profiles: Sequence[int] | None = None
+    samples: int = 800
+
+    def __post_init__(self) -> None:
+        known = range(1, len(PROFILES) + 1)
+        for number in self.chosen:
+            if number not in known or self.chosen.count(number) > 1:
+                raise BadInput(
+                    f"source.profiles: {number} is not one of 1 to {len(PROFILES)}, each once at most"
+                )
+        if not self.chosen:
+            raise BadInput("source.profiles is empty")
+        if self.samples < 50:
+            raise BadInput(f"source.samples must be at least 50, got {self.samples}")
+
+    @property
+    def chosen(self) -> list[int]:
+        """Numbers of the profiles to run."""
+        return list(range(1, len(PROFILES) + 1)) if self.profiles is None else list(self.profiles)
+
+    @property
+    def rig(self) -> SliderCrankRig:
+        """The bench as it stands for this campaign."""
+        return SliderCrankRig() if self.spring else SliderCrankRig().without_spring()
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Replace `folder` by a log folder and return the provenance.
+
+        experiments.csv has the columns id, file, profile, start (rad); one CSV per experiment has t (s),
+        theta (rad), omega (rad/s) and T (N m), with noise that depends on `seed`, profile and start alone.
+        For judging only: bench.json (constants of the bench), spring.csv (d in m, F in N: its spring on 60
+            points), and
+        truth.parquet (id, t, d, v, F: the load on the slider in every run).
+
+        Raises:
+            BadInput: when the folder cannot be written.
+        """
+        rig, table, truth = self.rig, self._table(), []
+        with replacing_folder(folder) as out:
+            for row in table.itertuples():
+                noise = np.random.default_rng([seed, row.profile, round(1e6 * row.start)])
+                true = rig.simulate(PROFILES[row.profile - 1], row.start, self.samples)
+                _write_csv(out / row.file, pd.DataFrame(rig.log(true, noise)))
+                load = {"F": true["spring"] + true["friction"]}
+                truth.append(pd.DataFrame({"id": row.id, **{k: true[k] for k in ("t", "d", "v")}, **load}))
+            pd.concat(truth).to_parquet(out / "truth.parquet", index=False)
+            _write_csv(out / "experiments.csv", table)
+            d = np.linspace(0.0, 2 * rig.crank_length, 60)
+            _write_csv(out / "spring.csv", pd.DataFrame({"d": d, "F": rig.spring(d)}))
+            write_json(out / "bench.json", asdict(rig))
+        how = "with" if self.spring else "without"
+        return {
+            "data": "virtual",
+            "description": f"simulated logs of a virtual slider-crank bench {how} spring, not measurements",
+            "seed": seed,
+            "experiments": len(table),
+        }
+
+    def _table(self) -> pd.DataFrame:
+        runs = [(number, mark, start) for number in self.chosen for mark, start in STARTS.items()]
+        return pd.DataFrame(
+            [(f"T{number}{mark}", f"T{number}{mark}.csv", number, start) for number, mark, start in runs],
+            columns=["id", "file", "profile", "start"],
+        )
+
+
+def _write_csv(path: Path, table: pd.DataFrame) -> None:
+    table.to_csv(path, index=False, float_format="%.9g", lineterminator="\n")

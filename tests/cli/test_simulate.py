@@ -1,0 +1,172 @@
+"""The verb simulate: what it writes, prints and refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.__main__ import CONF
+from pipeline.errors import BadInput
+from pipeline.files import read_json
+from pipeline.stages.simulate import simulate
+
+ROOT = CONF.parent
+SYSTEM = """
+schema: system/1
+name: cart
+states:
+  x: {unit: m}
+  v: {unit: m/s}
+inputs:
+  F: {unit: N, column: force}
+outputs:
+  x: {unit: m}
+  v: {unit: m/s, column: speed}
+parameters:
+  m: {value: 2.0, unit: kg}
+  k: {value: 0.0, unit: N/m^3}
+dynamics:
+  x: v
+  v: (F + k*x**3)/m
+"""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    """system.yaml and logs/ of a cart that a brake of 0.4 N slows down."""
+    (tmp_path / "system.yaml").write_text(SYSTEM)
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for name, n in (("fast", 120), ("7", 75)):
+        t = np.arange(n) * 0.01
+        force = 3.0 + np.cos(4.0 * t)
+        a, h = (force - 0.4) / 2.0, 0.01  # acceleration: straight lines from sample to sample
+        speed = 1.0 + np.concatenate([[0.0], np.cumsum(h / 2.0 * (a[1:] + a[:-1]))])
+        x = np.concatenate([[0.0], np.cumsum(h * speed[:-1] + h**2 / 6.0 * (2.0 * a[:-1] + a[1:]))])
+        columns = {"t": t, "x": x, "speed": speed, "force": force}
+        pd.DataFrame(columns).to_csv(logs / f"{name}.csv", index=False)
+    pd.DataFrame({"id": ["fast", "7"], "file": ["fast.csv", "7.csv"]}).to_csv(
+        logs / "experiments.csv", index=False
+    )
+    return tmp_path
+
+
+def call(case: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "pipeline", "simulate", *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    return subprocess.run(command, cwd=case, capture_output=True, text=True, env=environment)
+
+
+def test_what_is_written_and_printed(case: Path) -> None:
+    result = call(case, "system=system.yaml", "logs=logs", "out=out")
+    assert result.returncode == 0, result.stderr
+    lines = result.stdout.splitlines()
+    assert [line.split(":")[0] for line in lines] == ["gap", "floor", "worst experiment"]
+    assert sorted(p.name for p in (case / "out").iterdir()) == ["simulation.json", "simulation.parquet"]
+    summary = read_json(case / "out" / "simulation.json")
+    table = pd.read_parquet(case / "out" / "simulation.parquet")
+    assert list(table) == [
+        "experiment",
+        "t",
+        "window",
+        "x_measured",
+        "x_simulated",
+        "v_measured",
+        "v_simulated",
+    ]
+    assert table["experiment"].tolist() == ["fast"] * 120 + ["7"] * 75
+    assert table["window"].tolist() == [max(k - 1, 0) // 10 for n in (120, 75) for k in range(n)]
+    assert (summary["schema"], summary["system"], summary["horizon"]) == ("simulation/1", "cart", 0.1)
+    assert summary["integration"] == {"method": "rk4", "substeps": 1}
+    predicted = table[table.groupby("experiment").cumcount() > 0]
+    square = []
+    for name, unit in (("x", "m"), ("v", "m/s")):
+        entry = summary["outputs"][name]
+        error = predicted[f"{name}_simulated"] - predicted[f"{name}_measured"]
+        assert entry["unit"] == unit
+        assert entry["std"] == pytest.approx(np.std(table[f"{name}_measured"]))
+        assert entry["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-9)
+        assert entry["gap"] == pytest.approx(entry["rmse"] / entry["std"])
+        square.append(entry["gap"] ** 2)
+    assert summary["gap"]["known"] == pytest.approx(np.sqrt(np.mean(square)))
+    assert summary["gap"]["floor"] < 1e-6
+    # the brake is missing: after k samples the speed is 0.2 k h too high
+    k = np.concatenate([np.arange(n - 1) % 10 + 1 for n in (120, 75)])
+    assert summary["outputs"]["v"]["rmse"] == pytest.approx(0.2 * 0.01 * np.sqrt(np.mean(k**2)), rel=1e-9)
+    assert [e["id"] for e in summary["experiments"]] == ["fast", "7"]
+    worst = max(summary["experiments"], key=lambda e: float(e["known"]))
+    assert lines[2].startswith(f"worst experiment: {worst['id']}, ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], ["logs must be given"]),
+        (["system=system.yaml", "logs=logs", "horizon=soon"], ["horizon", "soon"]),
+    ],
+)
+def test_what_is_refused(case: Path, arguments: list[str], words: list[str]) -> None:
+    result = call(case, *arguments, "out=out")
+    assert result.returncode == 2, result.stderr
+    assert result.stdout == ""
+    lines = result.stderr.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("error: ")
+    for word in words:
+        assert word in lines[0]
+    assert sorted(p.name for p in case.iterdir()) == ["logs", "system.yaml"]
+
+
+def test_a_bad_system_file_and_a_missing_folder_are_named(case: Path) -> None:
+    (case / "other.yaml").write_text(SYSTEM.replace("(F + ", "(F_x + "))
+    with pytest.raises(BadInput, match=r"other\.yaml: line 17.*F_x"):
+        simulate(case / "other.yaml", case / "logs", 0.1, case / "out")
+    with pytest.raises(BadInput, match="nowhere: no such folder"):
+        simulate(case / "system.yaml", case / "nowhere", 0.1, case / "out")
+    assert not (case / "out").exists()
+
+
+def test_a_bad_log_names_file_row_and_column_and_keeps_the_old_result(case: Path) -> None:
+    out = case / "out"
+    simulate(case / "system.yaml", case / "logs", 0.1, out)
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    lines = (case / "logs" / "7.csv").read_text().splitlines()
+    lines[5] = "0.04,oops,1,3"
+    (case / "logs" / "7.csv").write_text("\n".join(lines))
+    with pytest.raises(BadInput, match=r"7\.csv: row 6.*column x.*'oops'"):
+        simulate(case / "system.yaml", case / "logs", 0.1, out)
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+
+
+def test_the_same_input_gives_the_same_bytes(case: Path) -> None:
+    for out in ("a", "b"):
+        simulate(case / "system.yaml", case / "logs", 0.25, case / out)
+    for name in ("simulation.json", "simulation.parquet"):
+        assert (case / "a" / name).read_bytes() == (case / "b" / name).read_bytes()
+
+
+@pytest.mark.parametrize("out", ["logs", "."])
+def test_a_folder_that_holds_something_else_is_not_replaced(case: Path, out: str) -> None:
+    with pytest.raises(BadInput, match="is replaced as a whole, but holds"):
+        simulate(case / "system.yaml", case / "logs", 0.1, case / out)
+    assert (case / "logs" / "fast.csv").exists() and (case / "system.yaml").exists()
+
+
+def test_a_diverging_system_gives_finite_numbers(case: Path) -> None:
+    (case / "system.yaml").write_text(SYSTEM.replace("value: 0.0, unit: N/m^3", "value: 1e9, unit: N/m^3"))
+    simulate(case / "system.yaml", case / "logs", 0.1, case / "out")
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    summary = json.loads((case / "out" / "simulation.json").read_text(), parse_constant=refuse)
+    assert 1.0 < summary["gap"]["known"] <= 10.0
+    assert any("diverged" in note for note in summary["notes"])
+    table = pd.read_parquet(case / "out" / "simulation.parquet").select_dtypes("number")
+    assert np.isfinite(table.to_numpy()).all()

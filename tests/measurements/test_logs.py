@@ -1,0 +1,182 @@
+"""Log folders become arrays on one uniform clock."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pipeline.errors import BadInput
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.physics.system.model import Output
+from tests.measurements.systems import motor, omega, run, theta, write_folder
+
+BOTH = [Output("theta", "rad", "angle", theta), Output("omega", "rad/s", "speed", omega)]
+
+
+@settings(max_examples=20, deadline=None)
+@given(n=st.integers(50, 200), hertz=st.sampled_from([50.0, 300.0, 1000.0, 7.0]), start=st.floats(0.0, 1e3))
+def test_uniform_logs_come_back_unchanged(
+    tmp_path_factory: pytest.TempPathFactory, n: int, hertz: float, start: float
+) -> None:
+    folder = tmp_path_factory.mktemp("uniform")
+    log = run(n, 1.0 / hertz)
+    shown = {**log, "t": np.round(start + log["t"], 6)}  # as printed
+    logs = read_logs(write_folder(folder, {"a": shown, "b": shown}), motor(BOTH))
+    for i in range(2):
+        np.testing.assert_array_equal(logs.y[logs.rows(i)], np.stack([log["angle"], log["speed"]], 1))
+        np.testing.assert_array_equal(logs.u[logs.rows(i), 0], log["voltage"])
+        np.testing.assert_allclose(logs.t[logs.rows(i)], log["t"], atol=1e-6)
+    assert logs.period == pytest.approx(1.0 / hertz, rel=1e-6)
+    assert not any("clock" in note for note in logs.notes)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_formats_and_columns(tmp_path: Path, suffix: str) -> None:
+    extra = {"operator": ["ann", "bob"], "shift": [1, 2], "exp": [7, 8], "group": ["g", ""]}
+    folder = write_folder(tmp_path / "logs", {"a": run(), "b": run(300)}, suffix, **extra)
+    logs = read_logs(folder, motor(BOTH))
+    assert logs.ids == ("a", "b") and len(logs) == 2
+    assert logs.offsets.tolist() == [0, 400, 700]
+    assert logs.c.tolist() == [[0.5], [0.5]]
+    assert logs.experiments["operator"].tolist() == ["ann", "bob"]
+    assert logs.experiments["shift"].tolist() == [1.0, 2.0]
+    assert logs.experiments["group"].tolist() == ["g", "b"]
+    assert logs.provenance == {"data": "measured", "description": "log folder logs"}
+    np.testing.assert_array_equal(logs.y[logs.rows(1), 1], run(300)["speed"])
+
+
+def test_what_spreadsheets_write_is_read(tmp_path: Path) -> None:
+    """A byte order mark, blanks, plus signs, quotes, blank lines, and an empty last column."""
+    folder = write_folder(tmp_path, {"a": run()})
+    rows = (folder / "a.csv").read_text().splitlines()
+    rows = [", ".join(row.split(",")) + "," for row in rows]
+    rows[3] = rows[3].replace(" ", "+", 1)
+    rows[4] = '"' + rows[4].replace(",", '"', 1).replace('"', '",', 1).lstrip('"')
+    (folder / "a.csv").write_bytes(b"\xef\xbb\xbf" + "\r\n".join([*rows, "", ""]).encode())
+    np.testing.assert_array_equal(read_logs(folder, motor()).y[:, 0], run()["angle"])
+
+
+def test_the_store_comes_back_exactly(tmp_path: Path) -> None:
+    log = run()
+    log["t"] = log["t"] + 1e-4 * np.random.default_rng(0).random(400)
+    columns = {"exp": [3, 4], "samples": ["x", "y"], "group": ["g", "h"]}
+    folder = write_folder(tmp_path / "logs", {"a": log, "b": run(100)}, **columns)
+    (folder / "provenance.json").write_text('{"data": "virtual", "seed": 3}')
+    logs = read_logs(folder, motor())
+    logs.write(tmp_path / "store")
+    again = read_logs(tmp_path / "store", motor())
+    pd.testing.assert_frame_equal(again.experiments, logs.experiments)
+    for field in fields(Logs):
+        if field.name != "experiments":
+            np.testing.assert_equal(getattr(again, field.name), getattr(logs, field.name))
+    assert again.provenance == {"data": "virtual", "seed": 3}
+
+
+def test_a_store_belongs_to_its_system(tmp_path: Path) -> None:
+    read_logs(write_folder(tmp_path / "logs", {"a": run()}), motor()).write(tmp_path / "store")
+    with pytest.raises(BadInput, match=r"store: provenance.json: was not written for the system motor"):
+        read_logs(tmp_path / "store", motor(BOTH))
+
+
+def test_the_states_of_another_system(tmp_path: Path) -> None:
+    logs = read_logs(write_folder(tmp_path / "logs", {"a": run()}), motor())
+    heavier = motor(inductance=0.5)
+    again = logs.for_system(heavier)
+    direct = read_logs(tmp_path / "logs", heavier)
+    np.testing.assert_array_equal(again.x, direct.x)
+    assert again.notes == direct.notes
+    assert not np.allclose(again.x, logs.x)
+    with pytest.raises(BadInput, match="are not those of the logs"):
+        logs.for_system(motor(BOTH))
+
+
+def test_jitter_is_taken_out_and_noted(tmp_path: Path) -> None:
+    generator = np.random.default_rng(1)
+    ideal = run(1000)
+    t = np.sort(ideal["t"] + 0.0006 * generator.random(1000))
+    log = {**ideal, "t": t, "angle": np.sin(3.0 * t)}
+    logs = read_logs(write_folder(tmp_path, {"a": log, "b": ideal}), motor())
+    assert logs.period == pytest.approx(0.002, rel=1e-3)
+    clock = t[0] + logs.t[logs.rows(0)]
+    np.testing.assert_allclose(logs.y[logs.rows(0), 0], np.sin(3.0 * clock), atol=1e-9)
+    np.testing.assert_allclose(np.diff(logs.t[logs.rows(0)]), logs.period)
+    (note,) = [note for note in logs.notes if "uniform clock" in note]
+    assert "samples moved by up to" in note
+    assert logs.u.min() >= ideal["voltage"].min() and logs.u.max() <= ideal["voltage"].max()
+
+
+def test_lost_samples_are_filled_in(tmp_path: Path) -> None:
+    log = {name: np.delete(values, [100, 101, 250]) for name, values in run().items()}
+    logs = read_logs(write_folder(tmp_path, {"a": log}), motor())
+    assert logs.period == 0.002
+    np.testing.assert_allclose(logs.y[:, 0], run()["angle"], atol=1e-9)
+
+
+def test_clocks_that_differ_by_less_than_a_percent_meet(tmp_path: Path) -> None:
+    folder = write_folder(
+        tmp_path, {"a": run(period=0.002), "b": run(period=0.002), "c": run(period=0.00201)}
+    )
+    logs = read_logs(folder, motor())
+    assert logs.period == 0.002
+    t = logs.t[logs.rows(2)]
+    assert len(t) == 401
+    np.testing.assert_allclose(logs.y[logs.rows(2), 0], np.sin(3.0 * t) + 0.1 * t, atol=1e-9)
+
+
+def test_wrapped_angles_are_unwrapped(tmp_path: Path) -> None:
+    t = run()["t"]
+    angle = 20.0 * t + np.sin(3.0 * t)
+    wrapped = np.mod(angle + np.pi, 2.0 * np.pi) - np.pi
+    folder = write_folder(tmp_path, {"a": {**run(), "angle": wrapped}, "b": run()})
+    logs = read_logs(folder, motor(BOTH))
+    np.testing.assert_allclose(logs.y[logs.rows(0), 0], angle, atol=1e-9)
+    np.testing.assert_array_equal(logs.y[logs.rows(1), 0], run()["angle"])
+    assert "theta was unwrapped" in logs.notes
+
+
+def test_only_angles_that_jump_by_a_turn_are_unwrapped(tmp_path: Path) -> None:
+    step = np.where(run()["t"] < 0.4, 0.0, 4.5) + 0.1 * np.sin(run()["t"])
+    metres = [Output("theta", "m", "angle", theta)]
+    turning = np.mod(20.0 * run()["t"], 2.0 * np.pi)
+    assert (
+        "theta was unwrapped"
+        not in read_logs(write_folder(tmp_path / "step", {"a": {**run(), "angle": step}}), motor()).notes
+    )
+    assert (
+        "theta was unwrapped"
+        not in read_logs(
+            write_folder(tmp_path / "metres", {"a": {**run(), "angle": turning}}), motor(metres)
+        ).notes
+    )
+
+
+def test_a_dead_input_is_fine(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path, {"a": {**run(), "voltage": np.full(400, 6)}})
+    assert np.all(read_logs(folder, motor()).u == 6.0)
+
+
+@pytest.mark.parametrize("delay", [0.01, 0.0113])
+def test_an_input_acts_after_its_delay(tmp_path: Path, delay: float) -> None:
+    log = {**run(), "voltage": 2.0 + 3.0 * run()["t"]}
+    logs = read_logs(write_folder(tmp_path, {"a": log, "b": log}), motor(BOTH, input_delay=delay))
+    for i in range(2):
+        acting = 2.0 + 3.0 * np.maximum(log["t"] - delay, 0.0)
+        np.testing.assert_allclose(logs.u[logs.rows(i), 0], acting, atol=1e-12)
+
+
+def test_a_large_campaign_is_read_in_seconds(tmp_path: Path) -> None:
+    log = run(10_000)
+    folder = write_folder(tmp_path, {"a": log})
+    (folder / "experiments.csv").write_text("id,file,m\n" + "".join(f"r{i},a.csv,1\n" for i in range(100)))
+    start = perf_counter()
+    logs = read_logs(folder, motor([*BOTH, Output("i", "A", "voltage", motor().x[2])]))
+    assert len(logs.t) == 1_000_000
+    assert perf_counter() - start < 20.0

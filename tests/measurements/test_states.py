@@ -1,0 +1,127 @@
+"""States along experiments: read, differentiated, integrated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from pipeline.errors import BadInput
+from pipeline.measurements.folder import read_logs
+from pipeline.physics.system.functions import sgn
+from pipeline.physics.system.model import Output, System
+from tests.measurements.systems import J, L, R, k, m, motor, omega, run, theta, write_folder
+
+ANGLE = Output("theta", "rad", "angle", theta)
+SPEED = Output("omega", "rad/s", "speed", omega)
+
+
+def test_outputs_are_read_and_velocities_differentiated(tmp_path: Path) -> None:
+    logs = read_logs(write_folder(tmp_path, {"a": run(), "b": run(300)}), motor([ANGLE]))
+    assert logs.measured == (True, True, False)
+    np.testing.assert_array_equal(logs.x[:, 0], logs.y[:, 0])
+    for i, n in enumerate((400, 300)):
+        np.testing.assert_allclose(logs.x[logs.rows(i), 1], run(n)["speed"], atol=1e-3)
+    assert any(
+        n.startswith("omega was estimated from theta by smoothing differentiation over") for n in logs.notes
+    )
+
+
+def test_a_measured_velocity_is_not_differentiated(tmp_path: Path) -> None:
+    logs = read_logs(write_folder(tmp_path, {"a": run()}), motor([ANGLE, SPEED]))
+    np.testing.assert_array_equal(logs.x[:, 1], run()["speed"])
+    assert not any("differentiation" in note for note in logs.notes)
+
+
+def test_affine_sensors_are_inverted(tmp_path: Path) -> None:
+    """A tachometer with gain and offset, scaled by the operating point too."""
+    tacho = Output("tacho", "V", "tacho", R * (m + 1) * omega + L)
+    log = run()
+    log["tacho"] = 2.0 * 1.5 * log["speed"] + 0.05
+    logs = read_logs(write_folder(tmp_path, {"a": log}), motor([ANGLE, tacho]))
+    np.testing.assert_allclose(logs.x[:, 1], log["speed"], atol=1e-12)
+    assert logs.measured == (True, True, False)
+    assert any(note.startswith("omega was read from tacho = ") for note in logs.notes)
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [omega**2, omega + sgn(omega), omega + theta, 0 * omega + R, omega * (m - sp.Rational(1, 2))],
+)
+def test_other_sensors_are_not_inverted(tmp_path: Path, expression: sp.Expr) -> None:
+    other = Output("other", "V", "speed", expression)
+    logs = read_logs(write_folder(tmp_path, {"a": run()}), motor([other, ANGLE]))
+    assert any("omega was estimated from theta" in note for note in logs.notes)
+    np.testing.assert_array_equal(logs.x[:, 0], run()["angle"])
+
+
+def test_an_output_shows_the_past(tmp_path: Path) -> None:
+    late = replace(ANGLE, delay=0.011)
+    logs = read_logs(write_folder(tmp_path, {"a": run(), "b": run()}), motor([late]))
+    ahead = 0.011 + run()["t"]
+    inside = slice(0, 390)
+    for i in range(2):
+        x = logs.x[logs.rows(i)]
+        np.testing.assert_allclose(x[inside, 0], (np.sin(3.0 * ahead) + 0.1 * ahead)[inside], atol=1e-6)
+        np.testing.assert_allclose(x[inside, 1], (3.0 * np.cos(3.0 * ahead) + 0.1)[inside], atol=1e-3)
+        np.testing.assert_array_equal(x[-5:, :2], x[-5:-4, :2].repeat(5, axis=0))
+        np.testing.assert_array_equal(logs.y[logs.rows(i), 0], run()["angle"])
+    assert "what theta shows is held over the last 0.011 s, its delay" in logs.notes
+
+
+def current(log: dict[str, np.ndarray], inductance: float) -> np.ndarray:
+    """The current that the motor's equation asks for, by an adaptive method."""
+
+    def rate(t: float, i: np.ndarray) -> np.ndarray:
+        voltage = np.interp(t, log["t"], log["voltage"])
+        return np.asarray((voltage - 2.0 * i - 0.3 * (3.0 * np.cos(3.0 * t) + 0.1)) / inductance)
+
+    end = log["t"][-1]
+    found = solve_ivp(rate, (0.0, end), [0.5], "LSODA", log["t"], rtol=1e-8, atol=1e-10, max_step=1e-3)
+    return np.asarray(found.y[0])
+
+
+@pytest.mark.parametrize("inductance", [0.05, 0.0002])
+def test_a_hidden_state_is_integrated(tmp_path: Path, inductance: float) -> None:
+    """The second motor's current is too fast for four steps per sample."""
+    system = motor([ANGLE, SPEED], inductance=inductance)
+    logs = read_logs(write_folder(tmp_path, {"a": run(200), "b": run(100)}), system)
+    assert logs.measured == (True, True, False)
+    np.testing.assert_allclose(logs.x[:200, 2], current(run(200), inductance), atol=2e-4)
+    np.testing.assert_allclose(logs.x[200:, 2], logs.x[:100, 2], atol=1e-12)
+    assert logs.x[0, 2] == 0.5
+    assert "i: no output shows it, integrated from the start of each experiment" in logs.notes
+
+
+def test_a_known_law_acts_on_hidden_states(tmp_path: Path) -> None:
+    """The speed alone is hidden: it is integrated with the port's law in place."""
+    system = motor([Output("i", "A", "speed", motor().x[2])])
+    port = replace(system.ports[0], law=0.4 * omega)
+    braked = replace(system, ports=(port,))
+    folder = write_folder(tmp_path, {"a": run()})
+    free, slowed = read_logs(folder, system), read_logs(folder, braked)
+    assert free.measured == (False, False, True)
+    inertia = 0.02 + 0.5
+    torque = 0.3 * run()["speed"]
+    expected = np.concatenate([[0.0], np.cumsum(0.5 * (torque[1:] + torque[:-1]) * 0.002)]) / inertia
+    np.testing.assert_allclose(free.x[:, 1], expected, atol=1e-9)
+    assert slowed.x[-1, 1] < free.x[-1, 1]
+
+
+def unstable() -> System:
+    system = motor([ANGLE])
+    i, rate = system.x[2], sp.sympify((system.u[0] + k * system.x[2] ** 3) / L)
+    assert i in rate.free_symbols and J not in rate.free_symbols
+    return replace(system, dynamics=(*system.dynamics[:2], rate))
+
+
+def test_a_hidden_state_that_diverges_is_refused(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path, {"a": run()})
+    with pytest.raises(
+        BadInput, match=r"system motor: dynamics.i diverges in experiment a at t = .* value 0.5"
+    ):
+        read_logs(folder, unstable())

@@ -1,0 +1,125 @@
+"""Smoothing differentiation against known derivatives and the best width in hindsight."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from pipeline.numerics.differentiate import noise, quantum, smooth_derivative
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.001
+COUNT = 2.0 * np.pi / 8192
+
+
+def chirp(n: int, first: float, last: float, amplitude: float) -> tuple[Array, Array]:
+    """Position and velocity, from `first` to `last` Hz."""
+    t = np.arange(n) * PERIOD
+    rate = (last - first) / (n * PERIOD)
+    phase = 2.0 * np.pi * (first * t + 0.5 * rate * t * t)
+    return amplitude * np.sin(phase), amplitude * np.cos(phase) * 2.0 * np.pi * (first + rate * t)
+
+
+def stick_slip(n: int) -> tuple[Array, Array]:
+    """Velocity with corners and standstills."""
+    t = np.arange(n) * PERIOD
+    v = np.maximum(0.0, np.abs((t / 2.0) % 1.0 - 0.5) * 4.0 - 0.5) * np.sign(np.sin(np.pi * t / 2.0))
+    return np.cumsum(v) * PERIOD, v
+
+
+def white(sigma: float) -> Callable[[Array], Array]:
+    return lambda y: y + sigma * np.random.default_rng(0).standard_normal(len(y))
+
+
+def encoder(counts: int) -> Callable[[Array], Array]:
+    step = 2.0 * np.pi / counts
+    return lambda y: step * np.round(y / step)
+
+
+SIGNALS = {
+    "slow": chirp(5_000, 0.2, 3.0, 1.0),
+    "fast": chirp(5_000, 1.0, 20.0, 0.1),
+    "crawl": chirp(10_000, 0.05, 0.2, 0.02),
+    "stick-slip": stick_slip(10_000),
+}
+SENSORS = {
+    "1e-6": white(1e-6),
+    "1e-4": white(1e-4),
+    "1e-2": white(1e-2),
+    "8192 counts": encoder(8192),
+    "500 counts": encoder(500),
+}
+
+
+def rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+@pytest.mark.parametrize("signal", SIGNALS)
+def test_velocity_is_nearly_as_good_as_with_the_best_width(signal: str, sensor: str) -> None:
+    position, velocity = SIGNALS[signal]
+    y = SENSORS[sensor](position)
+    _, found, width = smooth_derivative(y, np.array([0, len(y)]), PERIOD)
+    widths = [w for w in range(5, 800, 6) if w <= len(y) // 2]
+    inner = slice(100, -100)
+    best = min(rms((savgol_filter(y, w, 3, 1, PERIOD) - velocity)[inner]) for w in widths)
+    assert width % 2 == 1
+    assert rms((found - velocity)[inner]) < 1.5 * best
+    assert rms(found - velocity) < 4.0 * best
+
+
+@pytest.mark.parametrize("sigma", [1e-6, 1e-4, 1e-2])
+@pytest.mark.parametrize("signal", SIGNALS)
+def test_white_noise_is_found(signal: str, sigma: float) -> None:
+    assert noise(white(sigma)(SIGNALS[signal][0])) == pytest.approx(sigma, rel=0.1)
+
+
+@pytest.mark.parametrize("counts", [8192, 500])
+@pytest.mark.parametrize("signal", ["slow", "fast", "stick-slip"])
+def test_quantisation_noise_is_found(signal: str, counts: int) -> None:
+    y = encoder(counts)(SIGNALS[signal][0])
+    assert noise(y) == pytest.approx(2.0 * np.pi / counts / 12**0.5, rel=0.15)
+
+
+def test_the_quantum_survives_printed_digits_and_an_offset() -> None:
+    y = np.round(encoder(8192)(SIGNALS["slow"][0]) + 100.0, 6)
+    assert quantum(y) == pytest.approx(COUNT, rel=5e-3)
+    assert quantum(white(1e-3)(SIGNALS["slow"][0])) == 0.0
+    assert quantum(np.full(50, 2.0)) == 0.0
+
+
+def test_a_constant_has_neither_noise_nor_velocity() -> None:
+    y = np.full(200, 3.0)
+    position, velocity, _ = smooth_derivative(y, np.array([0, 100, 200]), PERIOD)
+    assert noise(y) == 0.0
+    np.testing.assert_allclose(position, 3.0)
+    np.testing.assert_allclose(velocity, 0.0, atol=1e-9)
+
+
+def test_experiments_do_not_see_each_other() -> None:
+    """A jump between two experiments is no motion, and one width serves both."""
+    position, velocity = SIGNALS["slow"]
+    y = white(1e-4)(np.concatenate([position, position + 50.0]))
+    _, found, width = smooth_derivative(y, np.array([0, len(position), len(y)]), PERIOD)
+    assert np.abs(found - np.tile(velocity, 2)).max() < 0.5
+    one = savgol_filter(y[len(position) :], width, 3, 1, PERIOD)
+    middle = slice(width, -width)
+    np.testing.assert_allclose(found[len(position) :][middle], one[middle])
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4), st.integers(50, 300))
+def test_cubics_are_exact_up_to_the_ends(coefficients: list[float], n: int) -> None:
+    t = np.linspace(-1.0, 1.0, n)
+    polynomial = np.polynomial.Polynomial(coefficients)
+    position, velocity, _ = smooth_derivative(polynomial(t), np.array([0, n]), t[1] - t[0])
+    np.testing.assert_allclose(position, polynomial(t), atol=1e-9)
+    np.testing.assert_allclose(velocity, polynomial.deriv()(t), atol=1e-7)

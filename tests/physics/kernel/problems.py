@@ -1,0 +1,130 @@
+"""Free runs of kernels next to those of the torch reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from pipeline.models.nnap import Integration, Nnap
+from pipeline.models.rollout import Measured, rollout
+from pipeline.physics.kernel.structure import Augmented
+from pipeline.physics.system.model import System
+from pipeline.physics.system.reader import read_system
+
+Array = NDArray[np.float64]
+Results = dict[str, Tensor]
+FILES = sorted((Path(__file__).parents[3] / "systems").glob("*.yaml"))
+NAMES = [path.stem for path in FILES]
+
+#: Euler and RK4, both holds, one to three substeps.
+INTEGRATIONS = (
+    Integration(2e-4, "euler"),
+    Integration(2e-4, "euler", substeps=3, hold=1.0),
+    Integration(2e-4, "rk4", substeps=2),
+    Integration(2e-4, "rk4", hold=1.0),
+)
+
+
+def built_in(name: str) -> System:
+    return read_system(FILES[NAMES.index(name)])
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A stack of models, three experiments of different length, and windows anywhere in them."""
+
+    model: Nnap
+    data: Measured
+    x0: Array
+    starts: NDArray[np.int64]
+    steps: int
+
+
+def problem(
+    structure: Augmented, windows: int = 21, steps: int = 4, period: float = 2e-4, seed: int = 0
+) -> Problem:
+    """Random states, inputs, weights and efforts of order one; another constant for every experiment."""
+    generator = np.random.default_rng(seed)
+    draw, system = generator.normal, structure.system
+    lengths = [steps + 3, 2 * steps + 1, steps + 9]
+    offsets = np.concatenate([[0], np.cumsum(lengths)])
+    n = int(offsets[-1])
+    data = Measured(
+        x=draw(size=(n, len(system.states))),
+        u=draw(size=(n, len(system.inputs))),
+        t=np.concatenate(
+            [start + period * np.arange(k) for start, k in zip((0.0, 3.0, 0.7), lengths, strict=True)]
+        ),
+        c=generator.uniform(0.3, 1.5, (3, len(system.operating_point))),
+        owner=np.repeat(np.arange(3), lengths),
+        offsets=offsets,
+    )
+    starts = generator.choice(data.window_starts(np.arange(3), steps), windows)
+    x0 = data.x[starts] + 0.1 * draw(size=(windows, len(system.states)))
+    return Problem(model(structure, generator), data, x0, starts, steps)
+
+
+def model(structure: Augmented, generator: np.random.Generator, batch: int = 2) -> Nnap:
+    """A stack with random weights, whose parameters are within a tenth of the file's."""
+    values = np.array(structure.system.values)
+    p = values * generator.uniform(0.9, 1.1, (batch, len(values)))
+    unit = np.abs(values[list(structure.index)]) + (values[list(structure.index)] == 0.0)
+    inputs, networks = len(structure.inputs), len(structure.networks)
+    return Nnap(
+        structure,
+        torch.tensor(p),
+        torch.tensor(unit),
+        torch.tensor(generator.uniform(0.5, 2.0, (batch, inputs))),
+        torch.tensor(generator.uniform(0.5, 2.0, (batch, networks))),
+        torch.tensor(generator.normal(size=(batch, structure.size))),
+    )
+
+
+def by_kernel(given: Problem, member: int, how: Integration) -> Results:
+    """Trajectory, efforts, and gradients of a random sum of both."""
+    x0 = torch.tensor(given.x0, requires_grad=True)
+    X, Z = rollout(given.model, member, given.data, x0, given.starts, given.steps, how)
+    return _results(given.model, member, x0, X, Z)
+
+
+def by_reference(given: Problem, member: int, how: Integration) -> Results:
+    """The same by `Nnap.simulate`."""
+    data, starts = given.data, given.starts
+    x0 = torch.tensor(given.x0, requires_grad=True)
+    u = torch.tensor(data.u[starts[:, None] + np.arange(given.steps + 1)])
+    c = torch.tensor(data.c[data.owner[starts]])
+    everywhere = (given.model.batch, len(starts))
+    X, Z = given.model.simulate(
+        x0.expand(*everywhere, -1),
+        u.expand(*everywhere, -1, -1),
+        torch.tensor(data.t[starts]),
+        c.expand(*everywhere, -1),
+        how,
+    )
+    return _results(given.model, member, x0, X[member], Z[member])
+
+
+def _results(model: Nnap, member: int, x0: Tensor, X: Tensor, Z: Tensor) -> Results:
+    generator = torch.Generator().manual_seed(1)
+    draw = {"dtype": torch.float64, "generator": generator}
+    loss = (X * torch.randn(X.shape, **draw)).sum() + (Z * torch.randn(Z.shape, **draw)).sum()
+    inputs = {"x0": x0, "xi": model.xi, "weights": model.weights}
+    gradients = torch.autograd.grad(loss, list(inputs.values()), allow_unused=True, materialize_grads=True)
+    found = {"X": X.detach(), "Z": Z.detach(), "x0": gradients[0]}
+    return found | {name: g[member] for name, g in zip(("xi", "weights"), gradients[1:], strict=True)}
+
+
+def assert_equal(given: Problem, how: Integration, tolerance: float = 1e-10) -> None:
+    """Both ways agree in value and gradient, relative to the largest number of each kind."""
+    for member in range(given.model.batch):
+        kernel, reference = by_kernel(given, member, how), by_reference(given, member, how)
+        for name, expected in reference.items():
+            assert torch.isfinite(expected).all(), (name, how)
+            error = (kernel[name] - expected).abs()
+            scale = expected.abs().amax() if expected.numel() else 1.0
+            assert bool((error <= tolerance * (scale + 1e-3)).all()), (name, how, float(error.max()), scale)

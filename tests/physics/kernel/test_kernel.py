@@ -1,0 +1,134 @@
+"""Kernels are generated once for every structure, and kept."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from pipeline.physics.kernel import compiled
+from pipeline.physics.kernel.compiled import cache_folder, kernel
+from pipeline.physics.kernel.structure import Augmented, Network
+from pipeline.physics.system.model import Parameter, Port, State, System, symbol
+from pipeline.physics.system.tables import Table
+
+x, k, F = symbol("x"), symbol("k"), symbol("F")
+SYSTEM = System(
+    "decay",
+    (State("x", "m"),),
+    (),
+    (),
+    (),
+    (Parameter("k", "1/s", 2.0),),
+    (Port("end", "F", "m/s", "x"),),
+    (),
+    {},
+    (-k * x - F,),
+)
+DECAY = Augmented(SYSTEM, (), ("k",))
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_kept_in_memory() -> Iterator[None]:
+    kernel.cache_clear()
+    yield
+    kernel.cache_clear()
+
+
+@pytest.fixture
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "chosen"
+    monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(folder))
+    return folder
+
+
+def files(folder: Path) -> dict[Path, int]:
+    return {path: path.stat().st_mtime_ns for path in folder.glob("*.py")}
+
+
+def test_a_structure_is_generated_once(cache: Path) -> None:
+    kernel(DECAY)
+    first = files(cache)
+    assert len(first) == 1
+    kernel.cache_clear()
+    kernel(Augmented(SYSTEM.with_values({"k": 7.0}), (), ("k",)))
+    assert files(cache) == first
+    assert not list(cache.glob("*.tmp"))
+
+
+def test_a_kept_kernel_is_not_generated_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernel(DECAY)
+    kernel.cache_clear()
+    compiled._loaded.cache_clear()
+
+    def refuse(model: Augmented) -> str:
+        raise AssertionError("generated again")
+
+    monkeypatch.setattr(compiled, "source", refuse)
+    assert kernel(DECAY).layout.states == 1
+
+
+TABLE = Table("curve", (0.0, 1.0, 2.0), (0.0, 1.0, 0.0))
+OTHERS = {
+    "dynamics": Augmented(replace(SYSTEM, dynamics=(-k * sp.sin(x) - F,)), (), ("k",)),
+    "trained": Augmented(SYSTEM, (), ()),
+    "law": Augmented(replace(SYSTEM, ports=(replace(SYSTEM.ports[0], law=0.1 * x),)), (), ("k",)),
+    "network": Augmented(SYSTEM, (Network("end", (x,), 3),), ("k",)),
+    "units": Augmented(SYSTEM, (Network("end", (x,), 4),), ("k",)),
+    "input": Augmented(SYSTEM, (Network("end", (x**2,), 3),), ("k",)),
+    "table": Augmented(replace(SYSTEM, tables=(TABLE,)), (), ("k",)),
+    "points": Augmented(replace(SYSTEM, tables=(replace(TABLE, y=(0.0, 2.0, 0.0)),)), (), ("k",)),
+    "kind": Augmented(replace(SYSTEM, tables=(replace(TABLE, kind="linear"),)), (), ("k",)),
+}
+
+
+def test_every_other_structure_has_another_name() -> None:
+    names = {name: compiled._digest(model) for name, model in OTHERS.items()}
+    assert len({compiled._digest(DECAY), *names.values()}) == len(OTHERS) + 1
+
+
+@pytest.mark.parametrize("name", compiled._GENERATOR)
+def test_another_generator_gives_another_name(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for part in compiled._GENERATOR:
+        copy = (tmp_path / "kernel" / part).resolve()
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_text((compiled._HERE / part).read_text())
+    before = compiled._digest(DECAY)
+    monkeypatch.setattr(compiled, "_HERE", tmp_path / "kernel")
+    assert compiled._digest(DECAY) == before
+    changed = tmp_path / "kernel" / name
+    changed.write_text(changed.read_text() + "\n")
+    assert compiled._digest(DECAY) != before
+
+
+def test_folder_that_cannot_be_made_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    folder = cache_folder()
+    assert folder.parent == tmp_path / "temporary"
+    assert kernel(DECAY).layout.states == 1
+    assert len(files(folder)) == 1
+
+
+def test_folder_that_cannot_be_written_to_is_replaced(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A superuser may write anywhere, so the system's answer is given here."""
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(compiled.os, "access", lambda path, mode: Path(path) != cache)
+    assert cache_folder().parent == tmp_path / "temporary"
+
+
+def test_without_a_choice_the_users_cache_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("HYBRID_DYNAMICS_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / "hybrid-dynamics"

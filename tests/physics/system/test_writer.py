@@ -1,0 +1,192 @@
+"""What is written is read back as the same system."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from pipeline.physics.system import functions as f
+from pipeline.physics.system.model import Output, State, System, symbol
+from pipeline.physics.system.printing import printed
+from pipeline.physics.system.reader import read_system
+from pipeline.physics.system.tables import Table
+from pipeline.physics.system.writer import write_system
+
+SYSTEMS = Path(__file__).parents[3] / "systems"
+
+RICH = """\
+schema: system/1
+name: rich
+states:
+  x: {unit: m, initial: -0.125}
+  v: {unit: m/s}
+  y: {unit: '1'}
+inputs:
+  u: {unit: V, column: 'motor, voltage: 1', delay: 0.0015}
+outputs:
+  x: {column: 'null', unit: m, delay: 0.002}
+  F_s: {column: "# force \\"s\\"", unit: N, expression: F_s}
+  yes: {unit: '', expression: 'min(y, 0.1, sin(t))'}
+operating_point:
+  m: {unit: kg}
+parameters:
+  k: {value: 123.45678901234567, unit: N/m, identify: true, bounds: [1e-300, 1e+17]}
+  kf: {value: -1e-05, unit: N/V}
+  n: {value: 0.1, unit: -}
+signals:
+  F_s: >
+    k*x +
+    spring(x/0.01)
+  a: where(x > 0, F_s, -F_s)/m
+  mu: diff(F_s, x)
+ports:
+  rail: {effort: F_rail, unit: N, position: x, velocity: v, law: 'clip(k*x, -1, 1) + F_s'}
+  other: {effort: F_other, unit: N, velocity: v, law: 0}
+  rest: {effort: F_rest, unit: N}
+tables:
+  spring: {file: s.csv, x: 'deflection [m]', y: force}
+  cam: {file: s.csv, x: force, y: 'deflection [m]', kind: linear}
+dynamics:
+  x: v
+  v: a - (F_rail + F_other + F_rest - kf*u)/m - 9.81*cam(x)
+  y: -0.7*y**2
+"""
+
+
+@pytest.fixture
+def rich(tmp_path: Path) -> System:
+    (tmp_path / "s.csv").write_text("force,deflection [m]\n1,0.1\n2,0.30000000000000004\n4,1e3\n5,1.2e3\n")
+    path = tmp_path / "rich.yaml"
+    path.write_text(RICH)
+    return read_system(path)
+
+
+def again(system: System, tmp_path: Path) -> System:
+    folder = tmp_path / "again"
+    shutil.rmtree(folder, ignore_errors=True)
+    write_system(system, folder / "a b.yaml")
+    return read_system(folder / "a b.yaml")
+
+
+def test_every_field_survives(rich: System, tmp_path: Path) -> None:
+    back = again(rich, tmp_path)
+    assert back == rich
+    assert again(back, tmp_path) == rich
+    assert rich.text["outputs.yes.expression"] == "min(y, 0.1, sin(t))"
+    assert rich.text["ports.other.law"] == "0"
+
+
+@pytest.mark.parametrize("name", ["pendulum", "slider_crank"])
+def test_the_systems_that_come_along_survive(name: str, tmp_path: Path) -> None:
+    system = read_system(SYSTEMS / f"{name}.yaml")
+    assert again(system, tmp_path) == system
+
+
+def test_without_text_expressions_are_printed(tmp_path: Path) -> None:
+    system = read_system(SYSTEMS / "slider_crank.yaml")
+    back = again(replace(system, text={}), tmp_path)
+    assert set(back.text) == set(system.text)
+    values = dict(zip(system.p, system.values, strict=True)) | dict.fromkeys((*system.u, *system.e), 0.3)
+    values |= {symbol("theta"): 0.7, symbol("omega"): 2.0}
+    before, after = (*system.signals.values(), *system.dynamics), (*back.signals.values(), *back.dynamics)
+    for old, new in zip(before, after, strict=True):
+        assert float(old.subs(values)) == pytest.approx(float(new.subs(values)), rel=1e-12)
+
+
+def test_an_identified_law_with_memory_is_written_back(tmp_path: Path) -> None:
+    system = read_system(SYSTEMS / "pendulum.yaml")
+    omega, z = symbol("omega"), symbol("z")
+    law = 0.1 * f.sgn(omega) * f.absolute(omega) ** 0.5 + sp.Rational(1, 3) * z
+    law += 2.0 * symbol("b") * f.select(f.greater(omega, z), z, 0)
+    port = replace(system.ports[0], law=law)
+    changed = replace(
+        system,
+        states=(*system.states, State("z", "rad/s", 0.5)),
+        ports=(port,),
+        inputs=(replace(system.inputs[0], delay=0.01),),
+        outputs=(*system.outputs, Output("speed", "rad/s", "w", omega + z)),
+        dynamics=(*system.dynamics, (omega - z) / 0.05),
+    ).with_values({"J": 0.1 + 0.2})
+    back = again(changed, tmp_path)
+    assert (back.states, back.inputs, back.parameters) == (changed.states, changed.inputs, changed.parameters)
+    assert back.outputs == changed.outputs
+    assert back.dynamics[:2] == system.dynamics
+    at = {omega: 1.7, z: 0.3, symbol("b"): 0.2}
+    assert float(back.ports[0].law.subs(at) - law.subs(at)) == pytest.approx(0.0, abs=1e-12)
+    assert set(back.text) - set(system.text) == {"ports.joint.law", "outputs.speed.expression", "dynamics.z"}
+
+
+def test_a_text_that_no_longer_says_the_same_is_not_written(tmp_path: Path) -> None:
+    system = read_system(SYSTEMS / "pendulum.yaml")
+    law = 2 * symbol("b") * symbol("omega")
+    first = again(replace(system, ports=(replace(system.ports[0], law=law),)), tmp_path)
+    assert first.text["ports.joint.law"] == "2*b*omega"
+    second = again(replace(first, ports=(replace(first.ports[0], law=sp.S.Zero),)), tmp_path)
+    assert second.ports[0].law == 0
+    assert second.text["ports.joint.law"] == "0"
+
+
+def test_tables_are_written_beside_with_all_digits(tmp_path: Path) -> None:
+    system = read_system(SYSTEMS / "pendulum.yaml")
+    table = Table("cam", (0.1 + 0.2, 1.0, 1e300), (-0.0, 1 / 3, 5e-324), "linear")
+    law = f.lookup(0, symbol("theta"), 0)
+    back = again(replace(system, tables=(table,), ports=(replace(system.ports[0], law=law),)), tmp_path)
+    assert back.tables == (table,)
+    assert back.ports[0].law == law
+
+
+x, v = symbol("x"), symbol("v")
+
+
+@pytest.mark.parametrize(
+    ("expression", "text"),
+    [
+        (f.absolute(x) * f.sgn(v), "abs(x)*sign(v)"),
+        (f.step(x) - f.whole(x), "heaviside(x) - floor(x)"),
+        (f.minimum(x, f.maximum(v, 1)), "min(x, max(v, 1))"),
+        (f.select(f.greater(x, v + 1), x, v), "where((x > (v + 1)), x, v)"),
+        (1 - f.equal(x, f.at_least(x, v)), "1 - (x == (x >= v))"),
+        (sp.Abs(x) + sp.sign(v), "abs(x) + sign(v)"),
+        (sp.Max(x, v), "max(v, x)"),
+        (sp.Float(0.1) + x, "x + 0.1"),
+        (sp.pi * x, "3.141592653589793*x"),
+        (sp.sqrt(x) / 3, "sqrt(x)/3"),
+        (x ** sp.Rational(-1, 3), "x**(-1/3)"),
+        (f.lookup(1, x, 0), "cam(x)"),
+        (f.absolute(f.lookup(1, 2, 0)) + f.sgn(f.lookup(1, 3, 0)), "abs(cam(2)) + sign(cam(3))"),
+        (x * f.step(f.lookup(0, 2, 0)), "x*(sign(spring(2))/2 + 1/2)"),
+    ],
+)
+def test_printed(expression: sp.Expr, text: str) -> None:
+    assert printed(expression, ("x", "v"), ("spring", "cam")) == text
+
+
+@pytest.mark.parametrize(
+    ("expression", "words"),
+    [
+        (f.lookup(1, x, 1), "the slope of the table 'cam'"),
+        (symbol("w") * x, "cannot name 'w'"),
+        (sp.gamma(x), "no function 'gamma'"),
+        (sp.Function("foo")(x), "no function 'foo'"),
+        (sp.Piecewise((x, x > 0), (0, True)), "no words for Piecewise"),
+        (sp.I * x, "no words for ImaginaryUnit"),
+        (sp.oo, "no words for Infinity"),
+        (sp.Derivative(sp.Function("foo")(x), x), "no words for Derivative"),
+        (sp.Add(*(sp.sin(k * x) for k in range(1, 2000))), "too long for a system file"),
+    ],
+)
+def test_what_cannot_be_written(expression: sp.Expr, words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        printed(expression, ("x", "v"), ("spring", "cam"))
+
+
+def test_nothing_is_left_behind_when_writing_fails(tmp_path: Path) -> None:
+    system = read_system(SYSTEMS / "pendulum.yaml")
+    strange = replace(system, ports=(replace(system.ports[0], law=symbol("w")),))
+    with pytest.raises(ValueError, match="cannot name 'w'"):
+        write_system(strange, tmp_path / "a.yaml")
+    assert list(tmp_path.iterdir()) == []
