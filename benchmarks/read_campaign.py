@@ -38,4 +38,4 @@ def run() -> dict[str, float]:
                 for i in range(600):
                     np.loadtxt(io.BytesIO(archive.read(f"exp{i}.csv")), delimiter=",")
 
-        return side_by_side(lambda: ingest(raw, CamFollower(), 2, store), peer, rounds=3)
+        return side_by_side(lambda: ingest(raw, None, CamFollower(), 2, store), peer, rounds=3)

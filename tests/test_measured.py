@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.evaluation.boundary import measured
 from pipeline.evaluation.summary import labels
+from pipeline.fetch import PublicDataSet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.stages.acquire import acquire
 from pipeline.stages.featurize import featurize
@@ -20,9 +21,8 @@ pytestmark = pytest.mark.measured
 @pytest.fixture(scope="module")
 def features(dataset_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     folder, mechanism = tmp_path_factory.mktemp("measured"), CamFollower()
-    source = {"kind": "measured", "dataset": str(dataset_path), "url": "-", "revision": "-"}
-    acquire(source, 0, folder / "raw")
-    ingest(folder / "raw", mechanism, 2, folder / "trajectories")
+    acquire(PublicDataSet("-", "-", str(dataset_path)), 0, folder / "raw")
+    ingest(folder / "raw", None, mechanism, 2, folder / "trajectories")
     featurize(folder / "trajectories", mechanism, 0.01, folder / "features")
     return Campaign.read(folder / "features", ["t"])
 

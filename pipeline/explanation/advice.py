@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from pipeline.explanation.absorption import beside_networks
-from pipeline.explanation.identifiability import ABSORBED, CORRELATED, MOST, Identifiability, ParameterSet
+from pipeline.explanation.identifiability import ABSORBED, MOST, Identifiability, ParameterSet
 from pipeline.physics.system.model import System
 
 #: Sets that are recommended, and groups of parameters to separate, that are put into words.
@@ -70,7 +70,7 @@ def _warning(result: Identifiability, s: ParameterSet) -> str:
     a, b = names
     value, left = result.correlation_of(a, b), result.left_correlation_of(a, b)
     head = f"{a} and {b} must be separated: "
-    if abs(value) > CORRELATED or (not s.identifiable and not result.found.efforts):
+    if abs(value) > result.correlated or (not s.identifiable and not result.found.efforts):
         return f"{head}their effects on the model output are correlated ({value:.2f})"
     if not s.with_network:
         return f"{head}what networks leave of their effects is correlated ({left:.2f})"

@@ -28,8 +28,8 @@ Names = tuple[str, ...]
 COLLINEAR = 1e6
 #: Share of a column's energy; if networks leave less, they have absorbed it.
 ABSORBED = 0.01
-#: Correlation above which two parameters must be separated, whatever the limit of the collinearity.
-CORRELATED = 0.95
+#: Share of the limit of the collinearity that two parameters alone may use up: others of a set add to it.
+SHARE_OF_TWO = 2.0 / 3.0
 LARGEST_SET = 4
 MOST = 10
 
@@ -98,6 +98,11 @@ class Identifiability:
         share = np.mean(self.left**2, 0) / np.where(energy > 0.0, energy, 1.0)
         return dict(zip(self.found.parameters, np.minimum(share, 1.0).tolist(), strict=True))
 
+    @property
+    def correlated(self) -> float:
+        """Correlation above which two parameters must be separated; 0.91 where the limit is 5."""
+        return 1.0 - 1.0 / (SHARE_OF_TWO * self.limit) ** 2
+
     @cached_property
     def sensitive(self) -> Names:
         """Parameters whose sensitivity reaches the floor."""
@@ -142,7 +147,7 @@ class Identifiability:
         alone = collinearity(self._with_efforts, [*range(efforts), *(efforts + k for k in at)])
         beside = COLLINEAR if {*names} & {*self.absorbed} else collinearity(self.left_correlation, at)
         fit = {*names} <= {*self.sensitive} and not any(
-            abs(self.correlation_of(a, b)) > CORRELATED for a, b in combinations(names, 2)
+            abs(self.correlation_of(a, b)) > self.correlated for a, b in combinations(names, 2)
         )
         return ParameterSet(names, alone, beside, fit and alone < self.limit, fit and beside < self.limit)
 

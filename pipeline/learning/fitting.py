@@ -104,6 +104,16 @@ def fit(
     }
     write_json(out / "fit.json", {**about, **facts})
     checkpoint.unlink(missing_ok=True)
+    _tell(problem, stack)
+
+
+def _tell(problem: Problem, stack: list[Progress]) -> None:
+    """The parameters that were identified, for a human: median and range over the stack."""
+    structure = problem.model.structure
+    units = {p.name: p.unit for p in structure.system.parameters}
+    for k, name in enumerate(structure.trainable):
+        low, middle, high = np.quantile([s.p[structure.index[k]] for s in stack], [0.0, 0.5, 1.0])
+        print(f"{name}: {middle:.4g} {units[name]}, from {low:.4g} to {high:.4g} over {len(stack)} models")
 
 
 def _train(

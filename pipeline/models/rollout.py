@@ -67,7 +67,14 @@ def simulate(
 
     Args:
         x0: (windows, states). starts: (windows,) sample of `data` whose inputs each window begins with.
+
+    Raises:
+        ValueError: when a window leaves the data.
     """
+    if len(starts) and not (starts.min() >= 0 and starts.max() + steps < len(data.t)):
+        raise ValueError(
+            f"windows must lie within {len(data.t)} samples, got {starts.min()} to {starts.max() + steps}"
+        )
     k = kernel(model.structure)
     inputs = data.u, data.c, data.t, steps
     first = np.ascontiguousarray(x0[:, None])
@@ -97,19 +104,20 @@ class CompiledRollout(torch.autograd.Function):
     ) -> tuple[Tensor, Tensor]:
         """x0 (windows, states), xi (trained,), weights (size,) of `member`; see `simulate`."""
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
-        ctx.context = model, member, data, starts, steps, how, X
+        # the weights of this moment: an optimiser may have moved on when backward is called
+        ctx.context = model, data, starts, steps, X, _common(model, member, how)
         return torch.from_numpy(X), torch.from_numpy(Z)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients by x0, xi and weights."""
-        model, member, data, starts, steps, how, X = ctx.context
+        model, data, starts, steps, X, common = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
         k = kernel(model.structure)
         inputs = data.u, data.c, data.t, steps
         gx0, gp, gW = loops.pullback(
             *(k.evaluate, k.pull, k.layout, X, G, GZ, starts, data.owner),
-            *(*inputs, *_common(model, member, how)),
+            *(*inputs, *common),
         )
         units = model.unit.detach().cpu()
         grown = torch.from_numpy(gx0[:, 0]), torch.from_numpy(gp) * units, torch.from_numpy(gW)

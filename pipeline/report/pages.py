@@ -20,6 +20,7 @@ class Page:
     template: str = "chapter.html.j2"
     summary: str = ""
     chapter: int | None = None
+    campaign: str = ""
     figures: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
     metrics: tuple[str, ...] = ()
@@ -34,6 +35,13 @@ LEAD = ("fig_6_20", "fig_6_23|fig_6_24", "fig_5_11")
 
 PAGES = (
     Page("index", "Home", "Hybrid physics-based neural network models", "home.html.j2", figures=LEAD),
+    Page(
+        "chapter_4",
+        "Chapter 4",
+        "Neural networks that complete the physics of a slider-crank",
+        chapter=4,
+        campaign="slider_crank",
+    ),
     Page(
         "chapter_5",
         "Chapter 5",
@@ -70,8 +78,13 @@ class Results:
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     metrics: dict[str, dict[str, Any]] = field(default_factory=dict)
-    provenance: dict[str, Any] = field(default_factory=dict)
+    campaigns: dict[str, dict[str, Any]] = field(default_factory=dict)
     runs: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def campaign(self, page: Page) -> dict[str, Any]:
+        """Where the data of `page` come from; a page of no campaign of its own shows the first one."""
+        first = next(iter(self.campaigns.values()), {})
+        return self.campaigns.get(page.campaign, first)
 
     def chapter_of(self, topic: str) -> int | None:
         """Chapter of a metrics file: as it says itself, or by its name."""

@@ -45,11 +45,11 @@ def read(metrics: Path, claims: Path, tables: Path, figures: Path, provenance: P
         BadInput: names the file that cannot be used.
     """
     return Results(
-        _claims(claims) if claims.exists() else [],
+        _claims(claims),
         _figures(figures) if (figures / "figures.json").exists() else [],
         [_table(path) for path in sorted(tables.glob("*.csv"))],
         {path.stem: _metrics(path) for path in sorted(metrics.glob("*.json"))},
-        _provenance(provenance) if provenance.exists() else {},
+        {path.parent.name: _provenance(path) for path in sorted(provenance.glob("*/provenance.json"))},
         {
             path.parent.relative_to(runs).as_posix(): _object(path)
             for path in sorted(runs.glob("**/fit.json"))
@@ -97,13 +97,15 @@ def _render(page: Page, every: list[Page], shown: dict[str, Contents], results: 
         # from the home page the way into the site folder and out again would be the long one
         return file.removeprefix("../") if root and file.startswith("../") else root + file
 
-    origin = results.provenance.get("data", "")
+    campaign = results.campaign(page)
+    origin = campaign.get("data", "")
     return templates.get_template(page.template).render(
         page=page,
         pages=every,
         shown=shown,
         here=shown[page.id],
         results=results,
+        campaign=campaign,
         runs=runs_table(results.runs),
         root=root,
         address=address,
@@ -171,15 +173,18 @@ def _interval(path: Path, where: str, value: Any) -> None:
         raise BadInput(f"{path}: {where} interval {value!r}, must be two numbers")
 
 
-def _claims(path: Path) -> list[dict[str, Any]]:
-    rows = _rows(path, CLAIM)
-    for row in rows:
-        where = f"claim {row['id']!r}:"
-        _choice(path, f"{where} verdict", row["verdict"], tuple(VERDICTS))
-        _choice(path, f"{where} data", row["data"], ("measured", "virtual"))
-        _chapter(path, where, row["chapter"], needed=True)
-        _interval(path, where, row["interval"])
-    return sorted(rows, key=lambda row: row["chapter"])
+def _claims(folder: Path) -> list[dict[str, Any]]:
+    found = []
+    for path in sorted(folder.glob("*/claims.json")):
+        rows = _rows(path, CLAIM)
+        for row in rows:
+            where = f"claim {row['id']!r}:"
+            _choice(path, f"{where} verdict", row["verdict"], tuple(VERDICTS))
+            _choice(path, f"{where} data", row["data"], ("measured", "virtual"))
+            _chapter(path, where, row["chapter"], needed=True)
+            _interval(path, where, row["interval"])
+        found += rows
+    return sorted(found, key=lambda row: row["chapter"])
 
 
 def _figures(folder: Path) -> list[Figure]:

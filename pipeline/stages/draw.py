@@ -19,7 +19,8 @@ def draw(
     figures: Mapping[str, Callable[[Path], Figure]],
     only: list[str] | None,
     data: Path,
-    provenance: Path,
+    raw: Path,
+    campaigns: Mapping[int, str],
     out: Path,
 ) -> None:
     """Write `out`/<name>.svg for every figure and `out`/figures.json with their captions.
@@ -28,7 +29,8 @@ def draw(
         figures: name (fig_<number> with underscores) -> function of the data folder.
         only: the names to draw; all of them if empty.
         data: folder with the tables.
-        provenance: provenance.json of the campaign.
+        raw: folder of <campaign>/provenance.json.
+        campaigns: chapter -> the campaign that its figures show.
         out: folder, replaced as a whole.
 
     Raises:
@@ -40,7 +42,6 @@ def draw(
     if unknown:
         raise BadInput(f"unknown figure {unknown[0]}, must be one of {', '.join(figures)}")
     chosen = {name: f for name, f in figures.items() if not only or name in only}
-    source = read_json(provenance)["data"]
     index = []
     with replacing_folder(out) as folder, style():
         for name, function in track(chosen.items(), len(chosen), "drawing"):
@@ -49,11 +50,13 @@ def draw(
             except FileNotFoundError as error:
                 raise BadInput(f"{error.filename}: no such file, {name} needs it") from None
             figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
-            index.append(_entry(name, function, source))
+            entry = _entry(name, function)
+            origin = read_json(raw / campaigns[entry["chapter"]] / "provenance.json")
+            index.append({**entry, "data": origin["data"]})
         write_json(folder / "figures.json", index)
 
 
-def _entry(name: str, function: Callable[[Path], Figure], source: str) -> dict[str, Any]:
+def _entry(name: str, function: Callable[[Path], Figure]) -> dict[str, Any]:
     number = name.removeprefix("fig_").replace("_", ".")
     inner = function.func if isinstance(function, functools.partial) else function
     caption, _, note = (inner.__doc__ or "").strip().partition("\n\n")
@@ -64,5 +67,4 @@ def _entry(name: str, function: Callable[[Path], Figure], source: str) -> dict[s
         "caption": " ".join(caption.split()),
         "note": " ".join(note.split("Args:")[0].split()),
         "command": f"python -m pipeline draw 'only=[{name}]'",
-        "data": source,
     }

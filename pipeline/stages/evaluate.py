@@ -81,6 +81,11 @@ def _evaluate_system(
         results.examples.to_parquet(folder / "examples.parquet", index=False)
         results.efforts.to_parquet(folder / "efforts.parquet", index=False)
         shapes.to_parquet(folder / "surface.parquet", index=False)
+    units = {state.name: state.unit for state in known.states}
+    for name, group in results.errors.groupby("state", sort=False):
+        rmse, diverged = group["rmse"].median(), int(group["diverged"].sum())
+        count = f"median of {len(group)}, {diverged} diverged"
+        print(f"{name}: held-out free-run RMSE {rmse:.3g} {units[str(name)]} ({count})")
 
 
 def _check_folds(folds: list[Fold], fitted: list[str], fits: Path) -> None:

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pipeline.files import write_json
 from pipeline.report.site import build, read
 
 
 def report(
     metrics: Path, claims: Path, tables: Path, figures: Path, provenance: Path, runs: Path, out: Path
 ) -> None:
-    """Write `out`/index.html and the folder `out`/site; the pages say which inputs do not exist yet.
+    """Write `out`/index.html, the folder `out`/site and `out`/claims.json; pages say which inputs do not exist yet.
 
     Args:
         metrics: folder of <topic>.json, nested objects of numbers.
-        claims: claims.json, the dissertation's claims with our numbers and a verdict each.
+        claims: folder of <mechanism>/claims.json, the dissertation's claims with our numbers and a verdict each.
         tables: folder of <name>.csv, each with an optional <name>.json (title, caption, protocol, chapter).
         figures: folder of SVG files and figures.json, which says what they show.
-        provenance: provenance.json of the campaign.
+        provenance: folder of <campaign>/provenance.json.
         runs: folder that is searched for fit.json.
-        out: folder; index.html and site in it are replaced as a whole, anything else is left alone.
+        out: folder; these three in it are replaced as a whole, anything else is left alone.
 
     Raises:
         BadInput: when an input is damaged; nothing is written.
     """
-    build(read(metrics, claims, tables, figures, provenance, runs), out)
+    results = read(metrics, claims, tables, figures, provenance, runs)
+    build(results, out)
+    write_json(out / "claims.json", results.claims)

@@ -36,7 +36,7 @@ def tabulate(
     out: Path,
     reports: Path,
 ) -> None:
-    """Write tables for figures to `out`, and metrics, claims and readable tables to `reports`.
+    """Write tables for figures and claims.json to `out`, metrics and readable tables to `reports`.
 
     Args:
         features: store written by featurize.
@@ -47,7 +47,7 @@ def tabulate(
         split: the extrapolation, for the direct baseline.
         profile_name: of the profile that the models were trained with.
         out: folder, replaced as a whole.
-        reports: folder; its metrics/*.json, claims.json and tables/ are rewritten.
+        reports: folder; its metrics and tables are rewritten.
 
     Raises:
         BadInput: when an input is missing.
@@ -75,7 +75,7 @@ def tabulate(
     write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
     write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
     rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)
-    write_json(reports / "claims.json", claims.complete(rows + claims.boundary(mae), data))
+    write_json(out / "claims.json", claims.complete(rows + claims.boundary(mae), data))
     _readable(reports / "tables", cells, chapter)
 
 

@@ -25,7 +25,7 @@ from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
 CONF = Path(__file__).parents[2] / "conf"
-MODELS = sorted(p.stem for p in (CONF / "model").glob("*.yaml"))
+MODELS = sorted(p.stem for p in (CONF / "model").glob("*.yaml") if "recipe.Recipe" in p.read_text())
 TRUTH = np.array([0.0045, 0.29, 0.075, 0.85, 0.2, 6.0])
 
 

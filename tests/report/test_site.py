@@ -14,7 +14,10 @@ from pipeline.stages.report import report
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500.5 300"><path d="M0 0h9"/></svg>'
 EVIL = "<script>alert('x')</script>"
-PAGES = {"index.html", *(f"site/{name}.html" for name in ("chapter_5", "chapter_6", "data", "runs"))}
+PAGES = {
+    "index.html",
+    *(f"site/{name}.html" for name in ("chapter_4", "chapter_5", "chapter_6", "data", "runs")),
+}
 
 
 def claim(**changes: Any) -> dict[str, Any]:
@@ -62,14 +65,20 @@ def inputs(tmp_path: Path) -> Path:
         {**head, "protocol": "free run", "boundary": {"10%": {"f_h2": leaf}}},
     )
     put(folder / "metrics" / "cam_labels.json", {**head, "stall": {"value": 9, "unit": "runs", "n": 180}})
-    put(folder / "claims.json", [claim(), claim(id="none", chapter=5, page=98, ours=None, interval=None)])
+    put(
+        folder / "bench" / "claims.json",
+        [claim(), claim(id="none", chapter=5, page=98, ours=None, interval=None)],
+    )
     put(folder / "tables" / "table_5_1.csv", "name,value\na,0.123456\nb,\n")
     put(folder / "tables" / "table_5_1.json", {"title": "Table 5.1", "caption": "cams", "chapter": 5})
     numbers = ("6.20", "6.23", "6.24", "5.11", "5.4")
     put(folder / "figures" / "figures.json", [figure(n) for n in numbers])
     for n in numbers:
         put(folder / "figures" / f"fig_{n.replace('.', '_')}.svg", SVG)
-    put(folder / "provenance.json", {"data": "virtual", "description": "virtual bench", "experiments": 180})
+    put(
+        folder / "raw" / "cam_follower" / "provenance.json",
+        {"data": "virtual", "description": "virtual bench", "experiments": 180},
+    )
     fit = {"folds": ["10%", "20%"], "repeats": 3, "seed": 0, "seconds": 1.5, "parameters": 1234}
     put(folder / "fits" / "cam_follower" / "f_h2" / "extrapolation" / "fit.json", fit)
     return folder
@@ -78,7 +87,7 @@ def inputs(tmp_path: Path) -> Path:
 def make(inputs: Path, out: Path) -> dict[str, str]:
     """Build; return the text of every page by its address."""
     folders = {name: inputs / name for name in ("metrics", "tables", "figures")}
-    files = {"claims": inputs / "claims.json", "provenance": inputs / "provenance.json"}
+    files = {"claims": inputs, "provenance": inputs / "raw"}
     report(**folders, **files, runs=inputs / "fits", out=out)
     return {path.relative_to(out).as_posix(): path.read_text() for path in out.rglob("*.html")}
 
@@ -138,14 +147,17 @@ def test_search_finds_what_exists(inputs: Path, tmp_path: Path) -> None:
 
 
 def test_measured_data_are_named_and_exceptions_marked(inputs: Path, tmp_path: Path) -> None:
-    put(inputs / "provenance.json", {"data": "measured", "description": "bench", "experiments": 1600})
+    put(
+        inputs / "raw" / "cam_follower" / "provenance.json",
+        {"data": "measured", "description": "bench", "experiments": 1600},
+    )
     pages = make(inputs, tmp_path / "out")
     assert all("Measured data" in text for text in pages.values())
     assert "results on this page are from virtual data" in pages["site/chapter_6.html"]
 
 
 def test_everything_is_escaped(inputs: Path, tmp_path: Path) -> None:
-    put(inputs / "claims.json", [claim(claim=EVIL, protocol=EVIL, page=EVIL)])
+    put(inputs / "bench" / "claims.json", [claim(claim=EVIL, protocol=EVIL, page=EVIL)])
     put(inputs / "figures" / "figures.json", [figure("6.20", caption=EVIL, note=EVIL)])
     put(inputs / "tables" / "table_5_1.csv", f"{EVIL},value\n<b>,1\n")
     pages = make(inputs, tmp_path / "out")
@@ -172,7 +184,7 @@ def test_missing_inputs_are_said_to_be_missing(tmp_path: Path) -> None:
 
 
 def test_results_without_a_page_of_their_own_get_one(inputs: Path, tmp_path: Path) -> None:
-    put(inputs / "claims.json", [claim(chapter=3)])
+    put(inputs / "bench" / "claims.json", [claim(chapter=3)])
     put(
         inputs / "metrics" / "real.json",
         {"data": "measured", "emps": {"verdict": {"value": "found", "unit": "-"}}},
@@ -187,12 +199,12 @@ def test_results_without_a_page_of_their_own_get_one(inputs: Path, tmp_path: Pat
 @pytest.mark.parametrize(
     ("name", "content", "complaint"),
     [
-        ("claims.json", "{", "not a JSON file"),
-        ("claims.json", {"id": 1}, "must be a list of objects"),
-        ("claims.json", [{"id": 1}], "row 1 has no chapter"),
-        ("claims.json", [claim(verdict="true")], "verdict 'true', must be one of holds"),
-        ("claims.json", [claim(interval=[1])], "must be two numbers"),
-        ("provenance.json", {"data": "invented"}, "must be one of measured, virtual"),
+        ("bench/claims.json", "{", "not a JSON file"),
+        ("bench/claims.json", {"id": 1}, "must be a list of objects"),
+        ("bench/claims.json", [{"id": 1}], "row 1 has no chapter"),
+        ("bench/claims.json", [claim(verdict="true")], "verdict 'true', must be one of holds"),
+        ("bench/claims.json", [claim(interval=[1])], "must be two numbers"),
+        ("raw/cam_follower/provenance.json", {"data": "invented"}, "must be one of measured, virtual"),
         ("metrics/chapter6.json", [], "must be an object"),
         ("metrics/chapter6.json", {"data": "virtual", "a": {"value": 1, "interval": 2}}, "a interval 2"),
         ("tables/table_5_1.csv", "a,b\n1\n", "equally long rows"),

@@ -42,7 +42,10 @@ class Kernel:
 
 
 def cache_folder() -> Path:
-    """Where kernels are kept: HYBRID_DYNAMICS_CACHE, or the user's cache folder, or a temporary one."""
+    """Where kernels are kept: HYBRID_DYNAMICS_CACHE, or the user's cache folder, or a temporary one.
+
+    Kernels are imported, so that a folder of another user is not taken.
+    """
     chosen = os.environ.get("HYBRID_DYNAMICS_CACHE")
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hybrid-dynamics"
     for folder in (
@@ -50,8 +53,8 @@ def cache_folder() -> Path:
         Path(tempfile.gettempdir()) / f"hybrid-dynamics-{os.getuid()}",
     ):
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            if os.access(folder, os.W_OK):
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if os.access(folder, os.W_OK) and folder.stat().st_uid == os.getuid():
                 return folder
         except OSError:
             continue

@@ -2,6 +2,8 @@
 
 # mypy: ignore-errors
 
+import functools
+import threading
 from typing import NamedTuple
 
 import numba
@@ -51,6 +53,7 @@ class Layout(NamedTuple):
     size: int
 
 
+_COMPILING = threading.Lock()
 LayoutType = types.NamedUniTuple(types.int64, len(Layout._fields), Layout)
 
 
@@ -59,3 +62,22 @@ def jit(*signature, sums=False):
     return numba.njit(
         *signature, cache=True, error_model="numpy", fastmath=SUMS if sums else EXACT, nogil=True
     )
+
+
+def entry(signature):
+    """Compile for `signature`, which lets functions be passed as arguments, when first called."""
+
+    def decorate(function):
+        compiled = jit()(function)
+
+        @functools.wraps(function)
+        def call(*arguments):
+            with _COMPILING:
+                if not compiled.signatures:
+                    compiled.compile(signature)
+                    compiled.disable_compile()  # or it would be compiled again for every function it is given
+            return compiled(*arguments)
+
+        return call
+
+    return decorate

@@ -10,12 +10,19 @@ weight, and time of every stage of an explicit Runge-Kutta method.
 import numpy as np
 from numba import types
 
-from pipeline.physics.kernel.layout import LANES, Array, Block, LayoutType, jit
+from pipeline.physics.kernel.layout import LANES, Array, Block, LayoutType, entry, jit
 
 f, i = types.float64, types.int64
 Rows, Cubes, Indices = types.float64[:, ::1], types.float64[:, :, ::1], types.int64[::1]
 #: U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
 COMMON = (Rows, Rows, Array, i, i, f, f, Rows, Array, Array, Array, Array)
+
+
+@jit()
+def copy(to, start, values, base, n):
+    # slices of arrays take long to compile
+    for a in range(n):
+        to[start + a] = values[base + a]
 
 
 @jit()
@@ -65,9 +72,10 @@ def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, s
     part = period / substeps
     K, last, total = np.zeros(n), np.empty(n), np.empty(n)
     for k in range(steps):
-        last[:] = X[k * n : (k + 1) * n]
+        copy(last, 0, X, k * n, n)
         for sub in range(substeps):
-            total[:] = 0.0
+            for a in range(n):
+                total[a] = 0.0
             for s in range(len(stages)):
                 load_state(w, at, last, 0, K, 0, part * stages[s, 0])
                 load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
@@ -80,7 +88,7 @@ def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, s
                     total[a] += stages[s, 1] * K[a]
             for a in range(n):
                 last[a] += part * total[a]
-        X[(k + 1) * n : (k + 2) * n] = last
+        copy(X, (k + 1) * n, last, 0, n)
 
 
 @jit()
@@ -96,10 +104,10 @@ def backward(evaluate, pull, at, w, X, G, GZ, first, U, T, steps, substeps, peri
     inner, K = np.zeros((substeps + 1) * n), np.zeros(S * n)
     lam, grow = np.empty(n), np.empty(S * n)
     for k in range(steps - 1, -1, -1):
-        inner[:n] = X[k * n : (k + 1) * n]
-        lam[:] = G[(k + 1) * n : (k + 2) * n]
+        copy(inner, 0, X, k * n, n)
+        copy(lam, 0, G, (k + 1) * n, n)
         for sub in range(substeps - 1):
-            inner[(sub + 1) * n : (sub + 2) * n] = inner[sub * n : (sub + 1) * n]
+            copy(inner, (sub + 1) * n, inner, sub * n, n)
             for s in range(S):
                 load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
                 load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
@@ -177,7 +185,7 @@ def scatter(values, flat, block, steps):
                 values[block + lane, k, j] = flat[(k * width + j) * LANES + lane]
 
 
-@jit(types.Tuple((Cubes, Cubes))(Block, LayoutType, Cubes, Indices, Indices, *COMMON))
+@entry(types.Tuple((Cubes, Cubes))(Block, LayoutType, Cubes, Indices, Indices, *COMMON))
 def simulate(
     evaluate, at, x0, start, owner, U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
 ):
@@ -202,7 +210,7 @@ def simulate(
     return X, Z
 
 
-@jit(
+@entry(
     types.Tuple((Cubes, Array, Array))(
         Block, Block, LayoutType, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
     )
@@ -245,8 +253,10 @@ def pullback(
         gather(gs, GX, block, steps + 1)
         gather(gz, GZ, block, steps)
         for lane in range(B - block, LANES):
-            gs[lane::LANES] = 0.0
-            gz[lane::LANES] = 0.0
+            for a in range(lane, len(gs), LANES):
+                gs[a] = 0.0
+            for a in range(lane, len(gz), LANES):
+                gz[a] = 0.0
         load_constants(w, at, C, first, owner)
         backward(evaluate, pull, at, w, xs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
         collect(w, at, gp, gW)

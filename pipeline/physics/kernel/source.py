@@ -213,7 +213,7 @@ def _scaled(network: Network, rows: Rows, q: int) -> list[str]:
 
 def _forward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list[str]:
     inner, bias, outer, last = _cells(network, rows, "weights", weight)
-    unit = [*_unit(network, inner, bias), f"    z += {outer} * (a if a > 0.0 else 0.0)"]
+    unit = [*_unit(network, inner, bias), f"    z += {outer} * (0.0 if a <= 0.0 else a)"]
     return [
         *_scaled(network, rows, q),
         "z = 0.0",
@@ -232,7 +232,7 @@ def _backward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list
     ]
     lines += [f"r{a} = 0.0" for a in range(len(inner))]
     lines += _unit(network, inner, bias)
-    lines += [f"    {g_outer} += g * (a if a > 0.0 else 0.0)", f"    d = g * {outer} if a > 0.0 else 0.0"]
+    lines += [f"    {g_outer} += g * (0.0 if a <= 0.0 else a)", f"    d = 0.0 if a <= 0.0 else g * {outer}"]
     lines += [f"    {g_bias} += d"]
     for a, (weights, gradients) in enumerate(zip(inner, g_inner, strict=True)):
         lines += [f"    {gradients} += d * q{a}", f"    r{a} += d * {weights}"]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import types
 
-from pipeline.physics.kernel.layout import LANES, Array, Block, LayoutType, jit
+from pipeline.physics.kernel.layout import LANES, Array, Block, LayoutType, entry, jit
 from pipeline.physics.kernel.loops import (
     COMMON,
     Indices,
@@ -30,7 +30,8 @@ def adjoint_of_loss(at, xs, gs, zs, first, Xd, left, steps, share, C_x, penalty)
     Only the first `left` lanes count.
     """
     loss = 0.0
-    gs[: at.states * LANES] = 0.0
+    for a in range(at.states * LANES):
+        gs[a] = 0.0
     for k in range(1, steps + 1):
         for j in range(at.states):
             for lane in range(LANES):
@@ -72,11 +73,13 @@ def limit_norm(gp, gW, unit, clip):
     for j in range(len(gW)):
         total += gW[j] * gW[j]
     if total > clip * clip:
-        gp *= clip / math.sqrt(total)
-        gW *= clip / math.sqrt(total)
+        for j in range(len(gp)):
+            gp[j] *= clip / math.sqrt(total)
+        for j in range(len(gW)):
+            gW[j] *= clip / math.sqrt(total)
 
 
-@jit(
+@entry(
     Array(
         *(Block, Block, LayoutType, Rows.copy(dtype=types.int64), Array, Array, i, f, Indices, Rows),
         *COMMON,
@@ -136,8 +139,10 @@ def train(
     B = starts.shape[1]
     for b in range(len(starts)):
         fill(w, at.weights, weights)
-        gp[:] = 0.0
-        gW[:] = 0.0
+        for j in range(at.trained):
+            gp[j] = 0.0
+        for j in range(at.size):
+            gW[j] = 0.0
         loss = 0.0
         for block in range(0, B, LANES):
             for lane in range(LANES):

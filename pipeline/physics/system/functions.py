@@ -114,9 +114,10 @@ class select(sp.Function):  # type: ignore[misc]
     nargs = 3
     is_real = True
 
-    def fdiff(self, argindex: int = 1) -> sp.Expr:
-        condition = self.args[0]
-        return {1: sp.S.Zero, 2: select(condition, 1, 0), 3: select(condition, 0, 1)}[argindex]
+    def _eval_derivative(self, s: sp.Symbol) -> sp.Expr:
+        # branch by branch: a product with 0 would let the NaN of the branch that is not taken through
+        condition, a, b = self.args
+        return select(condition, sp.diff(a, s), sp.diff(b, s))
 
 
 class lookup(sp.Function):  # type: ignore[misc]

@@ -1,0 +1,79 @@
+"""Virtual pendulum bench: a driven pendulum with dry friction in its joint, logged by an encoder.
+
+A small campaign to try the tools on; what a model of it usually leaves out is the friction.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from pipeline.files import replacing_folder
+
+Array = NDArray[np.float64]
+TURN = 2 * float(np.pi)
+
+
+@dataclass(frozen=True)
+class PendulumCampaign:
+    """Some runs of the bench under random multi-sine torques, SI units.
+
+    Attributes:
+        runs: their number. duration: of each, s. period: of the logger, s.
+        inertia: J, kg m^2. damping: b, N m s/rad. weight: times the distance of the centre, N m.
+        coulomb: dry friction, N m, over a speed of `creep`, rad/s. counts: of the encoder, per turn.
+        torque: amplitude of the drive, N m.
+    """
+
+    runs: int = 6
+    duration: float = 4.0
+    period: float = 0.002
+    inertia: float = 0.02
+    damping: float = 0.015
+    weight: float = 1.2
+    coulomb: float = 0.06
+    creep: float = 0.02
+    counts: int = 8192
+    torque: float = 0.6
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Replace `folder` by a log folder (experiments.csv; t, torque, theta per run), return the provenance.
+
+        Raises:
+            BadInput: when the folder cannot be written.
+        """
+        ids = [f"run{k + 1}" for k in range(self.runs)]
+        with replacing_folder(folder) as out:
+            for k, name in enumerate(ids):
+                log = self._run(np.random.default_rng([seed, k]))
+                pd.DataFrame(log).to_csv(out / f"{name}.csv", index=False, float_format="%.9g")
+            files = [f"{name}.csv" for name in ids]
+            pd.DataFrame({"id": ids, "file": files}).to_csv(out / "experiments.csv", index=False)
+        return {
+            "data": "virtual",
+            "description": "simulated logs of a virtual pendulum bench with dry friction, not measurements",
+            "seed": seed,
+            "experiments": self.runs,
+        }
+
+    def _run(self, rng: np.random.Generator) -> dict[str, Array]:
+        frequencies, phases = rng.uniform(0.2, 2.5, 4), rng.uniform(0.0, TURN, 4)
+
+        def torque(t: Array | float) -> Array:
+            waves = np.sin(TURN * np.multiply.outer(t, frequencies) + phases)
+            return np.asarray(self.torque * waves.mean(axis=-1) * 2.0)
+
+        def motion(t: float, state: Array) -> list[float]:
+            theta, omega = state
+            friction = self.damping * omega + self.coulomb * np.tanh(omega / self.creep)
+            return [omega, (float(torque(t)) - friction - self.weight * np.sin(theta)) / self.inertia]
+
+        t = np.arange(round(self.duration / self.period)) * self.period
+        start = [rng.uniform(-0.8, 0.8), 0.0]
+        found = solve_ivp(motion, (0.0, t[-1]), start, "LSODA", t, rtol=1e-8, atol=1e-10)
+        step = TURN / self.counts
+        return {"t": t, "torque": torque(t), "theta": np.round(found.y[0] / step) * step}

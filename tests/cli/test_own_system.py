@@ -1,0 +1,55 @@
+"""What the README tells a newcomer to do with a pendulum, exactly as it stands there."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SECTION = (ROOT / "README.md").read_text().partition("## Your own machine")[2].partition("\n## ")[0]
+SYSTEM = re.search(r"```yaml\n(.*?)```", SECTION, re.S)
+COMMANDS = re.search(r"```sh\n(.*?)```", SECTION, re.S)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where a newcomer has run every command of the README."""
+    assert SYSTEM and COMMANDS
+    here = tmp_path_factory.mktemp("newcomer")
+    (here / "pendulum.yaml").write_text(SYSTEM[1])
+    said = ""
+    for line in COMMANDS[1].splitlines():
+        command = [sys.executable, *shlex.split(line, comments=True)[1:]]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        result = subprocess.run(command, cwd=here, capture_output=True, text=True, env=environment)
+        assert result.returncode == 0, (line, result.stderr)
+        said += result.stdout
+    (here / "said").write_text(said)
+    return here
+
+
+def test_the_known_physics_is_off_and_the_hybrid_model_is_not(folder: Path) -> None:
+    gap = json.loads((folder / "simulation" / "simulation.json").read_text())["gap"]
+    assert gap["known"] > 10 * gap["floor"]
+    errors = pd.read_parquet(folder / "predictions" / "errors.parquet")
+    assert errors.groupby("state")["rmse"].median()["omega"] < 0.5
+    assert not errors["diverged"].any()
+
+
+def test_a_human_is_told(folder: Path) -> None:
+    said = (folder / "said").read_text()
+    for words in ("gap:", "b is absorbed by the network", "N m s/rad", "omega: held-out free-run RMSE"):
+        assert words in said
+
+
+def test_nothing_is_left_beside_the_results(folder: Path) -> None:
+    names = {p.name for p in folder.iterdir()}
+    assert names == {"pendulum.yaml", "logs", "simulation", "advice", "fit", "predictions", "said"}

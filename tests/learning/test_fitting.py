@@ -1,0 +1,224 @@
+"""Every hybrid model of conf/model trains; plants are recovered; killed trainings go on; failures stay
+alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import hydra
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from pipeline.errors import BadInput
+from pipeline.evaluation.held_out import free_runs
+from pipeline.evaluation.splits import Fold, leave_one_out
+from pipeline.learning import fitting
+from pipeline.learning.augmented import AugmentedRecipe
+from pipeline.learning.fitting import Members, fit, load_fit
+from pipeline.learning.on_device import train_on
+from pipeline.learning.windows import Progress, Windows
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.models.rollout import Measured
+from pipeline.models.structures import one_per_port, physics_only
+from pipeline.physics.system.model import System
+from pipeline.physics.system.reader import read_system
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.rigs.slider_crank import SliderCrankCampaign
+
+ROOT = Path(__file__).parents[2]
+MODELS = sorted(
+    p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if "recipe.Recipe" not in p.read_text()
+)
+TINY = ["epochs=2", "recurrent_epochs=2", "window_epochs=2", "shooting_epochs=4"]
+
+
+@pytest.fixture(scope="module")
+def slider(tmp_path_factory: pytest.TempPathFactory) -> tuple[System, Logs]:
+    folder = tmp_path_factory.mktemp("slider") / "logs"
+    SliderCrankCampaign(profiles=[1, 6], samples=340).write(folder, 0)
+    system = read_system(ROOT / "systems" / "slider_crank.yaml")
+    return system, read_logs(folder, system)
+
+
+@pytest.fixture(scope="module")
+def pendulum(tmp_path_factory: pytest.TempPathFactory) -> tuple[System, Logs]:
+    folder = tmp_path_factory.mktemp("pendulum") / "logs"
+    PendulumCampaign(runs=4, duration=3.0).write(folder, 0)
+    system = read_system(ROOT / "systems" / "pendulum.yaml")
+    return system, read_logs(folder, system)
+
+
+def members(logs: Logs, repeats: int = 1) -> tuple[list[Fold], Members]:
+    folds = leave_one_out(logs.experiments)
+    return folds, Members.of([f.name for f in folds], [f.train for f in folds], repeats)
+
+
+def recipe_of(name: str) -> AugmentedRecipe:
+    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+        overrides = [f"model={name}", *(f"++profile.{change}" for change in TINY)]
+        config: Any = compose("train", overrides)
+    found = hydra.utils.instantiate(OmegaConf.create(OmegaConf.to_container(config, resolve=False))["model"])
+    assert isinstance(found, AugmentedRecipe)
+    return found
+
+
+def fitted(recipe: AugmentedRecipe, data: tuple[System, Logs], out: Path, seed: int = 0) -> pd.DataFrame:
+    system, logs = data
+    fit(recipe, system, logs, members(logs)[1], seed, None, "cpu", out)
+    return pd.read_parquet(out / "history.parquet").drop(columns="seconds")
+
+
+PLAIN = AugmentedRecipe(partial(one_per_port, hidden=8), Windows(5, 6, batch=64), method="rk4", hold=1.0)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_trains_saves_loads_and_simulates(
+    name: str, slider: tuple[System, Logs], tmp_path: Path
+) -> None:
+    recipe, (system, logs) = recipe_of(name), slider
+    history = fitted(recipe, slider, tmp_path)
+    assert np.isfinite(history["loss"]).all()
+    assert len(history) == 4 * recipe.windows.epochs
+    model, about = load_fit(recipe, system, logs, tmp_path)
+    folds, _ = members(logs)
+    assert about["folds"] == [f.name for f in folds]
+    results = free_runs(model, logs, folds, 1, recipe.integration(logs.period))
+    assert set(results.errors["state"]) == {"theta", "omega"}
+    assert np.isfinite(results.errors["rmse"]).all()
+    assert len(results.efforts) == logs.offsets[-1]
+
+
+def test_friction_that_the_model_leaves_out_is_learned_and_damping_identified(
+    pendulum: tuple[System, Logs], tmp_path: Path
+) -> None:
+    """The planted Coulomb friction of 0.06 N m, with J unknown by 30 %."""
+    system, logs = pendulum
+    wrong = system.with_values({"J": 0.026, "b": 0.015})
+    recipe = replace(
+        PLAIN,
+        networks=partial(one_per_port, hidden=16, inputs=["omega"]),
+        windows=Windows(20, 40, rate=0.01, physics_rate=0.01),
+        identify=("J",),
+    )
+    fit(recipe, wrong, logs, members(logs)[1], 0, None, "cpu", tmp_path)
+    model, _ = load_fit(recipe, wrong, logs, tmp_path)
+    J = model.physics()[:, 0].detach().numpy()
+    np.testing.assert_allclose(J, 0.02, rtol=0.03)
+    omega = torch.tensor([[-3.0], [-1.0], [1.0], [3.0]]).double().expand(len(J), -1, -1)
+    effort = model.efforts_of(omega)[..., 0].mean(0).detach().numpy()
+    np.testing.assert_allclose(effort, [-0.06, -0.06, 0.06, 0.06], atol=0.012)
+
+
+def test_a_killed_training_goes_on_to_the_same_result(
+    pendulum: tuple[System, Logs], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recipe = replace(PLAIN, identify=("b",), spread=0.5)
+    whole = fitted(recipe, pendulum, tmp_path / "whole")
+    monkeypatch.setattr(fitting, "INTERVAL", 0.0)
+    train, steps = Windows.train, iter(range(100))
+
+    def killed(self: Windows, problem: Any, stack: list[Progress]) -> Any:
+        for done in train(self, problem, stack):
+            yield done
+            if next(steps) == 1:
+                raise KeyboardInterrupt
+
+    monkeypatch.setattr(Windows, "train", killed)
+    with pytest.raises(KeyboardInterrupt):
+        fitted(recipe, pendulum, tmp_path / "part")
+    checkpoint = tmp_path / ".part.checkpoint"
+    assert checkpoint.exists() and not (tmp_path / "part" / "model.pt").exists()
+    again = fitted(recipe, pendulum, tmp_path / "part")
+    assert not checkpoint.exists()
+    pd.testing.assert_frame_equal(again, whole)
+    states = [torch.load(tmp_path / f / "model.pt", weights_only=True)["state"] for f in ("whole", "part")]
+    assert all(torch.equal(states[0][key], states[1][key]) for key in states[0])
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", None])
+def test_a_checkpoint_of_another_training_is_not_taken(
+    content: bytes | None, pendulum: tuple[System, Logs], tmp_path: Path
+) -> None:
+    whole = fitted(PLAIN, pendulum, tmp_path / "one")
+    checkpoint = tmp_path / ".two.checkpoint"
+    if content is None:
+        torch.save({"class": "Progress", "state": {}, "about": {"identity": "another"}}, checkpoint)
+    else:
+        checkpoint.write_bytes(content)
+    pd.testing.assert_frame_equal(fitted(PLAIN, pendulum, tmp_path / "two"), whole)
+
+
+def test_a_diverging_fold_is_reported_and_leaves_the_others_alone(
+    pendulum: tuple[System, Logs],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    whole = fitted(PLAIN, pendulum, tmp_path / "whole")
+    start = Progress.start
+
+    def blown_up(model: Any, member: int) -> Progress:
+        progress = start(model, member)
+        if member == 2:
+            progress.weights[:] = 1e300
+        return progress
+
+    monkeypatch.setattr(Progress, "start", blown_up)
+    history = fitted(PLAIN, pendulum, tmp_path / "part")
+    assert "fold run3, repeat 0: diverged" in capsys.readouterr().err
+    assert (tmp_path / "part" / "fit.json").read_text().count("run3") == 2  # a fold, and diverged
+    rest = whole[whole["fold"] != "run3"].reset_index(drop=True)
+    pd.testing.assert_frame_equal(history.reset_index(drop=True), rest)
+
+
+def test_torch_on_a_device_trains_like_the_compiled_loop(pendulum: tuple[System, Logs]) -> None:
+    system, logs = pendulum
+    recipe = replace(PLAIN, identify=("b", "J"), spread=0.3, windows=Windows(3, 1, batch=1000))
+    data = Measured.of(logs)
+    runs = members(logs)[1].runs
+    stacks = []
+    for device in (None, "cpu"):
+        problem = recipe.problem(system, data, logs.period, runs, 3)
+        stack = [Progress.start(problem.model, m) for m in range(len(runs))]
+        if device is None:
+            for _ in recipe.windows.train(problem, stack):
+                pass
+        else:
+            train_on(device, problem, recipe.windows, stack)
+        stacks.append(stack)
+    for one, other in zip(*stacks, strict=True):
+        np.testing.assert_allclose(other.losses, one.losses, rtol=1e-6)
+        np.testing.assert_allclose(other.p, one.p, rtol=1e-6)
+        np.testing.assert_allclose(other.weights, one.weights, atol=1e-6)
+
+
+def test_bad_requests_are_refused_in_one_line(pendulum: tuple[System, Logs], tmp_path: Path) -> None:
+    system, logs = pendulum
+    stack = members(logs)[1]
+    cases: list[tuple[AugmentedRecipe, str, str]] = [
+        (replace(PLAIN, identify=("mass",)), "cpu", "unknown parameter 'mass'"),
+        (replace(PLAIN, windows=Windows(10_000, 1)), "cpu", "no training experiment has more than 10000"),
+        (PLAIN, "abacus", "device abacus: cannot be used"),
+        (replace(PLAIN, networks=partial(one_per_port, hidden=4, inputs=["speed"])), "cpu", "speed"),
+    ]
+    for recipe, device, words in cases:
+        with pytest.raises(BadInput, match=words) as caught:
+            fit(recipe, system, logs, stack, 0, None, device, tmp_path / "fit")
+        assert "\n" not in str(caught.value)
+        assert not (tmp_path / "fit").exists()
+
+
+def test_a_start_from_another_model_is_refused(pendulum: tuple[System, Logs], tmp_path: Path) -> None:
+    system, logs = pendulum
+    fitted(replace(PLAIN, networks=physics_only), pendulum, tmp_path / "physics")
+    with pytest.raises(BadInput, match="does not fit the configured model"):
+        fit(PLAIN, system, logs, members(logs)[1], 0, tmp_path / "physics", "cpu", tmp_path / "more")
