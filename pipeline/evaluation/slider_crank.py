@@ -106,7 +106,8 @@ def experiments(logs: Logs) -> pd.DataFrame:
     speed = table["rms_omega"].to_numpy(np.float64)
     order = np.argsort(speed, kind="stable")
     slow = np.isin(np.arange(len(order)), order[: len(order) // 2])
-    return table[["id", "profile", "start"]].assign(speed=speed, slow=slow)
+    columns = table[["id", "profile", "start"]].astype({"profile": int})
+    return columns.assign(speed=speed, slow=slow)
 
 
 def forces(
@@ -121,8 +122,7 @@ def forces(
     parts = []
     for campaign, folder in predictions.items():
         own = measured[campaign][["id", "t", "d", "v"]]
-        # sample by sample: the truth has the clock without its jitter
-        load = pd.read_parquet(truth[campaign])["F"].to_numpy()
+        load = _sample_by_sample(own, pd.read_parquet(truth[campaign]))
         for model, _, extra, split, path in cells(folder):
             if extra or split != "leave_one_out" or model not in ("hybrid_free", "nnap_split"):
                 continue
@@ -134,6 +134,13 @@ def forces(
             table = own.assign(**columns, **blank, F_true=load, campaign=campaign, stage="converged")
             parts.append(table.assign(model="nnap" if model == "hybrid_free" else model))
     return pd.concat(parts, ignore_index=True)
+
+
+def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
+    """The bench's load at the samples of `own`; its clock has no jitter, so that samples are counted."""
+    tables = (table.assign(sample=table.groupby("id").cumcount()) for table in (own, truth))
+    joined = next(tables)[["id", "sample"]].merge(next(tables), on=["id", "sample"], how="left")
+    return joined["F"].to_numpy(np.float64)
 
 
 def surface(predictions: Path) -> pd.DataFrame:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from pipeline.errors import BadInput
-from pipeline.learning.windows import Problem, Windows
+from pipeline.learning.windows import Problem, Training
 from pipeline.models.nnap import Integration, Nnap
 from pipeline.models.rollout import Measured
 from pipeline.models.structures import Plan, Structure
@@ -22,6 +22,9 @@ from pipeline.physics.system.model import System
 from pipeline.physics.system.reference import torch_equations
 
 Array = NDArray[np.float64]
+
+#: Samples over which a measured slope is taken to estimate the size of the missing effort; one is too noisy.
+LAG = 10
 Indices = NDArray[np.int64]
 
 
@@ -39,7 +42,7 @@ class AugmentedRecipe:
     """
 
     networks: Structure
-    windows: Windows
+    windows: Training
     identify: tuple[str, ...] | None = None
     spread: float = 0.0
     spread_of_fixed: float = 0.0
@@ -142,7 +145,9 @@ def _scales(
     names = system.port_names
     f, q = torch_equations(system, system.closed), torch_equations(system, structure.inputs)
     for m, members in enumerate(runs):
-        now = data.window_starts(members, 1)
+        lag = LAG if len(data.window_starts(members, LAG)) else 1
+        first = data.window_starts(members, lag)
+        now = first + lag // 2
         x, u, t = (torch.from_numpy(a[now]) for a in (data.x, data.u, data.t))
         c = torch.from_numpy(data.c[data.owner[now]])
         e = torch.zeros(len(now), len(names), dtype=torch.float64, requires_grad=True)
@@ -150,7 +155,8 @@ def _scales(
         deviation = values.std(axis=0)
         scale[m] = 1.0 / np.where(deviation > 0.0, deviation, 1.0)
         known = f(t, x, u, e, p[m], c)
-        missing = torch.from_numpy((data.x[now + 1] - data.x[now]) / period) - known.detach()
+        slope = (data.x[first + lag] - data.x[first]) / (lag * period)
+        missing = torch.from_numpy(slope) - known.detach()
         size = missing.square().mean(0).sqrt().clamp(min=1e-30)
         influence = torch.stack(
             [

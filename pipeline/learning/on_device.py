@@ -11,16 +11,18 @@ import torch
 from torch import Tensor
 
 from pipeline.errors import BadInput
-from pipeline.learning.windows import Problem, Progress, Windows, drawn_windows, fall, weighting
+from pipeline.learning.windows import Problem, Progress, Training, Windows, drawn_windows, fall, weighting
 from pipeline.progress import Counter
 
 
-def train_on(device: str, problem: Problem, windows: Windows, stack: list[Progress]) -> None:
+def train_on(device: str, problem: Problem, windows: Training, stack: list[Progress]) -> None:
     """Train every member of `stack` to the end on `device`, "cuda" for instance.
 
     Raises:
-        BadInput: when there is no such device.
+        BadInput: when there is no such device, or the training is not one over windows.
     """
+    if not isinstance(windows, Windows):
+        raise BadInput(f"device {device}: this training runs on the cpu only; device must be cpu")
     try:
         trainer = _Trainer(torch.device(device), problem, windows, stack)
     except (RuntimeError, AssertionError) as error:

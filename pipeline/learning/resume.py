@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,12 @@ import torch
 from pipeline.errors import BadInput
 from pipeline.files import replacing
 from pipeline.learning.recipe import read_checkpoint
-from pipeline.learning.windows import Problem, Progress, Windows
+from pipeline.learning.windows import Problem, Progress, Training
 
-_ARRAYS = ("p", "xi", "weights", "moments_p", "moments_W")
+_ARRAYS = ("p", "xi", "weights", "moments_p", "moments_W", "nodes")
 
 
-def identity(problem: Problem, windows: Windows) -> str:
+def identity(problem: Problem, windows: Training) -> str:
     """Digest of everything that decides the result: data, folds, structure, start, settings, seed."""
     model, data = problem.model, problem.data
     digest = hashlib.sha256()
@@ -26,9 +25,8 @@ def identity(problem: Problem, windows: Windows) -> str:
         digest.update(np.ascontiguousarray(array).tobytes())
     for tensor in model.state_dict().values():
         digest.update(tensor.detach().cpu().numpy().tobytes())
-    settings = {f.name: getattr(windows, f.name) for f in fields(windows) if f.name != "workers"}
     structure = (model.structure.system.closed, model.structure.networks, model.structure.trainable)
-    digest.update(repr((settings, problem.how, problem.seed, structure)).encode())
+    digest.update(repr((windows, problem.how, problem.seed, structure)).encode())
     return digest.hexdigest()
 
 
@@ -63,6 +61,13 @@ def load_progress(path: Path, name: str) -> list[Progress] | None:
 
 def _progress(state: dict[str, Any]) -> Progress:
     epoch, batches, diverged = state["numbers"]
-    arrays = [state[key].numpy().copy() for key in _ARRAYS]
-    history = list(state["history"].numpy())
-    return Progress(*arrays, epoch, batches, state["losses"], history, state["seconds"], bool(diverged))
+    arrays = {key: state[key].numpy().copy() for key in _ARRAYS}
+    return Progress(
+        **arrays,
+        epoch=epoch,
+        batches=batches,
+        losses=state["losses"],
+        history=list(state["history"].numpy()),
+        seconds=state["seconds"],
+        diverged=bool(diverged),
+    )

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -21,6 +22,24 @@ from pipeline.physics.kernel.training import train
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+
+class Training(Protocol):
+    """How a stack is trained: a frozen dataclass whose `repr` holds all that decides the result.
+
+    Attributes:
+        horizon: steps of free run that the loss looks ahead. epochs: of every member.
+    """
+
+    @property
+    def horizon(self) -> int: ...
+
+    @property
+    def epochs(self) -> int: ...
+
+    def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
+        """Train `stack` to the end; it may be saved whenever the epochs done over all members are yielded."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -42,7 +61,7 @@ class Windows:
     rate: float = 3e-3
     physics_rate: float = 3e-3
     clip: float = 10.0
-    workers: int = 2
+    workers: int = field(default=2, repr=False)
 
     def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
         """Train `stack` to the end, every member a few epochs at a time; `stack` may be saved between.
@@ -68,6 +87,7 @@ class Progress:
         epoch: finished epochs. batches: finished mini-batches. losses: mean loss of every epoch.
         history: (trained,) parameters after every epoch, SI. seconds: spent on each epoch.
         diverged: training met a loss that is not finite, and stopped with the weights of the epoch before.
+        nodes: (segments, states) first states of segments, where they are trained.
     """
 
     p: Array
@@ -81,6 +101,7 @@ class Progress:
     history: list[Array] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
     diverged: bool = False
+    nodes: Array = field(default_factory=lambda: np.empty((0, 0)))
 
     @classmethod
     def start(cls, model: Nnap, member: int) -> Progress:

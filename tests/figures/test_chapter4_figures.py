@@ -203,15 +203,19 @@ def sensitivities(rng: np.random.Generator) -> Tables:
     pairs = product(enumerate(names), repeat=2)
     matrix = [(a, b, samples[:, i] @ samples[:, j]) for (i, a), (j, b) in pairs]
     sets = ("m3, J1, B_m", "l1, J1, B_m", "l1, m3, J1, B_m", "m3, J1", "l1, m3")
-    advice = [
-        (name, (50.0 if "l1, m3" in name else 3.0) * (1 + network), "l1, m3" not in name, bool(network))
-        for name, network in product(sets, (0, 1))
-    ]
+    together = ["l1, m3" in name for name in sets]
+    advice = {
+        "set": sets,
+        "collinearity": [50.0 if bad else 3.0 for bad in together],
+        "collinearity_with_network": [1e6 if bad else 6.0 for bad in together],
+        "identifiable": [not bad for bad in together],
+        "with_network": [not bad for bad in together],
+    }
     norm = 10.0 ** np.array([2.9, 0.9, 1.9, 2.4, 2.8, 1.1, 2.7, 1.2])
     return {
         "sensitivity": pd.DataFrame({"name": names, "norm": norm}),
         "correlation": pd.DataFrame(matrix, columns=["row", "column", "correlation"]),
-        "advice": pd.DataFrame(advice, columns=["set", "collinearity", "identifiable", "with_network"]),
+        "advice": pd.DataFrame(advice),
     }
 
 

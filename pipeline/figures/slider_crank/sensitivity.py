@@ -17,8 +17,8 @@ from pipeline.figures.style import GREY, ORANGE, new_figure, signed, styled
 
 Array = NDArray[np.float64]
 
-#: Sets of parameters beside the matrix; of more, those spread evenly over the collinearity.
-MOST = 14
+#: A set that is exactly collinear, or absorbed by the network, is drawn here.
+LARGEST = 100.0
 KINDS = {"unknown load": ORANGE, "identified in some set": INDIGO, "taken as known": GREY}
 
 
@@ -93,32 +93,26 @@ def _matrix(axes: Axes, values: Array, symbols: list[str]) -> None:
 
 
 def _collinearity(axes: Axes, advice: pd.DataFrame, about: pd.DataFrame) -> None:
-    order = advice.groupby("set")["collinearity"].max().sort_values(kind="stable").index
-    chosen = [order[k] for k in np.unique(np.linspace(0, len(order) - 1, MOST).round().astype(int))]
-    for row, name in enumerate(chosen):
-        mine = advice[advice["set"] == name]
-        axes.plot(mine["collinearity"], np.full(len(mine), row), color="0.75", linewidth=1.2, zorder=1)
-        for value, good, network in mine[["collinearity", "identifiable", "with_network"]].itertuples(
-            index=False
-        ):
+    """Sets of at least two of the parameters that have bounds, that is, that are identified somewhere."""
+    candidates = set(about.index[about["low"].notna()])
+    members = advice["set"].str.split(", ")
+    mine = advice[[len(m) > 1 and set(m) <= candidates for m in members]]
+    mine = mine.sort_values("collinearity", ascending=False, kind="stable").reset_index(drop=True)
+    for row, entry in enumerate(mine.itertuples(index=False)):
+        values = np.minimum([entry.collinearity, entry.collinearity_with_network], LARGEST)
+        axes.plot(values, [row, row], color="0.75", linewidth=1.2, zorder=1)
+        for value, good, filled in zip(values, (entry.identifiable, entry.with_network), (0, 1), strict=True):
             colour = INDIGO if good else WINE
-            axes.plot(
-                value,
-                row,
-                "o" if good else "X",
-                color=colour,
-                mfc=colour if network else "white",
-                markersize=8,
-            )
-    labels = [", ".join(_symbol(part.strip(), about) for part in name.split(",")) for name in chosen]
-    axes.set_yticks(range(len(chosen)), labels)
+            face = colour if filled else "white"
+            axes.plot(value, row, "o" if good else "X", color=colour, mfc=face, markersize=8)
+    labels = [", ".join(_symbol(part, about) for part in name.split(", ")) for name in mine["set"]]
+    axes.set_yticks(range(len(mine)), labels)
     plain_log_x(axes)
-    axes.set(xlabel="collinearity of the set (-)", ylim=(-0.6, len(chosen) - 0.4))
+    axes.set(xlabel="collinearity of the set (-)", ylim=(-0.6, len(mine) - 0.4))
     kinds = [("o", INDIGO, "identifiable"), ("X", WINE, "not identifiable")]
     marks = [
         Line2D([], [], color=c, marker=m, linestyle="", markersize=8, label=label) for m, c, label in kinds
     ]
-    alone = Line2D(
-        [], [], color="0.4", marker="o", mfc="white", linestyle="", markersize=8, label="without network"
-    )
+    alone = Line2D([], [], color="0.4", marker="o", mfc="white", linestyle="", markersize=8)
+    alone.set_label("hollow: without network")
     axes.figure.legend(handles=[*marks, alone], loc="outside lower right", ncols=3)
