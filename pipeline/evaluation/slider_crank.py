@@ -140,7 +140,7 @@ def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
     """The bench's load at the samples of `own`; its clock has no jitter, so that samples are counted."""
     tables = (table.assign(sample=table.groupby("id").cumcount()) for table in (own, truth))
     joined = next(tables)[["id", "sample"]].merge(next(tables), on=["id", "sample"], how="left")
-    return joined["F"].to_numpy(np.float64)
+    return np.asarray(joined["F"], np.float64)
 
 
 def surface(predictions: Path) -> pd.DataFrame:

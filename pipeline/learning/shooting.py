@@ -5,7 +5,7 @@ first states are trained too, and which are pulled together until they are one t
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -144,8 +144,11 @@ class Objective:
 
     def __init__(self, problem: Problem, member: int, cut: Segments, price: float) -> None:
         stack, own = problem.model, slice(member, member + 1)
-        tensors = (stack.p[own], stack.unit, stack.scale[own], stack.gain[own], stack.weights.detach()[own])
-        self.model = Nnap(stack.structure, *tensors)
+        # a copy, for the stack's weights are where it starts
+        weights = stack.weights.detach()[own].clone()
+        self.model = Nnap(
+            stack.structure, stack.p[own], stack.unit, stack.scale[own], stack.gain[own], weights
+        )
         self.problem, self.cut, self.price = problem, cut, price
         data = problem.data
         self.C = torch.from_numpy(weighting(data, problem.runs[member], cut.steps))
@@ -166,15 +169,12 @@ class Objective:
         scaled = torch.from_numpy(nodes).view(len(self.cut.starts), -1)
         return weights, xi, (self.measured[:, 0] + self.unit * scaled).numpy()
 
-    def bounds(self) -> list[tuple[float | None, float | None]]:
-        """Of every entry of `pack`: parameters have some."""
+    def bounds(self) -> Array:
+        """(entries of `pack`, 2); only the parameters have any."""
         low_high = self.problem.bounds / self.model.unit.numpy()[:, None]
-        free: list[tuple[float | None, float | None]] = [(None, None)]
-        return (
-            free * self.model.weights.shape[1]
-            + [(float(low), float(high)) for low, high in low_high]
-            + free * self.measured[:, 0].numel()
-        )
+        free = np.array([[-np.inf, np.inf]])
+        size, nodes = self.model.weights.shape[1], self.measured[:, 0].numel()
+        return np.concatenate([free.repeat(size, 0), low_high, free.repeat(nodes, 0)])
 
     def loss(self, nodes: Tensor) -> Tensor:
         """Misfit of all samples (eq. 4.9), plus the price of the gaps, weighted alike, and of the efforts."""
@@ -213,13 +213,12 @@ def _stage(problem: Problem, shooting: Shooting, state: Progress, member: int, c
     if objective(start)[0] >= BLOWN_UP:
         state.diverged = True
         return
-    rows: list[tuple[float, Array, float]] = []
-    x = _minimize(objective, start, end - state.epoch, _recorder(objective, rows))
+    x, rows = _minimize(objective, start, end - state.epoch)
     state.weights, state.xi, state.nodes = (a.copy() for a in objective.unpack(x))
-    unit, index = objective.model.unit.numpy(), list(problem.model.structure.index)
-    state.p[index] = unit * state.xi
+    unit = objective.model.unit.numpy()
+    state.p[list(problem.model.structure.index)] = unit * state.xi
     # where L-BFGS finds no better point, the rest of the stage stands still
-    rows += [(float(objective(x)[0]), state.xi, 0.0)] * (end - state.epoch - len(rows))
+    rows += [(objective(x)[0], state.xi, 0.0)] * (end - state.epoch - len(rows))
     for loss, xi, seconds in rows:
         state.losses.append(loss)
         state.history.append(unit * xi)
@@ -227,39 +226,21 @@ def _stage(problem: Problem, shooting: Shooting, state: Progress, member: int, c
     state.epoch = end
 
 
-def _recorder(
-    objective: Objective, rows: list[tuple[float, Array, float]]
-) -> Callable[[OptimizeResult], None]:
+def _minimize(
+    objective: Objective, start: Array, iterations: int
+) -> tuple[Array, list[tuple[float, Array, float]]]:
+    """Where L-BFGS leads, and loss, xi and seconds of every iteration."""
+    rows: list[tuple[float, Array, float]] = []
     last = time.perf_counter()
 
     def record(intermediate_result: OptimizeResult) -> None:
         nonlocal last
         now = time.perf_counter()
-        xi = objective.unpack(intermediate_result.x)[1]
-        rows.append((float(intermediate_result.fun), xi.copy(), now - last))
+        xi = objective.unpack(intermediate_result.x)[1].copy()
+        rows.append((float(intermediate_result.fun), xi, now - last))
         last = now
 
-    return record
-
-
-def _minimize(
-    objective: Objective, start: Array, iterations: int, record: Callable[[OptimizeResult], None]
-) -> Array:
-    """Where `iterations` of L-BFGS within the bounds lead."""
-    options = {
-        "maxiter": iterations,
-        "maxfun": 20 * iterations,
-        "maxcor": MEMORY,
-        "ftol": 0.0,
-        "gtol": 0.0,
-    }
-    found = minimize(
-        objective,
-        start,
-        jac=True,
-        method="L-BFGS-B",
-        bounds=objective.bounds(),
-        callback=record,
-        options=options,
-    )
-    return np.asarray(found.x, np.float64)
+    options = {"maxiter": iterations, "maxfun": 20 * iterations, "maxcor": MEMORY, "ftol": 0.0, "gtol": 0.0}
+    how = {"method": "L-BFGS-B", "bounds": objective.bounds(), "options": options}
+    found = minimize(objective, start, jac=True, callback=record, **how)
+    return np.asarray(found.x, np.float64), rows

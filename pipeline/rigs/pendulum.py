@@ -41,7 +41,7 @@ class PendulumCampaign:
     torque: float = 0.6
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by a log folder (experiments.csv; t, torque, theta per run), return the provenance.
+        """Replace `folder` by a log folder (t, torque, theta in every run); return the provenance.
 
         Raises:
             BadInput: when the folder cannot be written.
@@ -63,7 +63,7 @@ class PendulumCampaign:
     def _run(self, rng: np.random.Generator) -> dict[str, Array]:
         frequencies, phases = rng.uniform(0.2, 2.5, 4), rng.uniform(0.0, TURN, 4)
 
-        def torque(t: Array | float) -> Array:
+        def torque(t: Any) -> Array:
             waves = np.sin(TURN * np.multiply.outer(t, frequencies) + phases)
             return np.asarray(self.torque * waves.mean(axis=-1) * 2.0)
 

@@ -11,11 +11,13 @@ from pipeline.report.site import build, read
 def report(
     metrics: Path, claims: Path, tables: Path, figures: Path, provenance: Path, runs: Path, out: Path
 ) -> None:
-    """Write `out`/index.html, the folder `out`/site and `out`/claims.json; pages say which inputs do not exist yet.
+    """Write `out`/index.html, the folder `out`/site and `out`/claims.json.
+
+    The pages say which inputs do not exist yet.
 
     Args:
         metrics: folder of <topic>.json, nested objects of numbers.
-        claims: folder of <mechanism>/claims.json, the dissertation's claims with our numbers and a verdict each.
+        claims: folder of <mechanism>/claims.json, the dissertation's claims with our numbers and verdicts.
         tables: folder of <name>.csv, each with an optional <name>.json (title, caption, protocol, chapter).
         figures: folder of SVG files and figures.json, which says what they show.
         provenance: folder of <campaign>/provenance.json.

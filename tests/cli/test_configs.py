@@ -17,7 +17,9 @@ from omegaconf import DictConfig, OmegaConf
 from pipeline.__main__ import CONF, verbs
 
 ROOT = CONF.parent
-GROUPS = [p.parent.name + "=" + p.stem for p in sorted(CONF.glob("*/*.yaml"))]
+#: What models have in common; not a choice on the command line.
+SHARED = "training"
+GROUPS = [p.parent.name + "=" + p.stem for p in sorted(CONF.glob("*/*.yaml")) if p.parent.name != SHARED]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
 
@@ -55,9 +57,16 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
     assert hydra.utils.instantiate(resolved) is not None
 
 
-@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "mechanisms"])
+@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / SHARED).glob("*.yaml")))
+def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
+    assert any(f"/{SHARED}@_here_: {name}\n" in p.read_text() for p in (CONF / "model").glob("*.yaml"))
+    for stage in ("train_slider_crank", "evaluate_slider_crank", "train_recurrent", "train_slow", "train_bare"):
+        assert f"conf/{SHARED}/{name}.yaml" in {next(iter(p)) for p in STAGES[stage]["params"]}
+
+
+@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "mechanisms", "hybrids", "campaigns"])
 def test_params_name_existing_files(kind: str) -> None:
-    group = {"models": "model", "tuned": "model", "splits": "split", "mechanisms": "mechanism"}[kind]
+    group = {"splits": "split", "mechanisms": "mechanism", "campaigns": "source"}.get(kind, "model")
     for name in PARAMS[kind]:
         assert (CONF / group / f"{name}.yaml").exists()
 

@@ -11,19 +11,39 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 from pipeline.trajectory import Campaign
 
 pytestmark = pytest.mark.graph
 
 ROOT = Path(__file__).parents[2]
-SOURCE = """kind: virtual
+SOURCE = """_target_: pipeline.rigs.campaign.CamFollowerCampaign
 H: [0.01, 0.03]
 beta: [1.5707963267949, 3.14159265358979]
 m: [1.1238]
 V: [4.0, 4.6, 5.2, 5.8, 6.4, 7.0, 7.6, 8.2, 8.8, 9.4]
 """
-PROFILE = "repeats: 2\nsteps: 30\nhybrid_steps: 3\ntune_steps: 30\nwidths: [4, 8]\n"
+SLIDER = """_target_: pipeline.rigs.slider_crank.SliderCrankCampaign
+profiles: [1, 6, 9]
+samples: 300
+spring: """
+PROFILE = """repeats: 2
+steps: 30
+hybrid_steps: 3
+tune_steps: 30
+widths: [4, 8]
+system_repeats: 1
+epochs: 2
+recurrent_epochs: 1
+window_epochs: 1
+shooting_epochs: 4
+"""
+#: One hybrid of each kind that figures and claims need.
+HYBRIDS = [
+    *("nnap", "nnap_theta_omega", "nnap_d", "nnap_split", "nnap_shooting", "physics"),
+    *("hybrid_free", "hybrid_m3", "hybrid_l1", "hybrid_l1_m3"),
+]
 
 
 def call(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
@@ -42,17 +62,18 @@ def dvc(folder: Path, *arguments: str) -> str:
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the checkout with a tiny campaign and profile, reproduced once."""
     folder = tmp_path_factory.mktemp("project")
-    for name in ("pipeline", "conf", ".dvc"):
+    for name in ("pipeline", "conf", "systems", ".dvc"):
         ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore"):
         shutil.copy(ROOT / name, folder / name)
     (folder / "conf" / "source" / "virtual.yaml").write_text(SOURCE)
     (folder / "conf" / "profile" / "quick.yaml").write_text(PROFILE)
-    params = (ROOT / "params.yaml").read_text().splitlines()
-    fixed = {"source:": "source: virtual", "profile:": "profile: quick"}
-    lines = [fixed.get(line.split(" ")[0], line) for line in params]
-    (folder / "params.yaml").write_text("\n".join(lines) + "\n")
+    for name, spring in (("slider_crank", "true"), ("slider_crank_bare", "false")):
+        (folder / "conf" / "source" / f"{name}.yaml").write_text(f"{SLIDER}{spring}\n")
+    params = yaml.safe_load((ROOT / "params.yaml").read_text())
+    params |= {"source": "virtual", "profile": "quick", "hybrids": HYBRIDS, "horizons": [1, 5, 10]}
+    (folder / "params.yaml").write_text(yaml.safe_dump(params))
     # no git in the copy, as in a tarball
     dvc(folder, "config", "--local", "core.no_scm", "true")
     dvc(folder, "repro")
@@ -69,13 +90,19 @@ def test_every_result_exists(project: Path) -> None:
     assert set(chapter["interpolation"]) == models == set(chapter["f_min"]) - {"direct"}
     assert set(chapter["extrapolation"]) == {str(k) for k in range(1, 9)} == set(chapter["boundary"])
     assert set(chapter["boundary"]["1"]) == models | {"direct"}
+    chapter = json.loads((project / "reports/metrics/chapter4.json").read_text())
+    assert set(chapter["loocv"]) == set(HYBRIDS) and set(chapter["recurrent"]) == {"1", "5", "10"}
+    assert set(chapter["parameters"]) == {"m3", "J1", "B_m"}
+    assert "rmse_share" in chapter["recovered"]["spring"] and chapter["identifiability"]["advice"]["text"]
+    claims = json.loads((project / "reports/claims.json").read_text())
+    assert {row["chapter"] for row in claims} == {4, 5, 6}
     page = (project / "reports/index.html").read_text()
     assert "simulated logs, not measurements" in page
 
 
 def test_every_configured_figure_is_drawn(project: Path) -> None:
     index = json.loads((project / "reports/figures/figures.json").read_text())
-    assert len(index) >= 25
+    assert len(index) >= 40
     for entry in index:
         assert (project / "reports/figures" / f"{entry['id']}.svg").stat().st_size > 2000
         assert entry["caption"].endswith("."), entry["id"]
