@@ -80,6 +80,7 @@ class Results:
     metrics: dict[str, dict[str, Any]] = field(default_factory=dict)
     campaigns: dict[str, dict[str, Any]] = field(default_factory=dict)
     runs: dict[str, dict[str, Any]] = field(default_factory=dict)
+    equations: list[dict[str, Any]] = field(default_factory=list)
 
     def campaign(self, page: Page) -> dict[str, Any]:
         """Where the data of `page` come from; a page of no campaign of its own shows the first one."""
@@ -101,6 +102,7 @@ class Contents:
     figures: list[Figure]
     tables: list[Table]
     metrics: list[Table]
+    equations: list[dict[str, str]]
 
     @property
     def origins(self) -> set[str]:
@@ -154,4 +156,5 @@ def contents(page: Page, results: Results) -> Contents:
         picked + [f for f in results.figures if here(f.chapter) and f not in picked],
         [t for t in results.tables if here(t.chapter) or t.id in page.tables],
         [metrics_table(topic, results.metrics[topic]) for topic in topics],
+        [row for block in results.equations if here(block["chapter"]) for row in block["rows"]],
     )

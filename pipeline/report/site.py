@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from pipeline.errors import BadInput
 from pipeline.files import read_json, replacing, replacing_folder
+from pipeline.report.equations import read_equations
 from pipeline.report.pages import Contents, Figure, Page, Results, contents, pages
 from pipeline.report.tables import VERDICTS, Table, file_table, leaves, number, runs_table
 
@@ -54,6 +55,7 @@ def read(metrics: Path, claims: Path, tables: Path, figures: Path, provenance: P
             path.parent.relative_to(runs).as_posix(): _object(path)
             for path in sorted(runs.glob("**/fit.json"))
         },
+        [read_equations(path) for path in sorted(claims.glob("*/equations.json"))],
     )
 
 

@@ -17,7 +17,8 @@ def report(
 
     Args:
         metrics: folder of <topic>.json, nested objects of numbers.
-        claims: folder of <mechanism>/claims.json, the dissertation's claims with our numbers and verdicts.
+        claims: folder of <mechanism>/claims.json, the dissertation's claims with our numbers and verdicts,
+            and, where the physics is a system file, <mechanism>/equations.json.
         tables: folder of <name>.csv, each with an optional <name>.json (title, caption, protocol, chapter).
         figures: folder of SVG files and figures.json, which says what they show.
         provenance: folder of <campaign>/provenance.json.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from pipeline.evaluation.readable import write_table
 from pipeline.explanation.closed_form import closed_form
 from pipeline.files import read_json, replacing_folder, write_json
 from pipeline.measurements.folder import read_logs
+from pipeline.physics.system.equations import equations
 from pipeline.physics.system.reader import read_system
 from pipeline.revision import revision
 
@@ -26,7 +28,7 @@ def tabulate_slider_crank(
     out: Path,
     reports: Path,
 ) -> None:
-    """Write tables for figures and claims.json to `out`, chapter4.json and readable tables to `reports`.
+    """Write tables for figures, claims and equations to `out`, chapter4.json and readable tables to `reports`.
 
     Args:
         system: system file of the slider-crank.
@@ -61,6 +63,7 @@ def tabulate_slider_crank(
         for name, table in {**found, "closed_form": formula}.items():
             table.to_parquet(folder / f"{name}.parquet", index=False)
         write_json(folder / "claims.json", rows)
+        write_json(folder / "equations.json", {"chapter": 4, "rows": [asdict(e) for e in equations(known)]})
     head = {"data": kind, "profile": profile_name, "revision": revision(), "seconds": seconds}
     write_json(reports / "metrics" / "chapter4.json", {**head, **chapter})
     _readable(reports / "tables", found["parameters"], free, chapter)

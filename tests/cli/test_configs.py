@@ -60,7 +60,13 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
 @pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / SHARED).glob("*.yaml")))
 def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
     assert any(f"/{SHARED}@_here_: {name}\n" in p.read_text() for p in (CONF / "model").glob("*.yaml"))
-    for stage in ("train_slider_crank", "evaluate_slider_crank", "train_recurrent", "train_slow", "train_bare"):
+    for stage in (
+        "train_slider_crank",
+        "evaluate_slider_crank",
+        "train_recurrent",
+        "train_slow",
+        "train_bare",
+    ):
         assert f"conf/{SHARED}/{name}.yaml" in {next(iter(p)) for p in STAGES[stage]["params"]}
 
 

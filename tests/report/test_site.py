@@ -36,6 +36,10 @@ def claim(**changes: Any) -> dict[str, Any]:
     } | changes
 
 
+def formula(mathml: str) -> dict[str, Any]:
+    return {"chapter": 6, "rows": [{"kind": "dynamics", "text": "v", "mathml": mathml}]}
+
+
 def figure(number: str, **changes: Any) -> dict[str, Any]:
     about = {
         "caption": f"caption of {number}",
@@ -204,6 +208,10 @@ def test_results_without_a_page_of_their_own_get_one(inputs: Path, tmp_path: Pat
         ("bench/claims.json", [{"id": 1}], "row 1 has no chapter"),
         ("bench/claims.json", [claim(verdict="true")], "verdict 'true', must be one of holds"),
         ("bench/claims.json", [claim(interval=[1])], "must be two numbers"),
+        ("bench/equations.json", {"chapter": 6}, "must have chapter and rows"),
+        ("bench/equations.json", formula("<math><script>alert(1)</script></math>"), "script is not part"),
+        ("bench/equations.json", formula("<math onclick='a()'/>"), "math is not part of a formula"),
+        ("bench/equations.json", formula("<math>"), "not MathML"),
         ("raw/cam_follower/provenance.json", {"data": "invented"}, "must be one of measured, virtual"),
         ("metrics/chapter6.json", [], "must be an object"),
         ("metrics/chapter6.json", {"data": "virtual", "a": {"value": 1, "interval": 2}}, "a interval 2"),
@@ -254,3 +262,10 @@ def test_an_interval_sets_the_digits() -> None:
     assert quantity(-41.23, [-48.3, -35.1]) == ("−41", "−48 to −35")
     assert quantity(3.0, [3.0, 3.0]) == ("3", "3 to 3")
     assert quantity(None, None) == ("–", "")
+
+
+def test_equations_are_typeset_and_named_as_written(inputs: Path, tmp_path: Path) -> None:
+    put(inputs / "bench" / "equations.json", formula("<math><mi>v</mi><mo>=</mo><mn>1</mn></math>"))
+    page = make(inputs, tmp_path / "out")["site/chapter_6.html"]
+    assert "<math><mi>v</mi><mo>=</mo><mn>1</mn></math>" in page and 'title="v"' in page
+    assert 'href="#equations"' in page
