@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,19 @@ def test_import_contracts() -> None:
     assert result.returncode == 0, result.stdout
 
 
+#: Calls that run what a text says.
+FORBIDDEN = {"eval", "exec", "compile", "sympify", "parse_expr", "__import__", "unsafe_load", "full_load"}
+
+
 def test_nothing_in_the_package_evaluates_text() -> None:
     for path in (ROOT / "pipeline").rglob("*.py"):
         text = path.read_text()
-        for word in ("eval(", "exec(", "sympify(", "parse_expr(", "yaml.load(", "pickle"):
-            assert f" {word}" not in text and f".{word}" not in text.replace("model.eval(", ""), (path, word)
+        assert "pickle" not in text.replace("unpickle", "").replace("pickled", ""), path
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Call):
+                name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+                # of an object in evaluation mode, of a regular expression, of a compiled function
+                harmless = {"model.eval", "re.compile", "compiled.compile"}
+                assert name not in FORBIDDEN or ast.unparse(node.func) in harmless, (path, node.lineno)
+                if name == "load" and ast.unparse(node.func) == "torch.load":
+                    assert any(k.arg == "weights_only" for k in node.keywords), (path, node.lineno)

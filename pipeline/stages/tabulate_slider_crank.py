@@ -28,7 +28,7 @@ def tabulate_slider_crank(
     out: Path,
     reports: Path,
 ) -> None:
-    """Write tables for figures, claims and equations to `out`, chapter4.json and readable tables to `reports`.
+    """Write tables, claims and equations to `out`, chapter4.json and readable tables to `reports`.
 
     Args:
         system: system file of the slider-crank.

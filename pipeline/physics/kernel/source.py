@@ -143,7 +143,7 @@ def _function(
     """A loop over the lanes that writes `expressions` to the rows of `targets`; "+" adds to them."""
     system = model.system
     groups = {"x": system.x, "u": system.u, "c": system.c, "e": system.e, "t": (TIME,), **(adjoints or {})}
-    used = {s for e in expressions for s in sp.sympify(e).free_symbols}
+    used = {s for e in expressions for s in e.free_symbols}
     # numbered names: nothing that a user wrote stands in the code
     names = {s: f"{g}{k}" for g, members in {**groups, "p": system.p}.items() for k, s in enumerate(members)}
     before, lane, results = assignments(expressions, names, set(system.p))

@@ -41,7 +41,7 @@ def newton_euler() -> sp.Expr:
     unknowns = sp.Matrix([_alpha, *_forces])
     rows = matrix.xreplace(entries) * unknowns - right.xreplace(entries)
     solution = sp.solve(list(rows), list(unknowns), dict=True)[0]
-    return sp.sympify(solution[_alpha]).xreplace({name: entry for entry, name in entries.items()})
+    return solution[_alpha].xreplace({name: entry for entry, name in entries.items()})
 
 
 def _balances() -> list[sp.Expr]:

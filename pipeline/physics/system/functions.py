@@ -141,7 +141,6 @@ _OWN = {sp.Abs: absolute, sp.sign: sgn, sp.Heaviside: step, sp.floor: whole}
 
 def sanitised(expression: sp.Expr) -> sp.Expr:
     """`expression` with SymPy's functions with corners replaced by ours, and no delta functions."""
-    expression = sp.sympify(expression)
     for theirs, ours in _OWN.items():
         expression = expression.replace(theirs, lambda x, *_, ours=ours: ours(x))
     return expression.replace(sp.DiracDelta, lambda *_: sp.S.Zero)

@@ -149,7 +149,7 @@ class System:
     def closed(self) -> tuple[sp.Expr, ...]:
         """The dynamics with every known law in place; an effort's symbol stands for what is added to it."""
         laws = {symbol(p.effort): symbol(p.effort) + p.law for p in self.ports if p.law is not None}
-        return tuple(sanitised(sp.sympify(f).xreplace(laws)) for f in self.dynamics)
+        return tuple(sanitised(f.xreplace(laws)) for f in self.dynamics)
 
     def expression(self, name: str) -> sp.Expr:
         """The state, input or signal `name`, or the constant or parameter.

@@ -49,7 +49,7 @@ def numpy_system_function(
         The function; it returns (..., k). Where a formula has no value it returns inf or nan, silently.
     """
     if efforts_zero:
-        expressions = [sp.sympify(f).xreplace(dict.fromkeys(system.e, sp.S.Zero)) for f in expressions]
+        expressions = [f.xreplace(dict.fromkeys(system.e, sp.S.Zero)) for f in expressions]
     groups = [system.x, system.u, () if efforts_zero else system.e, system.p, system.c]
     code = sp.lambdify(
         [TIME, *(s for group in groups for s in group)],
