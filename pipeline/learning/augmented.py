@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 #: Samples over which a measured slope is taken to estimate the size of the missing effort; one is too noisy.
 LAG = 10
+#: Samples that tell these scales well enough.
+ENOUGH = 4000
 Indices = NDArray[np.int64]
 
 
@@ -78,13 +80,14 @@ class AugmentedRecipe:
         """
         plan = self.plan(system)
         structure = plan.structure
-        rng = np.random.default_rng(seed)
-        p = np.stack([_start(self, structure, rng) for _ in runs])
+        # a member's own source, so that it starts the same whatever the size of the stack
+        sources = [np.random.default_rng([seed, member]) for member in range(len(runs))]
+        p = np.stack([_start(self, structure, rng) for rng in sources])
         values = {q.name: q for q in structure.system.parameters}
         unit = np.array([abs(values[n].value) or 1.0 for n in structure.trainable])
         bounds = np.array([values[n].limits for n in structure.trainable]).reshape(-1, 2)
         scale, gain = _scales(structure, data, runs, torch.from_numpy(p), period)
-        weights = np.stack([_initial_weights(structure, rng) for _ in runs])
+        weights = np.stack([_initial_weights(structure, rng) for rng in sources])
         tensors = (torch.from_numpy(a) for a in (p, unit, scale, gain, weights))
         penalties = np.asarray(plan.penalties, np.float64)
         how = self.integration(period)
@@ -147,6 +150,7 @@ def _scales(
     for m, members in enumerate(runs):
         lag = LAG if len(data.window_starts(members, LAG)) else 1
         first = data.window_starts(members, lag)
+        first = first[:: -(-len(first) // ENOUGH)]
         now = first + lag // 2
         x, u, t = (torch.from_numpy(a[now]) for a in (data.x, data.u, data.t))
         c = torch.from_numpy(data.c[data.owner[now]])

@@ -71,7 +71,7 @@ def fit(
     """
     problem = recipe.problem(system, Measured.of(logs), logs.period, members.runs, seed)
     if start is not None:
-        start_from(problem, load_fit(recipe, system, logs, start)[0])
+        start_from(problem, load_fit(recipe, system, start)[0])
     name, checkpoint = identity(problem, recipe.windows), out.with_name(f".{out.name}.checkpoint")
     stack = load_progress(checkpoint, name)
     if stack is None:
@@ -140,7 +140,7 @@ def _history(problem: Problem, members: Members, stack: list[Progress]) -> pd.Da
     return pd.concat(tables, ignore_index=True)
 
 
-def load_fit(recipe: AugmentedRecipe, system: System, logs: Logs, fits: Path) -> tuple[Nnap, dict[str, Any]]:
+def load_fit(recipe: AugmentedRecipe, system: System, fits: Path) -> tuple[Nnap, dict[str, Any]]:
     """The fitted stack in the folder `fits`, and the facts about it.
 
     Raises:
@@ -148,13 +148,28 @@ def load_fit(recipe: AugmentedRecipe, system: System, logs: Logs, fits: Path) ->
     """
     path = fits / "model.pt"
     content = read_checkpoint(path)
+    parts = ("p", "unit", "scale", "gain", "weights")
     try:
-        count = len(content["state"]["weights"])
-    except (KeyError, TypeError):
+        model = Nnap(recipe.plan(system).structure, *(content["state"][name] for name in parts))
+    except (KeyError, TypeError, AttributeError, IndexError, RuntimeError):
         raise BadInput(
-            f"{path}: is a checkpoint of {content['class']}, not of a hybrid model of a system"
+            f"{path}: is a checkpoint of {content['class']}, not of the configured model"
         ) from None
-    everything = [np.arange(len(logs))] * count
-    model = recipe.problem(system, Measured.of(logs), logs.period, everything, 0).model
     restore(model, content, path)
+    _check_shapes(model, path)
     return model, content["about"]
+
+
+def _check_shapes(model: Nnap, path: Path) -> None:
+    structure, batch = model.structure, model.batch
+    wanted = {
+        "p": (batch, len(structure.system.parameters)),
+        "unit": (len(structure.trainable),),
+        "scale": (batch, len(structure.inputs)),
+        "gain": (batch, len(structure.networks)),
+        "weights": (batch, structure.size),
+    }
+    for name, shape in wanted.items():
+        found = tuple(getattr(model, name).shape)
+        if found != shape:
+            raise BadInput(f"{path}: does not fit the configured model ({name} must be {shape}, got {found})")

@@ -68,13 +68,13 @@ def _evaluate_system(
 ) -> None:
     known = read_system(system)
     measured = read_logs(logs, known)
-    fitted, about = load_fit(model, known, measured, fits)
+    fitted, about = load_fit(model, known, fits)
     folds = split.folds(measured.experiments_with_speed())
     _check_folds(folds, about["folds"], fits)
     results = free_runs(fitted, measured, folds, about["repeats"], model.integration(measured.period))
-    runs = [fold.train for fold in folds for _ in range(about["repeats"])]
-    data = Measured.of(measured)
-    initial = model.problem(known, data, measured.period, runs, about["seed"]).model
+    # the first model as it was before training
+    data, first = Measured.of(measured), [folds[0].train]
+    initial = model.problem(known, data, measured.period, first, about["seed"]).model
     shapes = surfaces({"initial": initial, "converged": fitted}, measured)
     with replacing_folder(out) as folder:
         results.errors.to_parquet(folder / "errors.parquet", index=False)

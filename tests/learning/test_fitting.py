@@ -88,7 +88,7 @@ def test_every_model_trains_saves_loads_and_simulates(
     history = fitted(recipe, slider, tmp_path)
     assert np.isfinite(history["loss"]).all()
     assert len(history) == 4 * recipe.windows.epochs
-    model, about = load_fit(recipe, system, logs, tmp_path)
+    model, about = load_fit(recipe, system, tmp_path)
     folds, _ = members(logs)
     assert about["folds"] == [f.name for f in folds]
     results = free_runs(model, logs, folds, 1, recipe.integration(logs.period))
@@ -110,7 +110,7 @@ def test_friction_that_the_model_leaves_out_is_learned_and_damping_identified(
         identify=("J",),
     )
     fit(recipe, wrong, logs, members(logs)[1], 0, None, "cpu", tmp_path)
-    model, _ = load_fit(recipe, wrong, logs, tmp_path)
+    model, _ = load_fit(recipe, wrong, tmp_path)
     J = model.physics()[:, 0].detach().numpy()
     np.testing.assert_allclose(J, 0.02, rtol=0.03)
     omega = torch.tensor([[-3.0], [-1.0], [1.0], [3.0]]).double().expand(len(J), -1, -1)
