@@ -5,6 +5,7 @@ how.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -92,6 +93,20 @@ class AugmentedRecipe:
         penalties = np.asarray(plan.penalties, np.float64)
         how = self.integration(period)
         return Problem(Nnap(structure, *tensors), data, runs, bounds, penalties, how, seed)
+
+
+def check_pairing(model: object, system: Path | None, logs: Path | None) -> None:
+    """A hybrid model of a system comes with a system and its logs, another model without.
+
+    Raises:
+        BadInput: when it does not.
+    """
+    if (system is None) != (logs is None):
+        raise BadInput("system and logs must be given together")
+    if isinstance(model, AugmentedRecipe) != (system is not None):
+        raise BadInput(
+            "a hybrid model of a system (hybrid, nnap, ...) must have system= and logs=, another must not"
+        )
 
 
 def start_from(problem: Problem, fitted: Nnap) -> None:

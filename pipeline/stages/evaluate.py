@@ -9,7 +9,7 @@ from pipeline.evaluation.held_out import free_runs, surfaces
 from pipeline.evaluation.simulate import explore, simulate_tests
 from pipeline.evaluation.splits import Fold, Split
 from pipeline.files import replacing_folder
-from pipeline.learning.augmented import AugmentedRecipe
+from pipeline.learning.augmented import AugmentedRecipe, check_pairing
 from pipeline.learning.fitting import load_fit
 from pipeline.learning.recipe import Recipe, load
 from pipeline.measurements.folder import read_logs
@@ -50,12 +50,7 @@ def evaluate(
     Raises:
         BadInput: when an input is missing or the fit belongs to another model or split.
     """
-    if (system is None) != (logs is None):
-        raise BadInput("system and logs must be given together")
-    if isinstance(model, AugmentedRecipe) != (system is not None):
-        raise BadInput(
-            "a hybrid model of a system (hybrid, nnap, ...) must have system= and logs=, another must not"
-        )
+    check_pairing(model, system, logs)
     if isinstance(model, AugmentedRecipe):
         assert system is not None and logs is not None
         _evaluate_system(system, logs, fits, model, split, out)

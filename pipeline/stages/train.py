@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import BadInput
 from pipeline.evaluation.splits import Split
 from pipeline.files import write_json
-from pipeline.learning.augmented import AugmentedRecipe
+from pipeline.learning.augmented import AugmentedRecipe, check_pairing
 from pipeline.learning.fitting import Members, fit
 from pipeline.learning.recipe import Recipe, save
 from pipeline.measurements.folder import read_logs
@@ -55,12 +54,7 @@ def train(
     Raises:
         BadInput: when the data are missing or too few, or do not suit the model.
     """
-    if (system is None) != (logs is None):
-        raise BadInput("system and logs must be given together")
-    if isinstance(model, AugmentedRecipe) != (system is not None):
-        raise BadInput(
-            "a hybrid model of a system (hybrid, nnap, ...) must have system= and logs=, another must not"
-        )
+    check_pairing(model, system, logs)
     if isinstance(model, AugmentedRecipe):
         assert system is not None and logs is not None
         known = read_system(system)
