@@ -92,11 +92,12 @@ def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, s
 
 
 @jit()
-def backward(evaluate, pull, at, w, X, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
+def backward(evaluate, pull, at, w, X, Z, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
     """Back-propagation through time: G (like X) holds the loss's gradient by every sample; its first becomes
     x0's.
 
-    GZ (like Z) is the loss's own gradient by the networks' efforts. gp and gw of the block grow.
+    X and Z are as `forward` left them. GZ (like Z) is the loss's own gradient by the networks' efforts.
+    gp and gw of the block grow.
     """
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part = period / substeps
@@ -128,12 +129,14 @@ def backward(evaluate, pull, at, w, X, G, GZ, first, U, T, steps, substeps, peri
             for s in range(S - 1, -1, -1):
                 load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
                 load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
-                evaluate(w, p)
-                for a in range(n):
-                    w[at.lam * LANES + a] = grow[s * n + a]
                 own = s == 0 and sub == 0
+                if not own:
+                    evaluate(w, p)
                 for a in range(m):
                     w[at.gz * LANES + a] = GZ[k * m + a] if own else 0.0
+                    w[at.z * LANES + a] = Z[k * m + a] if own else w[at.z * LANES + a]
+                for a in range(n):
+                    w[at.lam * LANES + a] = grow[s * n + a]
                 pull(w, p)
                 for a in range(n):
                     lam[a] += w[at.gx * LANES + a]
@@ -212,7 +215,7 @@ def simulate(
 
 @entry(
     types.Tuple((Cubes, Array, Array))(
-        Block, Block, LayoutType, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
+        Block, Block, LayoutType, Cubes, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
     )
 )
 def pullback(
@@ -220,6 +223,7 @@ def pullback(
     pull,
     at,
     X,
+    Z,
     GX,
     GZ,
     start,
@@ -244,12 +248,13 @@ def pullback(
     gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)
     w = new_block(at, weights, scale, gain)
     xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
-    gz = np.empty(steps * at.networks * LANES)
+    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
     first = np.empty(LANES, np.int64)
     for block in range(0, B, LANES):
         for lane in range(LANES):
             first[lane] = start[min(block + lane, B - 1)]
         gather(xs, X, block, steps + 1)
+        gather(zs, Z, block, steps)
         gather(gs, GX, block, steps + 1)
         gather(gz, GZ, block, steps)
         for lane in range(B - block, LANES):
@@ -258,7 +263,7 @@ def pullback(
             for a in range(lane, len(gz), LANES):
                 gz[a] = 0.0
         load_constants(w, at, C, first, owner)
-        backward(evaluate, pull, at, w, xs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        backward(evaluate, pull, at, w, xs, zs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
         collect(w, at, gp, gW)
         scatter(gx0, gs, block, 1)
     return gx0, gp, gW

@@ -71,7 +71,7 @@ def layout(model: Augmented) -> Layout:
 def source(model: Augmented) -> str:
     """Two functions of the flat block `w` and the parameters `p`, and what they call.
 
-    `evaluate`: dx and z at the state and inputs. `pull`: gx from lam at the state that was evaluated last,
+    `evaluate`: dx and z at the state and inputs. `pull`: gx from lam at a state whose z is known,
     while gp and gw grow; gz enters with what the loss itself says of the networks' efforts.
     """
     rows = Rows.of(model)
@@ -119,16 +119,15 @@ def _whole(model: Augmented, rows: Rows) -> str:
     loop = "    for i in range(LANES):\n"
     body = "\n".join(f"        {line}" for line in efforts or ["pass"])
     returned = "\n".join(f"        {line}" for line in back or ["pass"])
-    if not model.networks:
-        return (
-            f"@jit(BODY)\ndef evaluate(w, p):\n{loop}{body}\n    derivative(w, p)\n\n\n"
-            "@jit(BODY)\ndef pull(w, p):\n    derivative_pullback(w, p)\n"
-        )
+    inputs, forward, backward = (
+        ("    network_inputs(w, p)\n", "    networks(w)\n", f"{loop}{returned}\n    networks_pullback(w)\n")
+        if model.networks
+        else ("", "", "")
+    )
+    last = "    inputs_pullback(w, p)\n" if model.networks else ""
     return (
-        f"@jit(BODY)\ndef evaluate(w, p):\n    network_inputs(w, p)\n    networks(w)\n{loop}{body}\n"
-        "    derivative(w, p)\n\n\n"
-        f"@jit(BODY)\ndef pull(w, p):\n    derivative_pullback(w, p)\n{loop}{returned}\n"
-        "    networks_pullback(w)\n    inputs_pullback(w, p)\n"
+        f"@jit(BODY)\ndef evaluate(w, p):\n{inputs}{forward}{loop}{body}\n    derivative(w, p)\n\n\n"
+        f"@jit(BODY)\ndef pull(w, p):\n{inputs}{loop}{body}\n    derivative_pullback(w, p)\n{backward}{last}"
     )
 
 

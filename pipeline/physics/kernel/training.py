@@ -24,8 +24,8 @@ from pipeline.physics.kernel.loops import (
 
 
 @jit()
-def adjoint_of_loss(at, xs, gs, zs, first, Xd, left, steps, share, C_x, penalty):
-    """Loss of a block by eq. 4.9; its gradients go to gs, and to zs in place of the efforts.
+def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty):
+    """Loss of a block by eq. 4.9; its gradients go to gs and gz.
 
     Only the first `left` lanes count.
     """
@@ -46,7 +46,7 @@ def adjoint_of_loss(at, xs, gs, zs, first, Xd, left, steps, share, C_x, penalty)
                 a = (k * at.networks + j) * LANES + lane
                 weight = penalty[j] * share if lane < left else 0.0
                 loss += weight * zs[a] * zs[a]
-                zs[a] = 2.0 * weight * zs[a]
+                gz[a] = 2.0 * weight * zs[a]
     return loss
 
 
@@ -132,7 +132,7 @@ def train(
     """
     w = new_block(at, weights, scale, gain)
     xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
-    zs = np.empty(steps * at.networks * LANES)
+    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
     first = np.empty(LANES, np.int64)
     gp, gW = np.empty(at.trained), np.empty(at.size)
     losses = np.full(len(starts), np.nan)
@@ -152,8 +152,12 @@ def train(
             load_constants(w, at, C, first, owner)
             forward(evaluate, at, w, xs, zs, first, U, T, steps, substeps, period, hold, stages, p)
             left = min(LANES, B - block)
-            loss += adjoint_of_loss(at, xs, gs, zs, first, Xd, left, steps, 1.0 / (B * steps), C_x, penalty)
-            backward(evaluate, pull, at, w, xs, gs, zs, first, U, T, steps, substeps, period, hold, stages, p)
+            loss += adjoint_of_loss(
+                at, xs, gs, zs, gz, first, Xd, left, steps, 1.0 / (B * steps), C_x, penalty
+            )
+            backward(
+                evaluate, pull, at, w, xs, zs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p
+            )
             collect(w, at, gp, gW)
         losses[b] = loss
         if not math.isfinite(loss):
