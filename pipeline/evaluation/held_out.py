@@ -113,9 +113,9 @@ def surfaces(models: dict[str, Nnap], logs: Logs) -> pd.DataFrame:
 
 def _network_inputs(model: Nnap, logs: Logs) -> torch.Tensor:
     """q of every model of the stack at the measured states, (batch, samples, inputs)."""
-    x, u, t = (torch.from_numpy(np.ascontiguousarray(a)) for a in (logs.x, logs.u, logs.t))
+    x, u, t = (torch.from_numpy(np.array(a)) for a in (logs.x, logs.u, logs.t))
     owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
-    c = torch.from_numpy(np.ascontiguousarray(logs.c[owner]))
+    c = torch.from_numpy(np.array(logs.c[owner]))
     return model.network_inputs(t, x.expand(model.batch, -1, -1), u, c)
 
 
