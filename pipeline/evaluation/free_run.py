@@ -89,7 +89,7 @@ def free_run(
     )
     for i in runs:
         result.window[logs.rows(i)] = np.maximum(np.arange(np.diff(logs.offsets)[i]) - 1, 0) // steps
-    data, sensors = _measured(logs), _Sensors(system, logs)
+    data, sensors = Measured.of(logs), _Sensors(system, logs)
     model = _plain(system)
     sensors.start(result, logs.offsets[:-1][list(runs)])
     parts = list(_parts(sensors.last, steps, runs))
@@ -106,13 +106,6 @@ def _plain(system: System) -> Nnap:
     none = torch.empty((1, 0), dtype=torch.float64)
     p = torch.tensor([system.values], dtype=torch.float64)
     return Nnap(Augmented(system), p, none[0], none, none, none)
-
-
-def _measured(logs: Logs) -> Measured:
-    # a column of a table may be read-only, which is another type to the compiled loops
-    x, u, t, c = (np.require(a, np.float64, ["C", "W"]) for a in (logs.x, logs.u, logs.t, logs.c))
-    owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
-    return Measured(x, u, t, c, owner, logs.offsets)
 
 
 def _lag(delay: float, period: float) -> tuple[int, float]:
@@ -157,7 +150,6 @@ class _Sensors:
 
     def __init__(self, system: System, logs: Logs) -> None:
         self.logs, self.p = logs, np.array(system.values)
-        self.owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
         delays = np.array([output.delay for output in system.outputs])
         self.groups = {float(delay): np.flatnonzero(delays == delay) for delay in np.unique(delays)}
         self.functions: dict[float, Callable[..., Array]] = {
@@ -172,14 +164,14 @@ class _Sensors:
         if 0.0 in self.groups:
             logs = self.logs
             where = logs.t[first], logs.x[first], logs.u[first]
-            shown = self.functions[0.0](*where, np.empty(0), self.p, logs.c[self.owner[first]])
+            shown = self.functions[0.0](*where, np.empty(0), self.p, logs.c[logs.owner[first]])
             result.y[np.ix_(first, self.groups[0.0])] = shown
 
     def read(self, result: FreeRun, starts: Indices, x: Array) -> None:
         """Write what trajectories `x` (windows, steps + 1, states) from the samples `starts` on show."""
         steps = x.shape[1] - 1
         rows = starts[:, None] + np.arange(1, steps + 1)
-        c = self.logs.c[self.owner[starts]][:, None]
+        c = self.logs.c[self.logs.owner[starts]][:, None]
         finite: NDArray[np.bool_] = np.asarray(np.isfinite(x).all(-1))
         for delay, columns in self.groups.items():
             whole, rest = _lag(delay, self.logs.period)

@@ -66,7 +66,7 @@ def gap(system: System, logs: Logs, horizon: float, runs: Sequence[int] | None =
     """
     runs = range(len(logs)) if runs is None else runs
     scale, floor = output_scale(logs, runs), noise_floor(logs, runs)
-    run, substeps, notes = _converged(system, logs, horizon, runs, floor)
+    run, substeps, notes = _converged(system, logs, horizon, runs, scale, floor)
     error = (run.y - logs.y) / scale
     beyond = run.counted & ~(np.abs(error) <= LARGEST_ERROR)
     error[beyond] = np.copysign(LARGEST_ERROR, error[beyond])
@@ -105,10 +105,10 @@ def noise_floor(logs: Logs, runs: Sequence[int]) -> Array:
 
 
 def _converged(
-    system: System, logs: Logs, horizon: float, runs: Sequence[int], floor: Array
+    system: System, logs: Logs, horizon: float, runs: Sequence[int], scale: Array, floor: Array
 ) -> tuple[FreeRun, int, list[str]]:
     """A free run with the fewest substeps that suffice, their number, and a note if the most do not."""
-    scale, enough = output_scale(logs, runs), np.maximum(SHARE * floor, ENOUGH)
+    enough = np.maximum(SHARE * floor, ENOUGH)
     run = free_run(system, logs, horizon, _integration(logs, SUBSTEPS[0]), runs)
     for substeps, more in pairwise(SUBSTEPS):
         finer = free_run(system, logs, horizon, _integration(logs, more), runs)

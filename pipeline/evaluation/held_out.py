@@ -114,8 +114,7 @@ def surfaces(models: dict[str, Nnap], logs: Logs) -> pd.DataFrame:
 def _network_inputs(model: Nnap, logs: Logs) -> torch.Tensor:
     """q of every model of the stack at the measured states, (batch, samples, inputs)."""
     x, u, t = (torch.from_numpy(np.array(a)) for a in (logs.x, logs.u, logs.t))
-    owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
-    c = torch.from_numpy(np.array(logs.c[owner]))
+    c = torch.from_numpy(np.array(logs.c[logs.owner]))
     return model.network_inputs(t, x.expand(model.batch, -1, -1), u, c)
 
 
@@ -123,10 +122,9 @@ def _network_inputs(model: Nnap, logs: Logs) -> torch.Tensor:
 def learned_efforts(model: Nnap, logs: Logs, folds: list[Fold], repeats: int) -> pd.DataFrame:
     """Effort of every network at the measured states; a model speaks only of its own training experiments."""
     names = [network.label or network.port for network in model.structure.networks]
-    owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
     z = model.efforts_of(_network_inputs(model, logs)).numpy()
-    seen = np.stack([np.isin(owner, fold.train) for fold in folds for _ in range(repeats)])
+    seen = np.stack([np.isin(logs.owner, fold.train) for fold in folds for _ in range(repeats)])
     count = seen.sum(axis=0)
     mean = np.where(seen[..., None], z, 0.0).sum(axis=0) / np.maximum(count, 1)[:, None]
-    table = pd.DataFrame({"id": np.array(logs.ids)[owner], "t": logs.t})
+    table = pd.DataFrame({"id": np.array(logs.ids)[logs.owner], "t": logs.t})
     return table.assign(**{name: mean[:, k] for k, name in enumerate(names)})[count > 0]

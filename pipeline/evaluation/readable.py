@@ -6,7 +6,12 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.files import replacing, write_json
+from pipeline.files import read_json, replacing, write_json
+
+
+def training_seconds(fits: Path) -> float:
+    """Time that the fits in `fits`/<model>/<split> took, s."""
+    return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
 
 
 def write_table(path: Path, table: pd.DataFrame, chapter: int, title: str, protocol: str) -> None:

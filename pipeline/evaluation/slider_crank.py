@@ -92,11 +92,10 @@ def parameters(system: System, bench: Path) -> pd.DataFrame:
 def signals(system: System, logs: Logs) -> pd.DataFrame:
     """id, t, theta, omega, T, and d, v from the geometry of the system file at the measured states."""
     geometry = numpy_system_function(system, [system.signals["d"], system.signals["v"]], efforts_zero=True)
-    owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
     e = np.zeros(len(system.ports))
-    d, v = geometry(logs.t, logs.x, logs.u, e, np.array(system.values), logs.c[owner]).T
+    d, v = geometry(logs.t, logs.x, logs.u, e, np.array(system.values), logs.c[logs.owner]).T
     states = {name: logs.x[:, j] for j, name in enumerate(logs.states)}
-    head = {"id": np.array(logs.ids)[owner], "t": logs.t, **states}
+    head = {"id": np.array(logs.ids)[logs.owner], "t": logs.t, **states}
     return pd.DataFrame({**head, "T": logs.u[:, 0], "d": d, "v": v})
 
 

@@ -145,16 +145,14 @@ def _sizes(columns: Array) -> Array:
 
 def _inputs(system: System, port: Port) -> tuple[sp.Expr, ...]:
     """What a network in the port sees: its motion; the whole state if the port has none."""
-    motion = tuple(system.expression(name) for name in (port.position, port.velocity) if name is not None)
-    return motion or system.x
+    return tuple(system.expression(name) for name in port.coordinates) or system.x
 
 
 def _samples(system: System, logs: Logs) -> _Samples:
     every = max(1, ceil(len(logs.t) / SAMPLES))
     rates = [smooth_derivative(x, logs.offsets, logs.period)[1] for x in logs.x.T]
-    owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))[::every]
     thin = (logs.t[::every], logs.x[::every], logs.u[::every])
-    return _Samples(system, *thin, logs.c[owner], np.stack(rates, -1)[::every])
+    return _Samples(system, *thin, logs.c[logs.owner[::every]], np.stack(rates, -1)[::every])
 
 
 def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:

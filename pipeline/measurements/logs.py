@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,11 @@ class Logs:
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    @cached_property
+    def owner(self) -> NDArray[np.int64]:
+        """(M,) the experiment of every sample."""
+        return np.repeat(np.arange(len(self)), np.diff(self.offsets))
 
     def rows(self, i: int) -> slice:
         """Rows of experiment `i`."""

@@ -39,9 +39,8 @@ class Measured:
     @classmethod
     def of(cls, logs: Logs) -> Measured:
         """The samples of a log folder."""
-        owner = np.repeat(np.arange(len(logs)), np.diff(logs.offsets))
         x, u, t, c = (np.array(a, np.float64, order="C") for a in (logs.x, logs.u, logs.t, logs.c))
-        return cls(x, u, t, c, owner, np.asarray(logs.offsets, np.int64))
+        return cls(x, u, t, c, logs.owner, np.asarray(logs.offsets, np.int64))
 
     def window_starts(self, runs: Indices, horizon: int) -> Indices:
         """First samples of all windows of `horizon` steps that lie within one of the experiments `runs`."""

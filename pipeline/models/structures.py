@@ -85,10 +85,9 @@ def black_box(system: System, trained: tuple[str, ...], hidden: int, inputs: Seq
 
 
 def _coordinates(port: Port) -> list[str]:
-    names = [name for name in (port.position, port.velocity) if name is not None]
-    if not names:
+    if not port.coordinates:
         raise BadInput(f"port {port.name} has no position or velocity: the network's inputs must be given")
-    return names
+    return list(port.coordinates)
 
 
 def _expressions(system: System, texts: list[str]) -> tuple[sp.Expr, ...]:

@@ -59,9 +59,7 @@ def _check_replaceable(out: Path) -> None:
 
 
 def _table(logs: Logs, found: Gap) -> pa.Table:
-    ids = pa.DictionaryArray.from_arrays(
-        pa.array(np.repeat(np.arange(len(logs), dtype=np.int32), np.diff(logs.offsets))), list(logs.ids)
-    )
+    ids = pa.DictionaryArray.from_arrays(pa.array(logs.owner.astype(np.int32)), list(logs.ids))
     columns: dict[str, Any] = {"experiment": ids.cast(pa.string()), "t": logs.t, "window": found.run.window}
     for j, name in enumerate(logs.outputs):
         columns |= {f"{name}_measured": logs.y[:, j], f"{name}_simulated": found.run.y[:, j]}

@@ -10,9 +10,9 @@ import pandas as pd
 
 from pipeline.errors import BadInput
 from pipeline.evaluation import boundary, claims, summary
-from pipeline.evaluation.readable import write_table
+from pipeline.evaluation.readable import training_seconds, write_table
 from pipeline.evaluation.splits import Fold, Split, nominal_subsets
-from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.files import replacing_folder, write_json
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.revision import revision
 from pipeline.trajectory import Campaign
@@ -71,7 +71,7 @@ def tabulate(
         "protocol": PROTOCOL,
     }
     head = {"data": data, "profile": profile_name, "revision": revision()}
-    seconds = sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
+    seconds = training_seconds(fits)
     write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
     write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
     rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)

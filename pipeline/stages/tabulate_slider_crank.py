@@ -12,7 +12,7 @@ import pandas as pd
 from pipeline.evaluation import chapter4
 from pipeline.evaluation import slider_crank as tables
 from pipeline.evaluation.claims import complete
-from pipeline.evaluation.readable import write_table
+from pipeline.evaluation.readable import training_seconds, write_table
 from pipeline.explanation.closed_form import closed_form
 from pipeline.files import read_json, replacing_folder, write_json
 from pipeline.measurements.folder import read_logs
@@ -58,7 +58,7 @@ def tabulate_slider_crank(
     }
     kind = str(logs["slider_crank"].provenance["data"])
     rows = complete(chapter4.claims(chapter, found["errors"], found["history"], advice), kind)
-    seconds = sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
+    seconds = training_seconds(fits)
     with replacing_folder(out) as folder:
         for name, table in {**found, "closed_form": formula}.items():
             table.to_parquet(folder / f"{name}.parquet", index=False)

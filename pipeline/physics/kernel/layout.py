@@ -48,7 +48,6 @@ class Layout(NamedTuple):
     inputs: int
     constants: int
     networks: int
-    network_inputs: int
     trained: int
     size: int
 

@@ -61,7 +61,6 @@ def layout(model: Augmented) -> Layout:
         "inputs": len(system.inputs),
         "constants": len(system.operating_point),
         "networks": len(model.networks),
-        "network_inputs": len(model.inputs),
         "trained": len(model.trainable),
         "size": model.size,
     }

@@ -95,6 +95,11 @@ class Port:
     velocity: str | None = None
     law: sp.Expr | None = None
 
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of position and velocity, as far as the port has them."""
+        return tuple(name for name in (self.position, self.velocity) if name is not None)
+
 
 @dataclass(frozen=True)
 class System:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
-from scipy.interpolate import PPoly
 
 from pipeline.physics.system.model import TIME, System
-from pipeline.physics.system.tables import Table
 
 Array = NDArray[np.float64]
 SystemFunction = Callable[[Any, Any, Any, Any, Any, Any], Array]
@@ -54,7 +51,7 @@ def numpy_system_function(
     code = sp.lambdify(
         [TIME, *(s for group in groups for s in group)],
         list(expressions),
-        modules=[{**NUMPY, "lookup": _lookup(system.tables)}, "numpy"],
+        modules=[{**NUMPY, "lookup": lambda k, x, order: system.tables[int(k)](x, int(order))}, "numpy"],
         cse=True,
         dummify=True,  # a user's names are then never names in the code
     )
@@ -71,18 +68,3 @@ def numpy_system_function(
         return result
 
     return function
-
-
-def _lookup(tables: Sequence[Table]) -> Callable[[int, Any, int], Any]:
-    @cache
-    def curve(table: int, order: int) -> PPoly:
-        knots, coefficients = tables[table].pieces(order)
-        return PPoly(coefficients, knots)
-
-    def lookup(table: int, x: Any, order: int) -> Any:
-        spline = curve(table, order)
-        first, last = spline.x[0], spline.x[-1]
-        value = spline(np.clip(x, first, last))
-        return value if order == 0 else np.where((x >= first) & (x <= last), value, 0.0)
-
-    return lookup

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Literal
 
 import numpy as np
@@ -26,6 +27,7 @@ class Table:
     y: tuple[float, ...]
     kind: Literal["cubic", "linear"] = "cubic"
 
+    @cache  # noqa: B019 - a table is immutable and lives as long as its system
     def pieces(self, order: int = 0) -> tuple[Array, Array]:
         """Knots (n,) and coefficients (4, n - 1), highest power first, of the derivative of that order."""
         from scipy.interpolate import CubicSpline, PPoly
