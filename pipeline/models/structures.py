@@ -78,7 +78,13 @@ def black_box(system: System, trained: tuple[str, ...], hidden: int, inputs: Seq
         dynamics.append(f if known else symbol(effort))
         if not known:
             ports.append(Port(state.name, effort, f"{state.unit}/s"))
-    bare = replace(system, name=f"{system.name}_black_box", ports=tuple(ports), dynamics=tuple(dynamics))
+    bare = replace(
+        system,
+        name=f"{system.name}_black_box",
+        ports=tuple(ports),
+        dynamics=tuple(dynamics),
+        events=(),  # their dynamics know the efforts of the ports that are gone
+    )
     expressions = _expressions(system, list(inputs))
     networks = tuple(Network(port.name, expressions, hidden, port.effort) for port in ports)
     return Plan(Augmented(bare, networks, ()), (0.0,) * len(networks))

@@ -91,18 +91,15 @@ def read_declarations(sections: dict[str, Node]) -> Declarations:
     for section, read in readers.items():
         for name, node in sections[section].entries().items() if section in sections else ():
             read(found, name, node)
-    for name, node in sections.get("signals", _nothing(sections)).entries().items():
-        found.names.add(name, "signal", node)
+    for section, kind in (("signals", "signal"), ("events", "event")):
+        for name, node in sections[section].entries().items() if section in sections else ():
+            found.names.add(name, kind, node)
     for name, node in sections["outputs"].entries().items():
         _output(found, name, node)
     for section in ("states", "outputs"):
         if not sections[section].entries():
             raise sections[section].wrong("at least one is needed")
     return found
-
-
-def _nothing(sections: dict[str, Node]) -> Node:
-    return Node(next(iter(sections.values())).file, 1, "", None)
 
 
 def _unit(node: Node) -> Unit:

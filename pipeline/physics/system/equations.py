@@ -20,7 +20,8 @@ class Equation:
     """One equation.
 
     Attributes:
-        kind: "signal", "law", "dynamics" or "output". text: as written in the file.
+        kind: "signal", "law", "dynamics", "output", "event" (what is zero then) or "then" (dynamics after).
+        text: as written in the file.
         mathml: presentation MathML.
     """
 
@@ -30,7 +31,7 @@ class Equation:
 
 
 def equations(system: System) -> list[Equation]:
-    """Signals, known laws, dynamics and outputs of `system`, in the order of the file.
+    """Signals, known laws, dynamics, outputs and events of `system`, in the order of the file.
 
     What has no text, because it was not read from a file, is left out.
     """
@@ -48,6 +49,10 @@ def equations(system: System) -> list[Equation]:
     left |= {f"ports.{p.name}.law": ("law", symbol(p.effort)) for p in system.ports}
     left |= {f"dynamics.{s.name}": ("dynamics", _Rate(symbol(s.name))) for s in system.states}
     left |= {f"outputs.{o.name}.expression": ("output", symbol(o.name)) for o in system.outputs}
+    for event in system.events:
+        place = f"events.{event.name}"
+        left[f"{place}.expression"] = ("event", sp.S.Zero)
+        left |= {f"{place}.then.{s.name}": ("then", _Rate(symbol(s.name))) for s in system.states}
     found = []
     for place, (kind, name) in left.items():
         if place in system.text:

@@ -102,6 +102,20 @@ class Port:
 
 
 @dataclass(frozen=True)
+class Event:
+    """The moment when `expression` first falls through zero.
+
+    Attributes:
+        name: of the event. expression: in terms of states, inputs, parameters, constants and t.
+        then: dynamics of every state from there on, if they change.
+    """
+
+    name: str
+    expression: sp.Expr
+    then: tuple[sp.Expr, ...] | None = None
+
+
+@dataclass(frozen=True)
 class System:
     """x' = f(t, x, u, efforts; p), y = g(x, u; p). Immutable.
 
@@ -110,6 +124,7 @@ class System:
         states, inputs, outputs, operating_point, parameters, ports, tables: in the order of the file.
         signals: named expressions, in terms of states, inputs, parameters, constants, efforts and t only.
         dynamics: one expression per state, in the same terms.
+        events: moments that the model predicts.
         text: dotted path in the file (signals.F_m, dynamics.v, ports.rail.law) -> expression as written.
     """
 
@@ -124,6 +139,7 @@ class System:
     signals: Mapping[str, sp.Expr]
     dynamics: tuple[sp.Expr, ...]
     text: Mapping[str, str] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
 
     @cached_property
     def x(self) -> tuple[sp.Symbol, ...]:

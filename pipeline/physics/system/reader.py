@@ -10,7 +10,7 @@ import sympy as sp
 from pipeline.physics.system import grammar, quantities, syntax, units
 from pipeline.physics.system.declarations import Declarations, checked_name, read_declarations
 from pipeline.physics.system.document import Node, load
-from pipeline.physics.system.model import Output, Port, System, symbol
+from pipeline.physics.system.model import Event, Output, Port, System, symbol
 from pipeline.physics.system.quantities import UNKNOWN, Quantity
 from pipeline.physics.system.scope import Scope, Value, closest
 from pipeline.physics.system.syntax import shown
@@ -18,7 +18,7 @@ from pipeline.physics.system.units import Dimension, Unit
 
 SCHEMA = "system/1"
 _REQUIRED = ("schema", "name", "states", "outputs", "dynamics")
-_OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tables")
+_OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tables", "events")
 _LARGEST = 100_000
 
 
@@ -67,6 +67,7 @@ class _Equations:
             signals,
             dynamics,
             self.text,
+            tuple(self._event(name, node, dynamics) for name, node in self._entries("events").items()),
         )
 
     def _entries(self, section: str) -> dict[str, Node]:
@@ -106,18 +107,40 @@ class _Equations:
         return {name: self.values[name].expression for name in entries}
 
     def _dynamics(self) -> tuple[sp.Expr, ...]:
-        entries = self._entries("dynamics")
+        found = self._rates(self._entries("dynamics"))
+        for state in self.declared.states:
+            if state.name not in found:
+                raise self.sections["dynamics"].wrong(f"the state {state.name!r} has no dynamics")
+        return tuple(found[state.name] for state in self.declared.states)
+
+    def _rates(self, entries: dict[str, Node]) -> dict[str, sp.Expr]:
+        """Time derivatives of the states that have an entry, in the order of the states."""
         states = {s.name for s in self.declared.states}
         for name, node in entries.items():
             if name not in states:
                 raise node.wrong(f"{shown(name)} is not a state, must be one of {', '.join(sorted(states))}")
-        found = []
+        found = {}
         for state in self.declared.states:
-            if state.name not in entries:
-                raise self.sections["dynamics"].wrong(f"the state {state.name!r} has no dynamics")
-            rate = quantities.quotient(Quantity(self.declared.units[state.name].dimension), quantities.CLOCK)
-            found.append(self._evaluated(entries[state.name], {}, rate.dimension).expression)
-        return tuple(found)
+            if state.name in entries:
+                unit = Quantity(self.declared.units[state.name].dimension)
+                rate = quantities.quotient(unit, quantities.CLOCK).dimension
+                found[state.name] = self._evaluated(entries[state.name], {}, rate).expression
+        return found
+
+    def _event(self, name: str, node: Node, dynamics: tuple[sp.Expr, ...]) -> Event:
+        entries = node.fields(("expression",), ("then",))
+        written = entries["expression"]
+        expression = self._evaluated(written, self._without_efforts()).expression
+        moving = {*self._entries("states"), *self._entries("inputs"), "t"}
+        if not moving & {str(s) for s in expression.free_symbols}:
+            raise written.wrong("depends on no state, no input and not on t, so that nothing ever happens")
+        if "then" not in entries:
+            return Event(name, expression)
+        changed = self._rates(entries["then"].entries())
+        if not changed:
+            raise entries["then"].wrong("at least one state is needed")
+        pairs = zip(self.declared.states, dynamics, strict=True)
+        return Event(name, expression, tuple(changed.get(state.name, rate) for state, rate in pairs))
 
     def _without_efforts(self) -> dict[str, str]:
         """Efforts, and signals that depend on them, and why they are refused."""

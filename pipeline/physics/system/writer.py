@@ -14,7 +14,7 @@ import sympy as sp
 from pipeline.errors import BadInput
 from pipeline.files import replacing
 from pipeline.physics.system.grammar import parse
-from pipeline.physics.system.model import Output, Parameter, Port, State, System, symbol
+from pipeline.physics.system.model import Event, Output, Parameter, Port, State, System, symbol
 from pipeline.physics.system.printing import printed
 from pipeline.physics.system.scope import Scope, scope_of
 from pipeline.physics.system.tables import Table
@@ -65,10 +65,8 @@ class _Text:
             "signals": {name: self._expression(f"signals.{name}", e) for name, e in system.signals.items()},
             "ports": {p.name: _braces(self._port(p)) for p in system.ports},
             "tables": {t.name: _braces(_table(t, files[t.name])) for t in system.tables},
-            "dynamics": {
-                name: self._expression(f"dynamics.{name}", e)
-                for name, e in zip(states, system.dynamics, strict=True)
-            },
+            "dynamics": self._rates("dynamics", dict(zip(states, system.dynamics, strict=True))),
+            "events": {e.name: _braces(self._event(e)) for e in system.events},
         }
         lines = ["schema: system/1", f"name: {_quoted(system.name)}"]
         for section, entries in sections.items():
@@ -83,6 +81,9 @@ class _Text:
             return _quoted(written)
         names = [n for n in self.scope.values if n not in self.system.signals]
         return _quoted(printed(expression, names, [t.name for t in self.system.tables]))
+
+    def _rates(self, place: str, rates: Mapping[str, sp.Expr]) -> dict[str, str]:
+        return {name: self._expression(f"{place}.{name}", rate) for name, rate in rates.items()}
 
     def _means(self, written: str, expression: sp.Expr) -> bool:
         try:
@@ -106,6 +107,17 @@ class _Text:
         if port.law is not None:
             entries["law"] = self._expression(f"ports.{port.name}.law", port.law)
         return entries
+
+    def _event(self, event: Event) -> dict[str, str]:
+        place = f"events.{event.name}"
+        entries = {"expression": self._expression(f"{place}.expression", event.expression)}
+        if event.then is None:
+            return entries
+        names = [s.name for s in self.system.states]
+        after, before = (dict(zip(names, rates, strict=True)) for rates in (event.then, self.system.dynamics))
+        written = [n for n in names if after[n] != before[n] or f"{place}.then.{n}" in self.system.text]
+        then = {name: after[name] for name in written or names}
+        return entries | {"then": _braces(self._rates(f"{place}.then", then))}
 
 
 def _quoted(text: str) -> str:

@@ -54,6 +54,9 @@ dynamics:
   x: v
   v: a - (F_rail + F_other + F_rest - kf*u)/m - 9.81*cam(x)
   y: -0.7*y**2
+events:
+  hit: {expression: '0.1 - x', then: {v: -9.81, y: 'min(-0.3*y, 0.1)'}}
+  late: {expression: 2.5 - t}
 """
 
 
@@ -80,7 +83,7 @@ def test_every_field_survives(rich: System, tmp_path: Path) -> None:
     assert rich.text["ports.other.law"] == "0"
 
 
-@pytest.mark.parametrize("name", ["pendulum", "slider_crank"])
+@pytest.mark.parametrize("name", [path.stem for path in SYSTEMS.glob("*.yaml")])
 def test_the_systems_that_come_along_survive(name: str, tmp_path: Path) -> None:
     system = read_system(SYSTEMS / f"{name}.yaml")
     assert again(system, tmp_path) == system
