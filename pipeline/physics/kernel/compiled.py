@@ -7,6 +7,7 @@ import importlib.util
 import os
 import sys
 import tempfile
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -19,6 +20,7 @@ from pipeline.files import replacing
 from pipeline.physics.kernel.layout import Layout
 from pipeline.physics.kernel.source import layout, source
 from pipeline.physics.kernel.structure import Augmented
+from pipeline.physics.system.model import System
 
 _HERE = Path(__file__).parent
 #: What the generated code depends on besides the model.
@@ -61,16 +63,28 @@ def cache_folder() -> Path:
     return Path(tempfile.mkdtemp())
 
 
-def _digest(model: Augmented) -> str:
-    system = model.system
-    parts = [(_HERE / name).read_text() for name in _GENERATOR] + [
-        sp.srepr(e) for e in (*system.closed, *model.inputs)
-    ]
-    names = [[s.name for s in group] for group in (system.x, system.u, system.p, system.c, system.e, model.p)]
+def generated(name: str, write: Callable[[], str]) -> ModuleType:
+    """The module `name` of the cache folder; `write` gives its text where it is not there yet."""
+    path = cache_folder() / f"{name}.py"
+    if not path.exists():
+        with replacing(path) as temporary:
+            temporary.write_text(write())
+    return _loaded(path)
+
+
+def digest(files: Iterable[str], system: System, parts: Iterable[str]) -> str:
+    """A name for what `files` of the generator make of the structure of `system` and of `parts`."""
+    names = [[s.name for s in group] for group in (system.x, system.u, system.p, system.c, system.e)]
     tables = [(t.x, t.y, t.kind) for t in system.tables]
+    known = [*(sp.srepr(e) for e in system.closed), repr((names, tables, system.port_names))]
+    texts = [(_HERE / name).read_text() for name in files]
+    return hashlib.sha256("\0".join([*texts, *known, *parts]).encode()).hexdigest()[:24]
+
+
+def _digest(model: Augmented) -> str:
     networks = [(n.port, len(n.inputs), n.hidden) for n in model.networks]
-    parts.append(repr((names, tables, networks, system.port_names)))
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:24]
+    parts = [*(sp.srepr(e) for e in model.inputs), repr((model.trainable, networks))]
+    return digest(_GENERATOR, model.system, parts)
 
 
 @lru_cache(maxsize=256)
@@ -79,12 +93,7 @@ def kernel(model: Augmented) -> Kernel:
 
     Parameter values and weights are arguments of the loops, so that one kernel serves a whole stack.
     """
-    name = f"kernel_{_digest(model)}"
-    path = cache_folder() / f"{name}.py"
-    if not path.exists():
-        with replacing(path) as temporary:
-            temporary.write_text(source(model))
-    module = _loaded(path)
+    module = generated(f"kernel_{_digest(model)}", lambda: source(model))
     return Kernel(module.evaluate, module.pull, layout(model))
 
 

@@ -16,7 +16,7 @@ from pipeline.physics.kernel.layout import LANES, Layout
 from pipeline.physics.kernel.printer import assignments
 from pipeline.physics.kernel.structure import Augmented, Network
 from pipeline.physics.system.functions import gradient
-from pipeline.physics.system.model import TIME
+from pipeline.physics.system.model import TIME, System
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ def source(model: Augmented) -> str:
     ]
     head = "import math\n\nimport numpy as np\n\nfrom pipeline.physics.kernel.layout import *\n"
     head += "from pipeline.physics.kernel.scalars import *\n\nBODY = types.void(Array, Array)\n"
-    return "\n\n".join([head, *_tables(model, "\n".join(parts)), *parts])
+    return "\n\n".join([head, *tables(model.system, "\n".join(parts)), *parts])
 
 
 def _sum(terms: Iterable[sp.Expr]) -> sp.Expr:
@@ -239,10 +239,10 @@ def _backward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list
     ]
 
 
-def _tables(model: Augmented, code: str) -> list[str]:
+def tables(system: System, code: str) -> list[str]:
     """The tables that `code` looks up, one function per table and order of derivative."""
     parts = []
-    for k, table in enumerate(model.system.tables):
+    for k, table in enumerate(system.tables):
         for order in range(4):
             if f"table_{k}_{order}(" not in code:
                 continue

@@ -1,0 +1,1 @@
+"""Inverse uncertainty identification: which distribution of the parameters explains the observed outputs."""

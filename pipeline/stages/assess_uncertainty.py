@@ -1,0 +1,118 @@
+"""How well densities and likelihoods are propagated: polynomial chaos, samples, exact push-forward."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.errors import BadInput
+from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.learning.uncertainty.assessment import Assessment
+from pipeline.learning.uncertainty.estimate import Estimator
+from pipeline.learning.uncertainty.problem import read_problem
+from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup
+from pipeline.uncertainty.response import Response
+
+
+def assess_uncertainty(
+    system: Path | None,
+    logs: Path | None,
+    event: str | None,
+    uncertain: list[str] | None,
+    step: float | None,
+    response: Response | None,
+    observations: Path | None,
+    uncertainty: Setup,
+    profile: Mapping[str, Any],
+    found: Path,
+    truth: Path | None,
+    demo: Sequence[float] | None,
+    shown: int,
+    fine: Sequence[int],
+    seed: int,
+    workers: int,
+    out: Path,
+) -> None:
+    """Write tables that compare the methods at identified distributions, and on data sets drawn anew.
+
+    `identified`: data_set (0: the observed one), method, every parameter, log_likelihood by the method, and
+    exact (the true log-likelihood there). `accuracy`: data_set, alpha_of (the method at whose optimum),
+    method, id, emd (earth mover's distance to the exact density), error (of the point's log-likelihood).
+    `monte_carlo`: the same for the observed data, against `samples` simulations a point instead of the exact
+    densities; methods that end in _sampled take their moments from these samples. `sampling`: alpha_of, rule
+    (random, even), samples, repeat, mae of the log-likelihood. `densities`: alpha_of, id, y and a column a
+    method. `response`: the output number `shown` over the first two parameters.
+
+    Args:
+        system, logs, event, uncertain, step, response, observations: as for identify_uncertainty.
+        uncertainty: as there.
+        profile: `data_sets`, `samples` of the Monte Carlo reference, `sampling_repeats`.
+        found: folder that identify_uncertainty wrote.
+        truth: JSON file whose `alpha` data sets are drawn from; null: the identified one.
+        demo: a distribution whose densities are shown too.
+        shown: number of an output, from 1.
+        fine: nodes of the response surface whose push-forward counts as exact, one number a parameter.
+        seed: of searches and draws. workers: searches side by side.
+        out: folder, replaced as a whole.
+
+    Raises:
+        BadInput: as identify_uncertainty does, or when `found` does not belong to the observations.
+    """
+    start = time.monotonic()
+    problem = read_problem(system, logs, event, uncertain, step, response, observations)
+    if not 1 <= shown <= len(problem.y):
+        raise BadInput(f"shown: must be the number of an output, 1 to {len(problem.y)}, got {shown}")
+    estimator = Estimator(uncertainty, uncertainty.surface(problem.response))
+    names = uncertainty.names(problem.response)
+    best = _identified(found, names)
+    planted = best[PUSH_FORWARD] if truth is None else _alpha(truth, len(names))
+    chosen = {m: best[m] for m in METHODS}
+    if demo is not None:
+        chosen["demo"] = np.array(demo, np.float64)
+    study = Assessment(estimator, problem, names, tuple(fine), seed, workers)
+    identified, accuracy = study.data_sets(best, planted, int(profile["data_sets"]))
+    against_samples, densities = study.against_monte_carlo(chosen, int(profile["samples"]))
+    tables = {
+        "identified": identified,
+        "accuracy": accuracy,
+        "monte_carlo": against_samples,
+        "densities": densities,
+        "sampling": study.sampling(best, int(profile["samples"]), int(profile["sampling_repeats"])),
+        "response": study.response(shown),
+    }
+    about = {
+        "samples": int(profile["samples"]),
+        "data_sets": int(profile["data_sets"]),
+        "planted": planted.tolist(),
+        "truth": truth is not None,
+        "shown": problem.ids[shown - 1],
+        "seconds": time.monotonic() - start,
+    }
+    with replacing_folder(out) as folder:
+        for name, table in tables.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
+        write_json(folder / "assessment.json", about)
+
+
+def _identified(folder: Path, names: Sequence[str]) -> dict[str, Any]:
+    try:
+        table = pd.read_parquet(folder / "estimates.parquet")
+    except (FileNotFoundError, OSError) as error:
+        raise BadInput(f"{folder}: estimates.parquet cannot be read: {error}") from None
+    found = {m: rows.set_index("name")["value"] for m, rows in table.groupby("method")}
+    if set(found) != set(METHODS) or any(set(rows.index) != set(names) for rows in found.values()):
+        raise BadInput(f"{folder}: was not written for the parameters {', '.join(names)}")
+    return {m: rows[list(names)].to_numpy(np.float64) for m, rows in found.items()}
+
+
+def _alpha(path: Path, count: int) -> Any:
+    content = read_json(path)
+    alpha = content.get("alpha") if isinstance(content, dict) else None
+    if not isinstance(alpha, list) or len(alpha) != count:
+        raise BadInput(f"{path}: alpha: must be {count} numbers")
+    return np.array(alpha, np.float64)

@@ -1,0 +1,85 @@
+"""Which distribution of uncertain parameters explains observed outputs (chapter 3)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline.files import replacing_folder, write_json
+from pipeline.learning.uncertainty import report
+from pipeline.learning.uncertainty.estimate import Estimator, least_squares
+from pipeline.learning.uncertainty.problem import read_problem, shown
+from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup, pairs
+from pipeline.uncertainty.curvature import curvature
+from pipeline.uncertainty.profile import profile as profile_likelihood
+from pipeline.uncertainty.response import Response
+
+
+def identify_uncertainty(
+    system: Path | None,
+    logs: Path | None,
+    event: str | None,
+    uncertain: list[str] | None,
+    step: float | None,
+    response: Response | None,
+    observations: Path | None,
+    uncertainty: Setup,
+    profile: Mapping[str, Any],
+    seed: int,
+    workers: int,
+    out: Path,
+) -> None:
+    """Write and print the most likely distribution by three methods, its intervals, and what limits it.
+
+    Either `system` and `logs`: the outputs are the moments of the system's event, one an experiment, and the
+    parameters are multiples of their nominal values. Or `response` and `observations`.
+
+    `uncertainty.json` holds everything in short and `advice` in sentences. Tables: `points` (a row per
+    output: observed, deterministic least-squares prediction, log-likelihood by every method at its own
+    optimum), `estimates` (method, name, value; of the exact method the limits of the 95 % profile likelihood
+    and of the parametric bootstrap), `trace` (the search), `profiles`, `pairs` (profile likelihoods),
+    `replicates` (the exact method on data sets drawn from the model that it found).
+
+    Args:
+        system: system file with an event. logs: log folder. event, uncertain: null for what the file says.
+        step: of the integration, s.
+        response: a Python callable, (S, n) parameters to (S, L) outputs, with its names and bounds.
+        observations: CSV file with the columns id, y.
+        uncertainty: family of the distributions, polynomial chaos, search.
+        profile: `data_sets` of the bootstrap.
+        seed: of searches and draws. workers: searches side by side.
+        out: folder, replaced as a whole.
+
+    Raises:
+        BadInput: when the model, the logs or the observations cannot be used, when an output does not exist
+            somewhere in the bounds or is not monotone.
+    """
+    start = time.monotonic()
+    problem = read_problem(system, logs, event, uncertain, step, response, observations)
+    surface = uncertainty.surface(problem.response)
+    estimator = Estimator(uncertainty, surface)
+    found = {m: estimator.identify(m, problem.y, seed, f"identifying by {m}") for m in METHODS}
+    exact, bounds = estimator.likelihood(PUSH_FORWARD, problem.y), estimator.bounds
+    profiles = profile_likelihood(exact, bounds, found[PUSH_FORWARD].alpha, "profile likelihoods")
+    bend = curvature(exact, bounds, profiles.alpha)
+    seconds = time.monotonic() - start
+    grids = report.pair_grids(exact, bounds, profiles)
+    drawn = estimator.draw(pairs(profiles.alpha), profile["data_sets"], seed)
+    again = estimator.identify_all(PUSH_FORWARD, drawn, seed, workers)
+    names = uncertainty.names(problem.response)
+    tables = {
+        "points": report.points(estimator, shown(problem, least_squares(surface, problem.y)), found),
+        "estimates": report.estimates(names, found, profiles, again),
+        "trace": report.trace(found),
+        "profiles": report.profiles(names, profiles),
+        "pairs": report.pairs(names, grids),
+        "replicates": report.replicates(names, {PUSH_FORWARD: again}),
+    }
+    summary = report.summary(problem, estimator, found, profiles, bend, names, seconds)
+    with replacing_folder(out) as folder:
+        for name, table in tables.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
+        write_json(folder / "uncertainty.json", summary)
+    print(report.printed(tables["estimates"], summary))

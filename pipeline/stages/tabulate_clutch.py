@@ -1,0 +1,95 @@
+"""From identified uncertainties to the numbers of chapter 3: tables, metrics and verdicts on claims."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pipeline.evaluation import chapter3, clutch, example
+from pipeline.evaluation.chapter3_claims import claims
+from pipeline.evaluation.claims import complete
+from pipeline.evaluation.readable import write_table
+from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.measurements.folder import read_logs
+from pipeline.physics.system.equations import equations
+from pipeline.physics.system.reader import read_system
+from pipeline.revision import revision
+
+IDENTIFIED = ("points", "estimates", "trace", "profiles", "pairs", "replicates")
+ASSESSED = ("identified", "accuracy", "monte_carlo", "densities", "sampling", "response")
+
+
+def tabulate_clutch(
+    campaigns: list[str], systems: Path, data: Path, profile_name: str, out: Path, reports: Path
+) -> None:
+    """Write tables, claims and equations to `out`, chapter3.json and readable tables to `reports`.
+
+    Args:
+        campaigns: names of the clutch benches; the first is the one of claims and figures.
+        systems: folder of their system files, <campaign>.yaml.
+        data: folder with raw, trajectories, uncertainty and assessments of the campaigns.
+        profile_name: of the profile that they were assessed with.
+        out: folder, replaced as a whole.
+        reports: folder; its metrics/chapter3.json and tables are rewritten.
+
+    Raises:
+        BadInput: when an input is missing.
+    """
+    found = {n: clutch.gathered([(c, data / "uncertainty" / c) for c in campaigns], n) for n in IDENTIFIED}
+    found |= {n: clutch.gathered([(c, data / "assessments" / c) for c in campaigns], n) for n in ASSESSED}
+    summaries = {c: read_json(data / "uncertainty" / c / "uncertainty.json") for c in campaigns}
+    about = {c: read_json(data / "assessments" / c / "assessment.json") for c in campaigns}
+    first = campaigns[0]
+    known = read_system(systems / f"{first}.yaml")
+    logs = read_logs(data / "trajectories" / first, known)
+    found |= example.tables()
+    found["experiments"] = logs.experiments
+    found["engagement"] = clutch.engagement(known, logs, about[first]["shown"])
+    found["currents"] = clutch.currents(logs)
+    own = {c: chapter3.numbers(_of(found, c), summaries[c]["simulations"]) for c in campaigns}
+    chapter = {"example": example.leaves(), **own[first], "stress": {c: own[c] for c in campaigns[1:]}}
+    chapter["advice"] = {"value": len(summaries[first]["advice"]), "text": summaries[first]["advice"]}
+    kind = str(logs.provenance["data"])
+    identified = _of(found, first)["identified"]
+    rows = complete(claims(own[first], identified, about[first]["samples"]), kind)
+    with replacing_folder(out) as folder:
+        for name, table in found.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
+        write_json(folder / "claims.json", rows)
+        write_json(folder / "equations.json", {"chapter": 3, "rows": [asdict(e) for e in equations(known)]})
+        write_json(folder / "about.json", about)
+    seconds = sum(summaries[c]["seconds"] + about[c]["seconds"] for c in campaigns)
+    head = {"data": kind, "profile": profile_name, "revision": revision(), "seconds": seconds}
+    write_json(reports / "metrics" / "chapter3.json", {**head, **chapter})
+    _readable(reports / "tables", own[first], about[first]["samples"])
+
+
+def _of(tables: dict[str, pd.DataFrame], campaign: str) -> dict[str, pd.DataFrame]:
+    """The rows of one campaign."""
+    return {
+        name: table[table["campaign"] == campaign].drop(columns="campaign").reset_index(drop=True)
+        for name, table in tables.items()
+        if "campaign" in table
+    }
+
+
+def _readable(folder: Path, found: dict[str, Any], samples: int) -> None:
+    write_table(
+        folder / "table_3_1",
+        pd.DataFrame(chapter3.TABLE_3_1, columns=["distribution", "polynomials", "support"]),
+        3,
+        "Table 3.1: Wiener-Askey polynomial chaos, the families that can be chosen",
+        "of the standard variable; the clipped normal is mapped to a Gaussian (eq. 3.12) or has polynomials "
+        "of its own",
+    )
+    write_table(
+        folder / "table_3_2",
+        chapter3.table_3_2(found),
+        3,
+        "Table 3.2: Log-likelihood estimation, ours beside the dissertation's",
+        f"MAE of the log-likelihood of 108 points against {samples} samples; S: simulations a point that "
+        "reach it. Ours is a virtual bench with invented parameters: only relations between the rows compare",
+    )

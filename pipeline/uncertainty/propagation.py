@@ -1,0 +1,198 @@
+"""Ways from the distribution of the parameters to the densities of the outputs (section 3.2.7, figure 3.2).
+
+Each is a function of alpha (n, 2), the numbers of the parameters' families.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from math import comb
+from typing import Protocol, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.uncertainty.chaos import Chaos
+from pipeline.uncertainty.density import Density
+from pipeline.uncertainty.empirical import Empirical
+from pipeline.uncertainty.families import Family
+from pipeline.uncertainty.gaussian import Gaussian
+from pipeline.uncertainty.histogram import Histogram
+from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from pipeline.uncertainty.push_forward import PushForward
+from pipeline.uncertainty.response import Response, checked
+from pipeline.uncertainty.sampling import draw, even_grid
+from pipeline.uncertainty.surface import ResponseSurface
+
+Array = NDArray[np.float64]
+
+#: Samples whose outputs are kept at a time.
+BLOCK = 20_000
+
+
+class Propagation(Protocol):
+    """Densities of all outputs for a distribution of the parameters.
+
+    Raises BadInput for an alpha that a family does not have, and where an output does not exist.
+    """
+
+    def __call__(self, alpha: Array) -> Density: ...
+
+
+@final
+@dataclass(frozen=True)
+class ChaosGaussian:
+    """Gaussians with the mean and variance of polynomial chaos."""
+
+    response: Response
+    chaos: Chaos
+
+    def __call__(self, alpha: Array) -> Gaussian:
+        expansion = self.chaos.expand(alpha, checked(self.response, self.chaos.nodes(alpha)))
+        return Gaussian(expansion.mean, np.sqrt(expansion.variance))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class ChaosMaximumEntropy:
+    """Densities of largest entropy with the first `moments` moments of polynomial chaos.
+
+    `support` (L, 2) is where the outputs can lie, such as `ResponseSurface.spans`; without it, anywhere.
+    """
+
+    response: Response
+    chaos: Chaos
+    moments: int = 4
+    support: Array | None = None
+
+    def __call__(self, alpha: Array) -> MaximumEntropy:
+        expansion = self.chaos.expand(alpha, checked(self.response, self.chaos.nodes(alpha)))
+        return MaximumEntropy.fit(
+            expansion.mean,
+            np.sqrt(expansion.variance),
+            expansion.standardised(self.moments),
+            self.support,
+        )
+
+
+@final
+@dataclass(frozen=True)
+class ExactPushForward:
+    """The densities themselves, of a response that is monotone along one of its parameters at least."""
+
+    surface: ResponseSurface
+    families: tuple[Family, ...]
+
+    def __call__(self, alpha: Array) -> PushForward:
+        return PushForward(self.surface, self.families, alpha)
+
+
+class Sampler(Protocol):
+    """A propagation by samples of the outputs."""
+
+    def outputs(self, alpha: Array) -> Iterator[Array]:
+        """Blocks (., L) of samples."""
+
+
+@final
+@dataclass(frozen=True)
+class MonteCarlo:
+    """Histograms of random samples; the same random numbers for every alpha, so that it varies smoothly."""
+
+    response: Response
+    families: tuple[Family, ...]
+    samples: int
+    seed: int
+
+    def outputs(self, alpha: Array) -> Iterator[Array]:
+        """See `Sampler`."""
+        generator = np.random.default_rng(self.seed)
+        return _outputs(self.response, draw(self.families, alpha, self.samples, generator))
+
+    def __call__(self, alpha: Array) -> Empirical:
+        return _empirical(self.outputs(alpha))
+
+
+@final
+@dataclass(frozen=True)
+class QuasiMonteCarlo:
+    """Histograms of the outputs on `even_grid`, with a number of samples near to `samples`."""
+
+    response: Response
+    families: tuple[Family, ...]
+    samples: int
+
+    def outputs(self, alpha: Array) -> Iterator[Array]:
+        """See `Sampler`."""
+        return _outputs(self.response, even_grid(self.families, alpha, self.samples))
+
+    def __call__(self, alpha: Array) -> Empirical:
+        return _empirical(self.outputs(alpha))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class MomentsOfSamples:
+    """Densities from moments "extracted from the sample set" (figure 3.12), not from chaos.
+
+    Two `moments` give Gaussians, more of them densities of largest entropy with `support` (L, 2).
+    """
+
+    sampler: Sampler
+    moments: int = 4
+    support: Array | None = None
+
+    def __call__(self, alpha: Array) -> Density:
+        mean, std, standardised = sample_moments(self.sampler.outputs(alpha), self.moments)
+        if self.moments == 2:
+            return Gaussian(mean, std)
+        return MaximumEntropy.fit(mean, std, standardised, self.support)
+
+
+def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, Array]:
+    """Of samples that come in blocks (., L).
+
+    Powers are summed of the distance from the first block's mean, in its standard deviations, and moved to
+    the mean of all at the end: nothing cancels, and no sample is kept.
+
+    Returns:
+        (L,) means, (L,) standard deviations, (count, L) standardised moments 1 to count.
+
+    Raises BadInput for fewer than two moments, and where an output's first samples are all equal.
+    """
+    if count < 2:
+        raise BadInput(f"moments: at least 2, got {count}")
+    size, centre, scale, sums = 0, np.empty(0), np.empty(0), np.empty(0)
+    for y in blocks:
+        if not size:
+            centre, scale = y.mean(0), y.std(0)
+            sums = np.zeros((count + 1, y.shape[1]))
+            if not scale.all():
+                raise BadInput(f"samples of output {np.argmin(scale) + 1} of {scale.size} are all equal")
+        z = (y - centre) / scale
+        power = np.ones_like(z)
+        for k in range(count + 1):
+            sums[k] += power.sum(0)
+            power *= z
+        size += len(y)
+    raw = sums / size
+    central = [
+        sum(comb(k, j) * raw[j] * (-raw[1]) ** (k - j) for j in range(k + 1)) for k in range(count + 1)
+    ]
+    std = np.sqrt(central[2])
+    standardised = np.stack([central[k] / std**k for k in range(1, count + 1)])
+    return centre + scale * raw[1], scale * std, standardised
+
+
+def _outputs(response: Response, theta: Array) -> Iterator[Array]:
+    for i in range(0, len(theta), BLOCK):
+        yield checked(response, theta[i : i + BLOCK])
+
+
+def _empirical(blocks: Iterable[Array]) -> Empirical:
+    histogram = Histogram()
+    for y in blocks:
+        histogram.add(y)
+    return Empirical.from_histogram(histogram)

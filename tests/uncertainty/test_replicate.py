@@ -1,0 +1,110 @@
+"""Identification of many data sets: determinism, scatter and coverage."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.uncertainty.identify import Identification, Settings, identify
+from pipeline.uncertainty.profile import profile
+from pipeline.uncertainty.replicate import coverage, replicate, scatter
+
+Array = NDArray[np.float64]
+TRUTH = np.array([0.9, 0.05])
+COUNT = 25
+BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
+
+
+def draw(rng: np.random.Generator) -> Array:
+    return rng.normal(TRUTH[0], TRUTH[1], COUNT)
+
+
+class Likelihood:
+    """Of a normal sample."""
+
+    def __init__(self, y: Array) -> None:
+        self.y = y
+
+    def __call__(self, alphas: Array) -> Array:
+        mu, sigma = alphas[:, :1], alphas[:, 1:]
+        return np.sum(-0.5 * ((self.y - mu) / sigma) ** 2 - np.log(sigma), axis=1)
+
+
+def identify_one(y: Array, seed: int) -> Identification:
+    return identify(Likelihood(y), BOX, Settings(population=8), seed)
+
+
+def test_result_does_not_depend_on_the_number_of_workers() -> None:
+    one, three = (replicate(draw, identify_one, 7, seed=5, workers=w) for w in (1, 3))
+    for a, b in zip(one, three, strict=True):
+        assert a.alpha.tobytes() == b.alpha.tobytes()
+        assert a.trace.tobytes() == b.trace.tobytes()
+    assert len({a.alpha.tobytes() for a in one}) == 7
+    more = replicate(draw, identify_one, 9, seed=5, workers=2)
+    assert [a.alpha.tolist() for a in more[:7]] == [a.alpha.tolist() for a in one]
+    other = replicate(draw, identify_one, 1, seed=6, workers=1)
+    assert not np.array_equal(other[0].alpha, one[0].alpha)
+
+
+def test_scatter_and_coverage_of_a_normal_sample() -> None:
+    samples: dict[float, Array] = {}
+
+    def remembering(y: Array, seed: int) -> Identification:
+        found = identify_one(y, seed)
+        samples[float(found.alpha[0])] = y
+        return found
+
+    found = replicate(draw, remembering, 120, seed=1, workers=2)
+    seen = scatter(found)
+    expected = TRUTH[1] / np.sqrt([COUNT, 2.0 * COUNT])
+    np.testing.assert_allclose(seen.std, expected, rtol=0.2)
+    np.testing.assert_allclose(seen.mean, TRUTH, atol=4.0 * expected.max() / np.sqrt(120))
+    assert abs(seen.correlation[0, 1]) < 0.3
+    np.testing.assert_allclose(
+        seen.interval(), np.quantile(seen.alphas, [0.025, 0.975], axis=0).T, rtol=1e-12
+    )
+    assert seen.converged == 1.0 and not seen.at_bound.any()
+    intervals = [profile(Likelihood(samples[float(f.alpha[0])]), BOX, f.alpha).intervals for f in found[:60]]
+    held = coverage(intervals, TRUTH)
+    assert np.all((held > 0.85) & (held <= 1.0))
+
+
+def test_coverage_counts_open_sides() -> None:
+    intervals = [[[0.0, 1.0], [-np.inf, 0.5]], [[0.6, 1.0], [0.6, np.inf]], [[0.5, 0.5], [-np.inf, np.inf]]]
+    np.testing.assert_allclose(coverage(intervals, [0.5, 0.55]), [2 / 3, 1 / 3])
+
+
+def test_scatter_with_a_parameter_that_never_moves() -> None:
+    found = [
+        Identification(np.array([x, 1.0, -x]), 0.0, 1, np.zeros(1), x > 0.1, np.array([False, True, x > 0.3]))
+        for x in (0.1, 0.2, 0.4, 0.3)
+    ]
+    seen = scatter(found)
+    np.testing.assert_allclose(seen.correlation, [[1, 0, -1], [0, 1, 0], [-1, 0, 1]], atol=1e-12)
+    np.testing.assert_allclose(seen.at_bound, [0.0, 1.0, 0.25])
+    assert seen.converged == 0.75
+
+
+def test_failure_of_one_data_set_ends_the_work() -> None:
+    calls: list[int] = []
+
+    def failing(y: Array, seed: int) -> Identification:
+        calls.append(seed)
+        raise BadInput("data set cannot be used")
+
+    with pytest.raises(BadInput, match="data set cannot be used"):
+        replicate(draw, failing, 2000, seed=0, workers=1)
+    assert len(calls) < 2000
+
+
+def test_impossible_numbers_are_refused() -> None:
+    for count, workers in ((0, 1), (1, 0)):
+        with pytest.raises(BadInput, match="at least 1"):
+            replicate(draw, identify_one, count, seed=0, workers=workers)
+    found = replicate(draw, identify_one, 2, seed=0, workers=1)
+    with pytest.raises(BadInput, match="level"):
+        scatter(found).interval(1.0)
+    with pytest.raises(BadInput, match="at least 2"):
+        scatter(found[:1])
