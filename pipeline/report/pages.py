@@ -36,6 +36,15 @@ LEAD = ("fig_6_20", "fig_6_23|fig_6_24", "fig_5_11")
 PAGES = (
     Page("index", "Home", "Hybrid physics-based neural network models", "home.html.j2", figures=LEAD),
     Page(
+        "chapter_3",
+        "Chapter 3",
+        "Uncertain parameters of a wet clutch",
+        summary="The bench of the dissertation was never published. This one is virtual, its parameters are invented "
+        "but plausible: relations between methods compare with the text, absolute numbers do not.",
+        chapter=3,
+        campaign="clutch",
+    ),
+    Page(
         "chapter_4",
         "Chapter 4",
         "Neural networks that complete the physics of a slider-crank",

@@ -1,0 +1,226 @@
+"""Identification of a distribution: plant and recover, from a callable and from a system with its logs."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from pipeline.__main__ import main
+from pipeline.errors import BadInput
+from pipeline.learning.uncertainty.estimate import Estimator, least_squares
+from pipeline.learning.uncertainty.problem import callable_response, of_observations, of_system
+from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup, pairs
+from pipeline.rigs.clutch import ClutchCampaign
+from pipeline.uncertainty.families import ClippedNormal
+from pipeline.uncertainty.identify import Settings
+from pipeline.uncertainty.response import Formula
+
+Array = NDArray[np.float64]
+ROOT = Path(__file__).parents[2]
+POINTS = 60
+SETUP = Setup(ClippedNormal, (0.01, 0.3), nodes=(15, 9), search=Settings(16, 40, 0.05))
+
+
+def outputs(theta: Array) -> Array:
+    """Sixty outputs whose slopes by the two parameters differ."""
+    weight = np.linspace(0.2, 1.0, POINTS)
+    return np.exp(weight * theta[:, :1]) + weight[::-1] * theta[:, 1:] ** 2
+
+
+def model() -> Formula:
+    return callable_response(outputs, ["a", "b"], [[0.5, 1.5], [0.5, 1.5]])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_planted_distribution_is_recovered(method: str) -> None:
+    truth = np.array([0.9, 1.1, 0.1, 0.05])
+    estimator = Estimator(SETUP, SETUP.surface(model()))
+    drawn = estimator.draw(pairs(truth), 12, 0)
+    found = np.array([f.alpha for f in estimator.identify_all(method, drawn, 0, 2)])
+    error = np.median(found, axis=0) - truth
+    assert np.all(np.abs(error) < [0.03, 0.03, 0.02, 0.03])
+
+
+def test_replicates_do_not_depend_on_the_workers() -> None:
+    estimator = Estimator(SETUP, SETUP.surface(model()))
+    drawn = estimator.draw(pairs([0.9, 1.1, 0.1, 0.05]), 3, 1)
+    one, two = (
+        [f.alpha for f in estimator.identify_all(PUSH_FORWARD, drawn, 5, workers)] for workers in (1, 3)
+    )
+    np.testing.assert_array_equal(one, two)
+
+
+def test_the_deterministic_fit_is_that_of_least_squares() -> None:
+    y = outputs(np.array([[0.8, 1.2]]))[0]
+    estimator = Estimator(SETUP, SETUP.surface(model()))
+    np.testing.assert_allclose(least_squares(estimator.surface, y), [0.8, 1.2], atol=2e-3)
+
+
+def observations(folder: Path, y: Array) -> Path:
+    path = folder / "y.csv"
+    pd.DataFrame({"id": [f"P{k}" for k in range(len(y))], "y": y}).to_csv(path, index=False)
+    return path
+
+
+def test_observations_must_be_as_many_as_outputs(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="must have 60 rows, one for every output of the model, got 59"):
+        of_observations(model(), observations(tmp_path, np.ones(POINTS - 1)))
+    with pytest.raises(BadInput, match="row 1: no observations below it"):
+        of_observations(model(), observations(tmp_path, np.ones(0)))
+
+
+def test_setups_that_make_no_sense_are_refused() -> None:
+    with pytest.raises(BadInput, match="deviations: must be positive and increase"):
+        replace(SETUP, deviations=(0.0, 0.1))
+    with pytest.raises(BadInput, match="bounds: must be"):
+        callable_response(outputs, ["a", "b"], [[1.5, 0.5], [0.5, 1.5]])
+
+
+def command(*arguments: object) -> int:
+    try:
+        return main([str(a) for a in arguments])
+    except SystemExit as leave:
+        return int(leave.code or 0)
+
+
+def callable_named(function: str) -> str:
+    """The command-line argument for a function of this module."""
+    target = "pipeline.learning.uncertainty.problem.callable_response"
+    inner = f"{{_target_: {__name__}.{function}, _partial_: true}}"
+    return (
+        f"response={{_target_: {target}, names: [a, b], bounds: [[0.5, 1.5], [0.5, 1.5]], function: {inner}}}"
+    )
+
+
+SHORT = ("uncertainty.search.generations=3", "uncertainty.nodes=[9,9]", "profile.data_sets=2")
+
+
+@pytest.fixture(scope="module")
+def clutch_logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Logs of twelve engagements: one profile in nine of the bench."""
+    folder = tmp_path_factory.mktemp("clutch") / "raw"
+    ClutchCampaign().write(folder, 0)
+    table = pd.read_csv(folder / "experiments.csv")
+    table[table["profile"].isin([4, 15])].to_csv(folder / "experiments.csv", index=False)
+    return folder
+
+
+def test_the_moments_of_an_event_come_from_logs_and_from_the_model(clutch_logs: Path) -> None:
+    problem = of_system(ROOT / "systems/clutch.yaml", clutch_logs, None, None, None)
+    truth = json.loads((clutch_logs / "bench.json").read_text())
+    ids = pd.read_csv(clutch_logs / "experiments.csv")["id"].tolist()
+    theta = np.array([truth["theta"][name] for name in ids])
+    shift = np.array([truth["shifting_time"][name] for name in ids])
+    assert problem.response.names == ("p_hc0", "z_p") and problem.ids == tuple(ids)
+    np.testing.assert_allclose(problem.response.bounds, [[0.7, 1.3], [0.4, 1.15]])
+    np.testing.assert_allclose(problem.y, shift, atol=2e-3)
+    np.testing.assert_allclose(np.diag(problem.response(theta)), problem.y, atol=3e-3)
+
+
+@pytest.fixture(scope="module")
+def identified(clutch_logs: Path) -> Path:
+    """What the verb writes for the twelve engagements."""
+    out = clutch_logs.parent / "found"
+    arguments = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"out={out}")
+    assert command("identify_uncertainty", *arguments, *SHORT) == 0
+    return out
+
+
+def test_the_verb_identifies_a_system(identified: Path) -> None:
+    found = json.loads((identified / "uncertainty.json").read_text())
+    assert set(found["methods"]) == set(METHODS) and found["observations"] == 12 and found["advice"]
+    estimates = pd.read_parquet(identified / "estimates.parquet")
+    assert set(estimates["name"]) == {"mu_1", "mu_2", "sigma_1", "sigma_2"}
+    profiles = pd.read_parquet(identified / "profiles.parquet")
+    assert (profiles["deviance"] >= 0.0).all()
+    points = pd.read_parquet(identified / "points.parquet")
+    total = points["log_likelihood_push_forward"].sum()
+    assert total == pytest.approx(found["methods"]["push_forward"]["log_likelihood"], abs=1e-2)
+
+
+def test_the_methods_are_assessed(identified: Path, clutch_logs: Path, tmp_path: Path) -> None:
+    sizes = ("profile.samples=2000", "profile.sampling_repeats=2", "fine=[41,31]")
+    arguments = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"found={identified}")
+    truth = f"truth={clutch_logs / 'bench.json'}"
+    out = tmp_path / "assessed"
+    assert command("assess_uncertainty", *arguments, truth, *sizes, *SHORT, f"out={out}") == 0
+    accuracy = pd.read_parquet(out / "accuracy.parquet")
+    mean = accuracy[accuracy["alpha_of"] == "planted"].groupby("method")["emd"].mean()
+    assert mean["push_forward"] < mean["maximum_entropy"] < mean["gaussian"]
+    sampled = pd.read_parquet(out / "sampling.parquet").groupby("samples")["mae"].mean()
+    assert sampled[3200] < sampled[25]
+    assert command("assess_uncertainty", *arguments, "shown=99", f"out={out}") == 2
+
+
+def test_the_verb_takes_a_python_function(tmp_path: Path) -> None:
+    y = np.diag(outputs(np.random.default_rng(0).normal([0.9, 1.1], [0.1, 0.05], (POINTS, 2))))
+    path = observations(tmp_path, y)
+    assert (
+        command(
+            "identify_uncertainty",
+            callable_named("outputs"),
+            f"observations={path}",
+            *SHORT,
+            f"out={tmp_path / 'o'}",
+        )
+        == 0
+    )
+    assert json.loads((tmp_path / "o" / "uncertainty.json").read_text())["parameters"] == ["a", "b"]
+
+
+def wavy(theta: Array) -> Array:
+    return np.tile(np.sin(9.0 * theta[:, :1]) + np.cos(9.0 * theta[:, 1:]), (1, POINTS))
+
+
+def gone(theta: Array) -> Array:
+    return np.where(theta[:, :1] > 1.2, np.nan, outputs(theta))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ([callable_named("wavy")], "non-monotone response"),
+        ([callable_named("gone")], "the event does not happen at theta"),
+        (["uncertainty.moments=1"], "moments"),
+        (["uncertainty.order=4"], "the quadrature order must exceed the degree 4"),
+        (["uncertainty.nodes=[2,9]"], "nodes: at least 3"),
+        (["uncertainty.deviations=[-1,0.2]"], "deviations: must be positive"),
+        (["observations=nowhere.csv"], "nowhere.csv: no such file"),
+        (["system=systems/clutch.yaml"], "give system=... and logs=..., or response"),
+        (["observations=empty.csv"], "no observations below it"),
+    ],
+)
+def test_refusals(changes: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = observations(tmp_path, np.linspace(2.0, 3.0, POINTS))
+    empty = tmp_path / "empty.csv"
+    empty.write_text("id,y\n")
+    changes = [c.replace("observations=empty.csv", f"observations={empty}") for c in changes]
+    keys = {c.split("=")[0] for c in changes}
+    given = [
+        a for a in (callable_named("outputs"), f"observations={path}", *SHORT) if a.split("=")[0] not in keys
+    ]
+    assert command("identify_uncertainty", *given, *changes, f"out={tmp_path / 'out'}") == 2
+    line = capsys.readouterr().err.strip().splitlines()[-1]
+    assert line.startswith("error: ") and said in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_events_that_are_not_there(
+    clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"out={tmp_path / 'o'}")
+    for change, said in (
+        ("event=stop", "has no event 'stop'"),
+        ("uncertain=[p_0]", "has no parameter 'p_0'"),
+        ("step=0.0007", "step must be a multiple of the period"),
+    ):
+        assert command("identify_uncertainty", *known, change) == 2
+        assert said in capsys.readouterr().err
+    assert command("identify_uncertainty", "system=systems/pendulum.yaml", *known[1:]) == 2
+    assert "events: must be one" in capsys.readouterr().err
