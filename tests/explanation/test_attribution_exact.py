@@ -1,0 +1,148 @@
+"""Exact Shapley values against their definition, and DeepSHAP and shap's gradients against them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import permutations
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from pipeline.explanation.attribution import exact as module
+from pipeline.explanation.attribution.deep_shap import deep_shap
+from pipeline.explanation.attribution.exact import exact_shapley, shapley_weights
+from pipeline.explanation.attribution.threads import one_thread
+from tests.explanation.attribution_problems import (
+    STATES,
+    alike,
+    deaf,
+    inputs_of,
+    mean_phi,
+    random_network,
+    random_runs,
+    rows,
+    twins,
+)
+
+Array = NDArray[np.float64]
+SEEDS = st.integers(0, 10_000)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick() -> Iterator[None]:
+    with one_thread():
+        yield
+
+
+@settings(max_examples=10, deadline=None)
+@given(SEEDS)
+def test_equals_the_mean_over_all_orders(seed: int) -> None:
+    """Shapley's definition: what an input adds when inputs join one by one, over all orders."""
+    inputs = inputs_of(2, 1)
+    network = random_network(inputs, seed)
+    run, background = random_runs(inputs, [7], seed + 1), random_runs(inputs, [7, 7], seed + 2)
+    (found,) = exact_shapley(network, run, background)
+    expected = np.zeros((3, 7))
+    orders = [*permutations(range(3))]
+    for order in orders:
+        mixed = rows(background, 0, 1)
+        before = network.predict(mixed).mean(0)
+        for joining in order:
+            if joining < 2:
+                mixed.features[..., joining] = run.features[..., joining]
+            else:
+                mixed.settings[:] = run.settings
+            after = network.predict(mixed).mean(0)
+            expected[joining] += (after - before) / len(orders)
+            before = after
+    assert_allclose(found.phi, expected, rtol=1e-9, atol=1e-12)
+    assert_allclose(found.base, network.predict(background).mean(0), rtol=1e-9, atol=1e-12)
+    assert found.relative_error < 1e-9
+
+
+def test_weights_of_the_coalitions() -> None:
+    """Of two players: half of what one adds alone and half of what it adds to the other (eq. 5.20)."""
+    assert_allclose(shapley_weights(2), [[-0.5, 0.5, -0.5, 0.5], [-0.5, -0.5, 0.5, 0.5]])
+    weights = shapley_weights(13)
+    assert_allclose(weights.sum(0)[[0, -1]], [-1, 1])
+    assert_allclose(weights.sum(0)[1:-1], 0, atol=1e-15)
+
+
+def test_gates_split_what_they_multiply_as_shapley_does() -> None:
+    """One feature opens the input gate, the other makes the candidate; nothing bends their product."""
+    inputs = inputs_of(2, 0)
+    network = random_network(inputs, 0)
+    n = STATES
+    with torch.no_grad():
+        network.lstm.weight_hh_l0.zero_()
+        kept = network.lstm.weight_ih_l0[[0, 2 * n], [0, 1]].clone()
+        network.lstm.weight_ih_l0.zero_()
+        network.lstm.weight_ih_l0[0, 0], network.lstm.weight_ih_l0[2 * n, 1] = kept[0], 1e-4
+        network.lstm.bias_ih_l0.zero_()
+        network.lstm.bias_hh_l0[2 * n : 3 * n] = 0.0
+        network.feature_mean.zero_()
+        network.head.bias.fill_(100.0)
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6, 6], 2)
+    (found,), (expected,) = (method(network, run, background) for method in (deep_shap, exact_shapley))
+    assert_allclose(found.phi, expected.phi, rtol=1e-6, atol=1e-12)
+    assert np.abs(expected.phi).min() > 0
+
+
+@settings(max_examples=10, deadline=None)
+@given(SEEDS)
+def test_inputs_alike_get_the_same(seed: int) -> None:
+    inputs = inputs_of(3, 2)
+    run, background = alike(random_runs(inputs, [6], seed)), alike(random_runs(inputs, [8, 6], seed + 1))
+    (found,) = exact_shapley(twins(inputs, seed), run, background)
+    assert_allclose(found.phi[0], found.phi[1], rtol=1e-9, atol=1e-12)
+    assert_allclose(found.phi[3], found.phi[4], rtol=1e-9, atol=1e-12)
+
+
+def test_what_the_network_does_not_read_gets_nothing() -> None:
+    inputs = inputs_of(4, 2)
+    network = deaf(inputs, 0, [1, 2], [0])
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6, 6], 2)
+    (found,) = exact_shapley(network, run, background)
+    assert_allclose(found.phi[[1, 2, 4]], 0.0, atol=1e-13)
+    assert np.abs(found.phi[[0, 3, 5]]).max(1).min() > 1e-6
+    groups = {"setting": ["q1"], "silent": ["x1", "x2"], "heard": ["x3", "x0"], "mute": ["q0"]}
+    (grouped,) = exact_shapley(network, run, background, groups)
+    phi = dict(zip(grouped.names, grouped.phi, strict=True))
+    assert_allclose([phi["silent"], phi["mute"]], 0.0, atol=1e-13)
+    assert np.abs(phi["heard"]).max() > 1e-6
+
+
+def test_a_group_of_everything_that_counts_gets_the_whole_difference() -> None:
+    inputs = inputs_of(2, 2)
+    network = deaf(inputs, 0, [], [0, 1])
+    run, background = random_runs(inputs, [6], 1), random_runs(inputs, [6, 6], 2)
+    (found,) = exact_shapley(network, run, background, {"q": ["q0", "q1"], "x": ["x1", "x0"]})
+    assert found.names == ("x", "q")
+    assert_allclose(found.phi[0], found.output - found.base, rtol=1e-9, atol=1e-12)
+
+
+def test_a_background_is_the_mean_of_its_references(monkeypatch: pytest.MonkeyPatch) -> None:
+    inputs = inputs_of(3, 1)
+    network, run = random_network(inputs, 0), random_runs(inputs, [6], 1)
+    background = random_runs(inputs, [6, 9, 6], 2)
+    single = [exact_shapley(network, run, rows(background, i))[0] for i in range(3)]
+    for together in (1, 7, 1024):
+        monkeypatch.setattr(module, "ROWS", together)
+        (found,) = exact_shapley(network, run, background)
+        assert_allclose(found.phi, mean_phi(single), rtol=1e-9, atol=1e-12)
+
+
+def test_runs_and_references_of_any_length() -> None:
+    inputs = inputs_of(2, 1)
+    network, background = random_network(inputs, 0), random_runs(inputs, [5, 11], 2)
+    long, short = exact_shapley(network, random_runs(inputs, [9, 4], 1), background)
+    assert long.phi.shape == (3, 9) and short.phi.shape == (3, 4)
+    alone = exact_shapley(network, random_runs(inputs, [9, 4], 1), rows(background, 1))[0]
+    assert_allclose(long.phi[:, 5:], alone.phi[:, 5:], rtol=1e-9)
+    deep = deep_shap(network, random_runs(inputs, [9, 4], 1), background)
+    assert_allclose(deep[0].base, long.base, rtol=1e-9)

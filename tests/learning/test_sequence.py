@@ -1,0 +1,399 @@
+"""The compiled training of a recurrent network is the one of torch; it converges, goes on and refuses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.learning.sequence import recipe as recipes
+from pipeline.learning.sequence.activations import rectified, sigmoid, tanh
+from pipeline.learning.sequence.arrays import Sizes, room, views
+from pipeline.learning.sequence.fits import read_fits
+from pipeline.learning.sequence.kernel import gradient
+from pipeline.learning.sequence.layout import flattened, restore, sizes
+from pipeline.learning.sequence.passes import load
+from pipeline.learning.sequence.products import add_product
+from pipeline.learning.sequence.recipe import SequenceRecipe
+from pipeline.learning.sequence.stack import scaled_output, train_stack
+from pipeline.learning.sequence.training import Course, Draws, Start, Training, standardised, train
+from pipeline.models.lstm import DetachmentNetwork
+from pipeline.models.sequences import SequenceInputs, Sequences
+from pipeline.trajectory import Campaign
+
+INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega", "F_dagger", "alpha"), ("m", "H", "beta"))
+FEW = Training(batch=6, epochs=1, updates=1, most=6)
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Iterator[None]:
+    """Operations as small as these take longer in several."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def made(runs: int = 11, seed: int = 0) -> Campaign:
+    """Runs of 9 to 40 samples whose eps is what a leaky integrator makes of a negative force."""
+    generator = np.random.default_rng(seed)
+    lengths = generator.integers(9, 41, runs)
+    parts = []
+    for n in lengths:
+        theta = np.cumsum(generator.uniform(0.1, 0.4, n))
+        force = 3.0 + 8.0 * np.cos(theta + generator.uniform(0, 6)) + 0.3 * generator.standard_normal(n)
+        eps = np.zeros(n)
+        for k in range(1, n):
+            eps[k] = 0.8 * eps[k - 1] + 1e-3 * max(0.0, -force[k])
+        noise = generator.standard_normal((2, n))
+        parts.append({"theta": theta, "omega": noise[0], "alpha": noise[1], "F_dagger": force, "eps": eps})
+    signals = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    table = pd.DataFrame(
+        {"exp": np.arange(runs) + 1, **{k: generator.random(runs) for k in ("m", "H", "beta")}}
+    )
+    return Campaign(table, signals, np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64), {})
+
+
+def beginning(seed: int = 0, inputs: SequenceInputs = INPUTS, dropout: float = 0.0, **shape: int) -> Start:
+    sequences = Sequences.of(made(), inputs)
+    network = DetachmentNetwork(
+        inputs, dropout=dropout, generator=torch.Generator().manual_seed(seed), **shape
+    )
+    network.scale_to(sequences)
+    return Start(network, standardised(sequences, network), seed)
+
+
+@pytest.mark.parametrize(
+    ("n", "depth", "width"), [(4, 3, 32), (20, 32, 32), (12, 5, 20), (28, 32, 64), (8, 1, 4)]
+)
+@pytest.mark.parametrize("transposed", [False, True])
+def test_tiles_make_a_product(n: int, depth: int, width: int, transposed: bool) -> None:
+    generator = np.random.default_rng(0)
+    a, b, out = (
+        generator.standard_normal(shape).astype(np.float32)
+        for shape in ((n, depth), (depth, width), (n, width))
+    )
+    expected = out.astype(np.float64) + a.astype(np.float64) @ b
+    flat = np.concatenate([np.full(3, 7.0, np.float32), out.ravel(), np.full(5, 7.0, np.float32)])
+    stored = (a.T if transposed else a).ravel()
+    add_product(flat, 3, stored, 0, *((1, n) if transposed else (depth, 1)), b.ravel(), 0, n, depth, width)
+    np.testing.assert_allclose(flat[3:-5].reshape(n, width), expected, rtol=2e-5, atol=1e-5)
+    assert (flat[:3] == 7.0).all() and (flat[-5:] == 7.0).all()
+
+
+def test_activations_are_accurate_in_single_precision() -> None:
+    x = np.concatenate([np.linspace(-30, 30, 20001), np.logspace(-30, 1, 400), [0.0]]).astype(np.float32)
+    one, two = x.copy(), x.copy()
+    tanh(one)
+    sigmoid(two)
+    exact = x.astype(np.float64)
+    np.testing.assert_allclose(one, np.tanh(exact), rtol=4e-7, atol=0.0)
+    np.testing.assert_allclose(two, 0.5 + 0.5 * np.tanh(0.5 * exact), rtol=0.0, atol=2e-7)
+
+
+def test_dropout_ignores_its_share_and_leaves_the_mean() -> None:
+    x = np.ones(200_000, np.float32)
+    rectified(x, np.float32(0.05), 12345)
+    assert set(np.unique(x)) == {np.float32(0.0), np.float32(1.0) / np.float32(0.95)}
+    # five standard deviations of a binomial
+    assert abs((x == 0.0).mean() - 0.05) < 5 * np.sqrt(0.05 * 0.95 / len(x))
+    neighbours = np.corrcoef(x[:-1], x[1:])[0, 1]
+    other = np.ones_like(x)
+    rectified(other, np.float32(0.05), 12346 + 0x9E3779B1)
+    assert abs(neighbours) < 0.012 and abs(np.corrcoef(x, other)[0, 1]) < 0.012
+    y = np.array([-2.0, 0.0, 3.0], np.float32)
+    rectified(y, np.float32(0.0), 1)
+    assert y.tolist() == [0.0, 0.0, 3.0]
+
+
+@pytest.mark.parametrize("shape", [{}, {"hidden": 20, "head": 8}])
+@pytest.mark.parametrize("inputs", [INPUTS, SequenceInputs(("F_dagger",))])
+def test_the_gradient_is_that_of_torch(shape: dict[str, int], inputs: SequenceInputs) -> None:
+    """Against nn.LSTM in double precision, on all runs, of different length, at once."""
+    start = beginning(inputs=inputs, **shape)
+    network, runs, s = start.network, start.runs, sizes(start.network)
+    loaded, work = room(runs.lengths, len(runs.lengths), s)
+    batch = load(runs, np.argsort(-runs.lengths), loaded)
+    slope = np.zeros(s.weights, np.float32)
+    loss = gradient(flattened(network), batch, s, work, np.float32(0.0), 0, slope)
+
+    network.double()
+    tau = torch.from_numpy(runs.tau[..., : len(inputs.features)]).double()
+    error = network.scaled(tau, torch.from_numpy(runs.q).double()) - torch.from_numpy(runs.target)
+    mask = torch.arange(runs.tau.shape[1]) < torch.from_numpy(runs.lengths)[:, None]
+    expected = error[mask].square().mean()
+    expected.backward()  # type: ignore[no-untyped-call]
+    assert float(loss) == pytest.approx(expected.item(), rel=1e-5)
+    for name, parameter in network.named_parameters():
+        assert parameter.grad is not None
+        if name == "lstm.bias_hh_l0":  # the sum of both biases is one weight
+            parameter.data.zero_()
+        else:
+            parameter.data.copy_(parameter.grad)
+    wanted = views(flattened(network.float()), s)
+    for found, exact in zip(views(slope, s), wanted, strict=True):
+        np.testing.assert_allclose(found, exact, rtol=1e-4, atol=1e-4 * np.abs(exact).max(initial=0.0))
+
+
+def test_weights_survive_the_change_of_layout() -> None:
+    start = beginning(hidden=8, head=12)
+    other = beginning(seed=1, hidden=8, head=12).network
+    restore(other, flattened(start.network))
+    torch.testing.assert_close(other.state_dict(), start.network.state_dict())
+    p = torch.from_numpy(flattened(start.network))[None]
+    tau, q = (torch.from_numpy(a) for a in start.runs[:2])
+    output = scaled_output(p, sizes(other), tau[None], q[None])[0]
+    torch.testing.assert_close(output, other.eval().scaled(tau[..., :5], q), rtol=1e-4, atol=1e-6)
+
+
+def test_a_size_that_vectors_do_not_fit_is_refused() -> None:
+    with pytest.raises(BadInput, match="hidden must be a multiple of 4, got 30"):
+        SequenceRecipe(INPUTS, FEW, hidden=30)
+
+
+@pytest.mark.parametrize(("dropout", "samples"), [(1.0, 200), (-0.1, 200), (0.0, 0)])
+def test_impossible_settings_are_refused(dropout: float, samples: int) -> None:
+    with pytest.raises(BadInput, match="must be"):
+        SequenceRecipe(INPUTS, FEW, dropout=dropout, samples=samples)
+
+
+def test_kernel_and_torch_train_alike() -> None:
+    """Same first weights and draws, no dropout: the same losses, as long as rounding has not grown."""
+    training = Training(batch=6, epochs=2, updates=1, most=24, clip=0.5, falls=99)
+    seeds = (0, 1, 2)
+    compiled = [beginning(seed) for seed in seeds]
+    courses = [train(start, training) for start in compiled]
+    stacked = [beginning(seed) for seed in seeds]
+    others = train_stack(stacked, training, "cpu")
+    for one, other, course, expected in zip(compiled, stacked, courses, others, strict=True):
+        assert course.updates == expected.updates == 24 and len(course.losses) == 6
+        np.testing.assert_allclose(course.losses, expected.losses, rtol=1e-3)
+        torch.testing.assert_close(one.network.state_dict(), other.network.state_dict(), rtol=0, atol=2e-3)
+    assert len({course.losses[0] for course in courses}) == 3
+
+
+def test_dropout_of_kernel_and_torch_costs_alike() -> None:
+    standing = Training(batch=11, rate=0.0, epochs=60, updates=1, most=60)
+    start = beginning()
+    train(start, replace(standing, rate=0.01))
+    without = train(start, standing).losses[0]
+    start.network.dropout.p = 0.3
+    one, other = train(start, standing).losses[0], train_stack([start], standing, "cpu")[0].losses[0]
+    assert one > 1.5 * without
+    assert one - without == pytest.approx(other - without, rel=0.1)
+
+
+def test_training_converges_on_a_planted_relation() -> None:
+    training = Training(batch=6, epochs=10, updates=40, falls=4, patience=1)
+    start = beginning()
+    course = train(start, training)
+    assert course.converged and not course.diverged
+    assert course.losses[-1] < 0.02 * course.losses[0]
+    assert course.rates[0] == 0.01 and course.rates[-1] == 0.01 / 8
+    sequences = Sequences.of(made(), INPUTS)
+    error = (start.network.predict(sequences) - sequences.target)[sequences.mask]
+    assert np.sqrt(np.mean(error**2)) < 0.15 * sequences.target[sequences.mask].std()
+
+
+def test_the_rate_falls_where_the_loss_does_not() -> None:
+    course = Course(Training(rate=1.0, epochs=2, updates=4, tolerance=0.1, patience=2, falls=2))
+    rates = []
+    #: mean of a check: 8, 4 (better), 3.9 and 3.8 (not by a tenth: fall), 1 (better), 0.95 and 2 (fall)
+    for mean in (8.0, 4.0, 3.9, 3.8, 1.0, 0.95, 2.0):
+        for _ in range(2):
+            assert not course.over
+            course.after_epoch(mean, 2)
+        rates.append(course.rate)
+    assert rates == [1.0, 1.0, 1.0, 0.5, 0.5, 0.5, 0.25]
+    assert course.rates == [1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+    assert course.converged and course.over and course.updates == 28
+
+
+def test_a_training_that_does_not_converge_ends_and_says_so() -> None:
+    course = Course(replace(FEW, most=3))
+    while not course.over:
+        course.after_epoch(1.0 / (1 + course.updates), 1)
+    assert course.updates == 3 and not course.converged
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_diverged_network_keeps_its_last_finite_weights(compiled: bool) -> None:
+    start = beginning()
+    start.runs.target[3, 0] = np.inf
+    course = train(start, FEW) if compiled else train_stack([start], FEW, "cpu")[0]
+    assert course.diverged and course.over and not course.converged
+    torch.testing.assert_close(start.network.state_dict(), beginning().network.state_dict())
+
+
+def test_every_run_is_drawn_once_an_epoch_longest_first() -> None:
+    lengths = np.random.default_rng(0).integers(5, 40, 75)
+    draws, same = Draws(lengths, 32, 7), Draws(lengths, 32, 7)
+    assert draws.edges.tolist() == [0, 25, 50, 75]
+    first, second = draws.epoch(), draws.epoch()
+    for order in (first, second):
+        assert sorted(order) == list(range(75))
+        for a, b in zip(draws.edges, draws.edges[1:], strict=False):
+            assert (np.diff(lengths[order[a:b]]) <= 0).all()
+    assert set(first[:25]) != set(second[:25])
+    np.testing.assert_array_equal(same.epoch(), first)
+
+
+FOLDS = {"5%": np.array([0, 2, 4, 6, 8]), "H": np.array([1, 3, 5, 7, 9, 10])}
+RECIPE = SequenceRecipe(INPUTS, FEW, hidden=8, head=8, samples=30)
+
+
+def weights(folder: Path) -> dict[str, NDArray[np.float32]]:
+    fits = read_fits(folder).networks
+    return {f"{fold} {r}": flattened(n) for fold, networks in fits.items() for r, n in enumerate(networks)}
+
+
+def test_fits_of_all_folds_and_repeats_are_read_back(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    campaign = made()
+    RECIPE.fit(campaign, FOLDS, 2, 5, tmp_path / "out")
+    assert "warning: fold H, repeat 1: has not converged after 6 updates" in capsys.readouterr().err
+    found = weights(tmp_path / "out")
+    assert list(found) == ["5% 0", "5% 1", "H 0", "H 1"]
+    assert not any(np.array_equal(found["5% 0"], found[name]) for name in ("5% 1", "H 0"))
+    # neither the number of workers nor the other folds matter
+    RECIPE.fit(campaign, {"H": FOLDS["H"]}, 2, 5, tmp_path / "alone", workers=1)
+    np.testing.assert_array_equal(weights(tmp_path / "alone")["H 1"], found["H 1"])
+    fits = read_fits(tmp_path / "out")
+    sequences = fits.sequences(campaign)
+    assert fits.inputs == INPUTS and sequences.features.shape[1] == 30
+    both = fits.predict("H", sequences)
+    assert both.shape == (2, 11, 30)
+    np.testing.assert_allclose(fits.median("H", sequences), both.mean(0))
+    np.testing.assert_array_equal(both[1], fits.networks["H"][1].predict(sequences))
+    # standardised by the training runs alone
+    train_runs = sequences.of_runs(FOLDS["5%"])
+    mean = train_runs.features[train_runs.mask].mean(0)
+    np.testing.assert_allclose(fits.networks["5%"][0].feature_mean, mean, rtol=1e-5)
+
+
+def test_a_killed_training_goes_on_to_the_same_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    campaign, whole, part = made(), tmp_path / "whole", tmp_path / "part"
+    RECIPE.fit(campaign, FOLDS, 2, 5, whole)
+    save, saved = recipes.save_fit, []
+
+    def killed(path: Path, *rest: Any) -> None:
+        saved.append(path.name)
+        if len(saved) == 3:
+            raise KeyboardInterrupt
+        save(path, *rest)
+
+    monkeypatch.setattr(recipes, "save_fit", killed)
+    with pytest.raises(KeyboardInterrupt):
+        RECIPE.fit(campaign, FOLDS, 2, 5, part, workers=1)
+    assert sorted(p.name for p in part.iterdir()) == ["00_00.pt", "00_01.pt"]
+    with pytest.raises(BadInput, match=r"fits\.json: no such file"):
+        read_fits(part)
+    saved[:] = ["", "", ""]
+    RECIPE.fit(campaign, FOLDS, 2, 5, part)
+    assert sorted(saved[3:]) == ["01_00.pt", "01_01.pt"]
+    for name, p in weights(whole).items():
+        np.testing.assert_array_equal(weights(part)[name], p)
+
+
+@pytest.mark.parametrize("change", ["seed", "rate", "data"])
+def test_fits_of_other_data_settings_or_seed_are_made_anew(change: str, tmp_path: Path) -> None:
+    campaign, out = made(), tmp_path / "out"
+    RECIPE.fit(campaign, FOLDS, 1, 5, out)
+    before = weights(out)
+    recipe, seed = RECIPE, 5
+    if change == "seed":
+        seed = 6
+    elif change == "rate":
+        recipe = replace(RECIPE, training=replace(FEW, rate=0.02))
+    else:
+        # a sample of the second run, which only the fold H trains on
+        campaign.signals["eps"][campaign.offsets[1] + 3] += 1e-3
+    recipe.fit(campaign, FOLDS, 1, seed, out)
+    after = weights(out)
+    assert np.array_equal(after["5% 0"], before["5% 0"]) == (change == "data")
+    assert not np.array_equal(after["H 0"], before["H 0"])
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda path: path.write_bytes(b"PK nonsense"), "01_00.pt: not a checkpoint"),
+        (lambda path: path.write_bytes(path.read_bytes()[:900]), "01_00.pt: not a checkpoint"),
+        (
+            lambda path: torch.save({"class": "Motor", "state": {}, "about": {}}, path),
+            "01_00.pt: is a .* of Motor",
+        ),
+        (
+            lambda path: torch.save(
+                {"class": "DetachmentNetwork", "state": {}, "about": {"fold": "H"}}, path
+            ),
+            "01_00.pt: does not say what was fitted",
+        ),
+    ],
+)
+def test_a_damaged_fit_is_refused_and_nothing_overwritten(damage: Any, message: str, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    RECIPE.fit(made(), FOLDS, 1, 5, out)
+    damage(out / "01_00.pt")
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    for attempt in (lambda: RECIPE.fit(made(), FOLDS, 1, 6, out), lambda: read_fits(out)):
+        with pytest.raises(BadInput, match=message):
+            attempt()
+        assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+
+
+def test_weights_of_another_shape_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    RECIPE.fit(made(), FOLDS, 1, 5, out)
+    content = torch.load(out / "00_00.pt", weights_only=True)
+    content["about"]["hidden"] = 12
+    torch.save(content, out / "00_00.pt")
+    with pytest.raises(BadInput, match=r"00_00.pt: does not fit the configured model"):
+        read_fits(out)
+
+
+def test_fits_of_other_features_are_refused(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    RECIPE.fit(made(), FOLDS, 1, 5, out)
+    for other in (replace(INPUTS, settings=()), replace(INPUTS, features=("omega",))):
+        with pytest.raises(
+            BadInput, match=r"00_00.pt: was fitted on the (features|settings) .*, not on (omega|none)"
+        ):
+            replace(RECIPE, inputs=other).fit(made(), FOLDS, 1, 5, out)
+    assert len(read_fits(out).networks) == 2
+
+
+@pytest.mark.parametrize("summary", [{}, {"folds": [], "repeats": 1}, {"folds": ["H"], "repeats": 1}])
+def test_a_folder_of_something_else_is_refused(summary: dict[str, object], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    RECIPE.fit(made(), FOLDS, 1, 5, out)
+    (out / "fits.json").write_text(json.dumps(summary))
+    with pytest.raises(BadInput, match=r"does not say|there are no fits|of another training"):
+        read_fits(out)
+
+
+def test_another_device_trains_the_repeats_as_a_stack(tmp_path: Path) -> None:
+    recipe = replace(RECIPE, dropout=0.0)
+    recipe.fit(made(), FOLDS, 2, 5, tmp_path / "kernel")
+    recipe.fit(made(), FOLDS, 2, 5, tmp_path / "torch", device="cpu:0")
+    others = weights(tmp_path / "torch")
+    for name, p in weights(tmp_path / "kernel").items():
+        np.testing.assert_allclose(others[name], p, atol=1e-3)
+
+
+def test_a_device_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="device nonsense: cannot be used"):
+        RECIPE.fit(made(), FOLDS, 1, 5, tmp_path / "out", device="nonsense")
+    assert Sizes(4, 8, 8, 0).weights == len(flattened(DetachmentNetwork(SequenceInputs(("omega",)), 8, 8)))
