@@ -16,9 +16,13 @@ from pipeline.errors import BadInput
 from pipeline.learning.uncertainty.estimate import Estimator, least_squares
 from pipeline.learning.uncertainty.problem import callable_response, of_observations, of_system
 from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup, pairs
+from pipeline.physics.kernel.event_times import EventTimes
+from pipeline.physics.system.reader import read_system
 from pipeline.rigs.clutch import ClutchCampaign
+from pipeline.uncertainty.chaos import Chaos
 from pipeline.uncertainty.families import ClippedNormal
 from pipeline.uncertainty.identify import Settings
+from pipeline.uncertainty.propagation import ChaosMaximumEntropy
 from pipeline.uncertainty.response import Formula
 
 Array = NDArray[np.float64]
@@ -224,3 +228,31 @@ def test_events_that_are_not_there(
         assert said in capsys.readouterr().err
     assert command("identify_uncertainty", "system=systems/pendulum.yaml", *known[1:]) == 2
     assert "events: must be one" in capsys.readouterr().err
+
+
+def test_an_empty_campaign_is_refused(
+    clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    empty = tmp_path / "logs"
+    empty.mkdir()
+    header = (clutch_logs / "experiments.csv").read_text().splitlines()[0]
+    (empty / "experiments.csv").write_text(header + "\n")
+    known = ("system=systems/clutch.yaml", f"logs={empty}", f"out={tmp_path / 'o'}")
+    assert command("identify_uncertainty", *known) == 2
+    assert "experiments.csv: row 1: column id: no experiments below it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("sharp", [False, True])
+def test_maximum_entropy_converges_for_all_operating_points(sharp: bool) -> None:
+    campaign, name = ClutchCampaign(sharp), "clutch_sharp" if sharp else "clutch"
+    system, table = read_system(ROOT / f"systems/{name}.yaml"), campaign.table()
+    t = np.arange(4001) * 1e-3
+    u = np.array([campaign.profiles.current(t, *row) for row in table[["u1", "u2", "u3"]].to_numpy()])
+    c = table[["omega_m", "T_b0"]].to_numpy(float)
+    x0 = np.zeros((len(table), 5))
+    x0[:, 0], x0[:, 3] = 2e4, 0.999 * c[:, 0]
+    response = EventTimes.of(system, "shift", system.uncertain, u[:, :, None], 1e-3, c, x0, 4e-3)
+    for alpha in ([0.91, 0.55, 0.081, 0.046], [0.91, 0.55, 0.077, 0.014], [1.0, 1.0, 0.07, 0.02]):
+        chaos = Chaos(SETUP.families(response), SETUP.degree, SETUP.order)
+        found = ChaosMaximumEntropy(response, chaos, SETUP.moments)(pairs(alpha))
+        assert not found.fallback.any() and found.fallback.shape == (108,)
