@@ -93,7 +93,7 @@ def _overestimate(identified: pd.DataFrame) -> Row:
         verdict=HOLDS
         if both and means[GAUSSIAN] > means[MAXIMUM_ENTROPY]
         else DIRECTION
-        if abs(means[GAUSSIAN]) > abs(means[MAXIMUM_ENTROPY])
+        if means[GAUSSIAN] > max(0.0, means[MAXIMUM_ENTROPY])
         else FAILS,
     )
 
