@@ -90,6 +90,8 @@ def assess_uncertainty(
         "data_sets": int(profile["data_sets"]),
         "planted": planted.tolist(),
         "truth": truth is not None,
+        "demo": None if demo is None else [float(a) for a in demo],
+        "simulations": int(np.prod(estimator.surface.values.shape[:-1])),
         "shown": problem.ids[shown - 1],
         "seconds": time.monotonic() - start,
     }

@@ -15,6 +15,9 @@ from pipeline.uncertainty.profile import BETTER, evaluated
 
 Array = NDArray[np.float64]
 
+#: Places between the bounds of every other parameter where a search may start.
+SPREAD = (0.1, 0.5, 0.9)
+
 
 @dataclass(frozen=True)
 class PairProfile:
@@ -68,7 +71,7 @@ def profile_pair(
         for count, (p, q) in enumerate(_outwards(first, second, given.alpha[list(pair)]), start=1):
             pinned = box.pinned({pair[0]: float(first[p]), pair[1]: float(second[q])})
             near = np.s_[max(p - 1, 0) : p + 2, max(q - 1, 0) : q + 2]
-            starts = pinned.clip(np.vstack([given.alpha, alphas[near][done[near]]]))
+            starts = pinned.clip(np.vstack([given.alpha, alphas[near][done[near]], _spread(pinned)]))
             peak, _ = climb(seen, pinned, starts[int(np.argmax(seen(starts)))])
             alphas[p, q], heights[p, q], done[p, q] = peak.alpha, peak.log_likelihood, True
             if counter:
@@ -80,6 +83,12 @@ def profile_pair(
     deviance = np.maximum(2.0 * (top - heights), 0.0)
     gain = top - given.log_likelihood
     return PairProfile(np.asarray(first), np.asarray(second), alphas, deviance, best.alpha, top, gain)
+
+
+def _spread(box: Box) -> Array:
+    """Starts all over the free parameters: the best of a cell may lie in another valley than its neighbours'."""
+    shares = np.stack(np.meshgrid(*[SPREAD] * int(box.free.sum()), indexing="ij"), axis=-1)
+    return box.to_alpha(shares.reshape(-1, shares.shape[-1]))
 
 
 def _outwards(first: Array, second: Array, centre: Array) -> list[tuple[int, int]]:

@@ -1,0 +1,179 @@
+"""How close approximate densities and log-likelihoods come to the true ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from pipeline.figures.clutch.matching import emd_bars
+from pipeline.figures.clutch.tables import (
+    CHAOS,
+    COLLOCATION,
+    GAUSSIAN,
+    LOOKS,
+    MAXIMUM_ENTROPY,
+    OPTIMA,
+    PUSH_FORWARD,
+    WINE,
+    about,
+    listed_x,
+    methods,
+    table,
+)
+from pipeline.figures.palette import plain_log
+from pipeline.figures.style import BLACK, GREY, absent, new_figure, styled
+
+#: Points whose names are shown.
+NAMED = 3
+CAMPAIGNS = {"clutch": "clutch", "clutch_sharp": "sharper clutch"}
+
+
+@styled
+def individual_likelihoods(data: Path) -> Figure:
+    """Estimated log-likelihood of every operating point against the true one, at either optimum.
+
+    Points above the line are overestimated. Most lie on it: there the density is as good as the true one. The
+    farthest ones are named; there mean and variance do not make up the density.
+    """
+    rows = table(data, "monte_carlo")
+    figure = new_figure(4.8)
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for axes, method in zip(panels, CHAOS, strict=True):
+        mine = rows[(rows["alpha_of"] == method) & (rows["method"] == method)]
+        if mine.empty:
+            absent(axes, "no distribution was identified by this method")
+            continue
+        estimate = mine["reference"] + mine["error"]
+        ends = [float(mine["reference"].min()), float(max(mine["reference"].max(), estimate.max()))]
+        axes.axline((ends[0], ends[0]), slope=1.0, color=GREY, linewidth=1.4, zorder=1)
+        look = LOOKS[method]
+        axes.plot(mine["reference"], estimate, look.marker, color=look.colour, markersize=5, alpha=0.75)
+        for k in mine["error"].abs().nlargest(NAMED).index:
+            place = (mine.loc[k, "reference"], estimate[k])
+            axes.annotate(mine.loc[k, "id"], place, (6, -3), textcoords="offset points", va="top", fontsize=9)
+        summary = f"{mine['error'].sum():+.1f}".replace("-", "−")
+        axes.set_title(
+            f"{look.label} at {OPTIMA[method]}: sum of differences {summary},\n"
+            f"mean absolute difference {mine['error'].abs().mean():.3f}"
+        )
+        axes.set_xlabel(r"true $\log\mathcal{L}_l$, Monte Carlo (-)")
+        axes.grid(linewidth=0.5)
+    panels[0].set_ylabel(r"estimated $\log\hat{\mathcal{L}}_l$ (-)")
+    return figure
+
+
+@styled
+def mean_distances(data: Path) -> Figure:
+    """Earth mover's distance (EMD) of the densities to the true ones, mean over all operating points.
+
+    Left and centre, at the optima of either method, against Monte Carlo; hatched, with moments of the Monte
+    Carlo sample, so that what is left is no error of polynomial chaos; what the exact push-forward leaves is
+    that of the sample. Right, how much lower the distance of
+    maximum entropy is than the Gaussian's: a dot is a data set drawn anew from the bench's distribution (the
+    observed one included) and identified again, the bar their mean; for the clutch of the figures and for
+    one that reacts more sharply.
+    """
+    rows, accuracy = table(data, "monte_carlo"), table(data, "accuracy", None)
+    figure = new_figure(4.0)
+    *panels, right = figure.subplots(1, 3, width_ratios=[1.0, 1.0, 0.95])
+    names = methods(rows[rows["alpha_of"].isin(CHAOS)])
+    means = rows.groupby(["alpha_of", "method"])["emd"].mean()
+    for axes, of in zip(panels, CHAOS, strict=True):
+        if of not in means:
+            absent(axes, "no distribution was identified by this method")
+            continue
+        emd_bars(axes, means[of], names)
+        axes.set_title(f"at {OPTIMA[of]}")
+    widest = max(axes.get_xlim()[1] for axes in panels)
+    for axes in panels:
+        axes.set_xlim(0.0, widest)
+    panels[1].set_yticklabels([])
+    _reductions(right, accuracy)
+    return figure
+
+
+def _reductions(axes: Axes, accuracy: pd.DataFrame) -> None:
+    """How much lower the EMD of maximum entropy is, %, data set by data set."""
+    wide = accuracy.groupby(["campaign", "alpha_of", "data_set", "method"])["emd"].mean().unstack("method")
+    if not {GAUSSIAN, MAXIMUM_ENTROPY} <= set(wide.columns):
+        absent(axes, "nothing to compare")
+        return
+    lower = 100.0 * (1.0 - wide[MAXIMUM_ENTROPY] / wide[GAUSSIAN])
+    groups = [(c, of) for c in CAMPAIGNS for of in CHAOS if (c, of) in lower.index]
+    for row, key in enumerate(groups):
+        values = lower[key].to_numpy(np.float64)
+        colour = LOOKS[key[1]].colour
+        spread = np.linspace(-0.18, 0.18, len(values)) if len(values) > 1 else np.zeros(1)
+        axes.plot(values, row + spread, "o", color=colour, alpha=0.55, markersize=4.5, markeredgewidth=0)
+        axes.plot(values.mean(), row, "|", color=BLACK, markersize=22, markeredgewidth=2.4)
+    labels = [f"{CAMPAIGNS[c]}\nat {OPTIMA[of]}" for c, of in groups]
+    axes.set_yticks(range(len(groups)), labels, fontsize=8.5)
+    axes.invert_yaxis()
+    axes.set(xlim=(min(0.0, float(lower.min()) - 5.0), 100.0))
+    axes.set_xlabel("EMD lower than the Gaussian's (%)")
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="x", linewidth=0.5)
+
+
+@styled
+def sample_density(data: Path) -> Figure:
+    """Error of the log-likelihoods over the number of simulations a point.
+
+    Mean absolute error (MAE) over all operating points against the Monte Carlo reference, at the optimum of
+    either method. Monte Carlo: median and inner half of the repeats; quasi Monte Carlo takes samples that
+    are evenly spread. Horizontal lines: methods of a fixed number of simulations, which the marker shows;
+    where sampling crosses such a line it is as accurate. Samples are turned into a density by the same rule
+    as the reference, which favours large samples.
+    """
+    sampling, rows = table(data, "sampling"), table(data, "monte_carlo")
+    rows = rows.assign(size=rows["error"].abs())
+    budgets = {GAUSSIAN: COLLOCATION, MAXIMUM_ENTROPY: COLLOCATION}
+    surface = about(data).get("simulations")
+    if surface:
+        budgets[PUSH_FORWARD] = int(surface)
+    figure = new_figure(4.6)
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for axes, of in zip(panels, CHAOS, strict=True):
+        mine = sampling[sampling["alpha_of"] == of]
+        if mine.empty:
+            absent(axes, "no distribution was identified by this method")
+            continue
+        _sampled(axes, mine)
+        exact = rows[rows["alpha_of"] == of].groupby("method")["size"].mean()
+        for name in (n for n in (GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD) if n in exact):
+            look = LOOKS[name]
+            axes.axhline(exact[name], color=look.colour, linestyle="--", linewidth=1.5)
+            if name in budgets:
+                axes.plot(budgets[name], exact[name], look.marker, color=look.colour, markersize=9, zorder=4)
+        axes.set_yscale("log")
+        plain_log(axes)
+        listed_x(axes, np.unique(sampling["samples"].to_numpy(np.float64)))
+        axes.set(xlabel="simulations a point (-)", title=f"at {OPTIMA[of]}")
+    panels[0].set_ylabel(r"MAE of $\log\mathcal{L}_l$ (-)")
+    handles = [
+        Line2D([], [], color=BLACK, linewidth=1.8, label="Monte Carlo, median and inner half"),
+        Line2D([], [], color=WINE, marker="o", markersize=4, label="quasi Monte Carlo"),
+        *(_fixed(name, budgets.get(name)) for name in (GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD)),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _sampled(axes: Axes, rows: pd.DataFrame) -> None:
+    random = rows[rows["rule"] == "random"].groupby("samples")["mae"].quantile([0.25, 0.5, 0.75]).unstack()
+    if len(random):
+        axes.fill_between(random.index, random[0.25], random[0.75], color=BLACK, alpha=0.18, linewidth=0)
+        axes.plot(random.index, random[0.5], color=BLACK, linewidth=1.8)
+    even = rows[rows["rule"] == "even"].sort_values("samples")
+    axes.plot(even["samples"], even["mae"], "o-", color=WINE, markersize=4)
+
+
+def _fixed(name: str, count: int | None) -> Line2D:
+    look = LOOKS[name]
+    label = look.label if count is None else f"{look.label}, {count} simulations"
+    return Line2D([], [], color=look.colour, linestyle="--", marker=look.marker, label=label)

@@ -1,0 +1,124 @@
+"""What the figures of the wet clutch share: tables, names and looks of the methods, axes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
+from numpy.typing import NDArray
+
+from pipeline.figures.palette import Look
+from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE
+from pipeline.files import read_json
+
+Array = NDArray[np.float64]
+
+INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
+#: The campaign of all figures that do not compare campaigns.
+CAMPAIGN = "clutch"
+GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD = "gaussian", "maximum_entropy", "push_forward"
+MONTE_CARLO, SAMPLED = "monte_carlo", "_sampled"
+#: The methods of the dissertation, in the order of legends.
+CHAOS = (GAUSSIAN, MAXIMUM_ENTROPY)
+#: Collocation points of polynomial chaos of two parameters, five along each.
+COLLOCATION = 25
+#: The distribution (mu_1, mu_2, sigma_1, sigma_2) that section 3.4.1 propagates, `demo` in the tables.
+DEMO = "demo"
+MS = 1e3  # ms per s
+
+LOOKS = {
+    MONTE_CARLO: Look("Monte Carlo", GREY, "."),
+    GAUSSIAN: Look("Gaussian", ORANGE, "s"),
+    MAXIMUM_ENTROPY: Look("maximum entropy", INDIGO, "^"),
+    PUSH_FORWARD: Look("exact push-forward", GREEN, "D"),
+    GAUSSIAN + SAMPLED: Look("Gaussian, sampled moments", ORANGE, "s", "--"),
+    MAXIMUM_ENTROPY + SAMPLED: Look("maximum entropy, sampled moments", INDIGO, "^", "--"),
+}
+#: Optima in titles, by the method that found them.
+OPTIMA = {GAUSSIAN: r"$\alpha^*_G$", MAXIMUM_ENTROPY: r"$\alpha^*_{ME}$", PUSH_FORWARD: r"$\alpha^*$"}
+PARAMETERS = {
+    "mu_1": r"$\mu_1$ of $p_{hc0}$ (multiples)",
+    "mu_2": r"$\mu_2$ of $z_p$ (multiples)",
+    "sigma_1": r"$\sigma_1$ of $p_{hc0}$ (multiples)",
+    "sigma_2": r"$\sigma_2$ of $z_p$ (multiples)",
+}
+
+
+def table(data: Path, name: str, campaign: str | None = CAMPAIGN) -> pd.DataFrame:
+    """A table of the wet clutch, from the data folder; of one campaign, or of all if that is None."""
+    # opened here, so that the error about a missing table names it
+    with (data / "tables" / "clutch" / f"{name}.parquet").open("rb") as file:
+        rows = pd.read_parquet(file)
+    if campaign is None or "campaign" not in rows:
+        return rows
+    return rows[rows["campaign"] == campaign].drop(columns="campaign").reset_index(drop=True)
+
+
+def about(data: Path) -> dict[str, Any]:
+    """Settings of the assessment: samples, planted, truth, shown; nothing that a campaign does not have."""
+    content = read_json(data / "tables" / "clutch" / "about.json")
+    own: dict[str, Any] = content.get(CAMPAIGN, {}) if isinstance(content, dict) else {}
+    return own
+
+
+def demo_alpha(data: Path) -> tuple[float, ...]:
+    """The distribution shown beside the identified ones: mu_1, mu_2, sigma_1, sigma_2."""
+    return tuple(about(data)["demo"])
+
+
+def optima(data: Path) -> pd.DataFrame:
+    """The identified numbers, a row per method and a column per number."""
+    return table(data, "estimates").pivot(index="method", columns="name", values="value")
+
+
+def methods(rows: pd.DataFrame) -> list[str]:
+    """Methods of `rows` in the order of legends."""
+    return [name for name in LOOKS if (rows["method"] == name).any()]
+
+
+def parameter(name: str) -> str:
+    """A number of the distribution for axes."""
+    return PARAMETERS.get(name, f"{name} (multiples)")
+
+
+def symbol(name: str) -> str:
+    """A number of the distribution without its meaning and unit."""
+    return parameter(name).split(" ")[0]
+
+
+def alpha_text(alpha: Any) -> str:
+    """(mu_1, mu_2, sigma_1, sigma_2) in brackets."""
+    return "(" + ", ".join(f"{value:.2g}" if value < 0.1 else f"{value:.2f}" for value in alpha) + ")"
+
+
+def line_of(method: str, label: str | None = None) -> Line2D:
+    """An entry of `method` for a legend."""
+    look = LOOKS[method]
+    return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=1.8, label=label or look.label)
+
+
+def area_of(method: str, label: str | None = None) -> Patch:
+    """An entry of `method` for a legend where it is drawn as an area."""
+    look = LOOKS[method]
+    return Patch(facecolor=look.colour, alpha=0.75, label=label or look.label)
+
+
+def dot(label: str, filled: bool = True) -> Line2D:
+    """An entry of measured points for a legend."""
+    face = BLACK if filled else "white"
+    return Line2D([], [], color=BLACK, marker="o", mfc=face, markersize=4.5, linestyle="", label=label)
+
+
+def listed_x(axes: Axes, values: Array) -> None:
+    """A logarithmic horizontal axis with ticks at `values`, as plain numbers."""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(FixedLocator(values.tolist()))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
