@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,9 +87,9 @@ def profile_pair(
 
 
 def _spread(box: Box) -> Array:
-    """Starts all over the free parameters: the best of a cell may lie in another valley than its neighbours'."""
-    shares = np.stack(np.meshgrid(*[SPREAD] * int(box.free.sum()), indexing="ij"), axis=-1)
-    return box.to_alpha(shares.reshape(-1, shares.shape[-1]))
+    """(S, k) starts all over the free parameters: the best may lie in another valley than the neighbours'."""
+    shares = np.array(list(product(SPREAD, repeat=int(box.free.sum()))))
+    return box.to_alpha(shares)
 
 
 def _outwards(first: Array, second: Array, centre: Array) -> list[tuple[int, int]]:

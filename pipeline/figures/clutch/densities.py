@@ -56,7 +56,11 @@ def propagated_uncertainty(data: Path) -> Figure:
     left, right = upper.subplots(1, 2, sharex=True, sharey=True)
     _surface(left, response)
     left.set_title(f"shifting time of operating point {shown}")
-    _joint(right, response, demo_alpha(data))
+    alpha = demo_alpha(data)
+    if alpha:
+        _joint(right, response, alpha)
+    else:
+        absent(right, "no distribution was chosen to be shown")
     for axes in (left, right):
         axes.set(xlabel=r"$\vartheta_1$, threshold $p_{hc0}$ (multiples)")
     left.set_ylabel(r"$\vartheta_2$, contact $z_p$ (multiples)")
@@ -66,7 +70,7 @@ def propagated_uncertainty(data: Path) -> Figure:
     where = places(lower, experiments)
     _areas(where, curves, {MONTE_CARLO: (-1.0, 1.0)})
     measured(where, table(data, "points"))
-    lower.suptitle(f"α = {alpha_text(demo_alpha(data))}: {_likelihood_text(data, DEMO, None)}")
+    lower.suptitle(f"α = {alpha_text(alpha)}: {_likelihood_text(data, DEMO, None)}")
     handles = [area_of(MONTE_CARLO), *measured_handles(where)]
     lower.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure

@@ -68,8 +68,8 @@ def about(data: Path) -> dict[str, Any]:
 
 
 def demo_alpha(data: Path) -> tuple[float, ...]:
-    """The distribution shown beside the identified ones: mu_1, mu_2, sigma_1, sigma_2."""
-    return tuple(about(data)["demo"])
+    """The distribution shown beside the identified ones: mu_1, mu_2, sigma_1, sigma_2; empty without one."""
+    return tuple(about(data).get("demo") or ())
 
 
 def optima(data: Path) -> pd.DataFrame:
