@@ -1,0 +1,1 @@
+"""Effects that models of mechatronic systems leave out, one family per file."""

@@ -1,0 +1,45 @@
+"""Waves of position: cogging, eccentricity, gear mesh."""
+
+from __future__ import annotations
+
+from pipeline.physics.effects.effect import PortEffect
+from pipeline.physics.effects.grids import waves
+from pipeline.physics.effects.law import Law, Shape, signed
+from pipeline.physics.effects.place import Site
+
+#: Spatial frequencies that are tried.
+_MOST = 64
+
+
+class TorqueRipple(PortEffect):
+    """One wave; add it again for another. Its phase is that of its sine and cosine."""
+
+    family = "torque_ripple"
+    complexity = 3.0
+    needs = ("position",)
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        grid = waves(at, _MOST)
+        amplitudes = {"A_s": signed("sin(k_x*x)", at.effort), "A_c": signed("cos(k_x*x)", at.effort)}
+        frequency = Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1]))
+        return Law("A_s*sin(k_x*x) + A_c*cos(k_x*x)", amplitudes, {"k_x": frequency})
+
+
+class TorqueRippleWithOvertone(PortEffect):
+    """A wave and the one of twice its frequency."""
+
+    family = "torque_ripple"
+    variant = "with_overtone"
+    complexity = 5.0
+    needs = ("position",)
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        grid = waves(at, _MOST // 2)
+        parts = {"A_s": "sin(k_x*x)", "A_c": "cos(k_x*x)", "B_s": "sin(2*k_x*x)", "B_c": "cos(2*k_x*x)"}
+        return Law(
+            " + ".join(f"{name}*{wave}" for name, wave in parts.items()),
+            {name: signed(wave, at.effort) for name, wave in parts.items()},
+            {"k_x": Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1]))},
+        )

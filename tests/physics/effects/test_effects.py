@@ -1,0 +1,177 @@
+"""Every effect at every kind of place: level zero, linearity, regressors, names, units, files."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from numpy.testing import assert_allclose
+
+from pipeline.physics.effects.library import effects
+from pipeline.physics.system.reader import read_system
+from pipeline.physics.system.units import parse_unit
+from pipeline.physics.system.writer import write_system
+from tests.physics.effects.benches import (
+    Case,
+    at_place,
+    cases,
+    evaluated,
+    every,
+    measured,
+    system,
+    values,
+)
+
+EVERY = cases()
+FAMILIES = {
+    *("viscous_friction", "coulomb_friction", "stribeck_friction", "quadratic_drag"),
+    *("position_dependent_friction", "hysteresis", "linear_spring", "nonlinear_spring", "end_stop"),
+    *("constant_load", "gravity_load", "torque_ripple", "backlash", "inertia_error"),
+    *("actuator_gain", "actuator_offset", "actuator_saturation", "actuator_dead_zone", "actuator_lag"),
+    *("input_delay", "sensor_gain", "sensor_offset", "sensor_delay", "drift", "scatter"),
+}
+
+
+def test_every_family_of_the_contract_is_in_the_library_and_no_other() -> None:
+    assert {effect.family for effect in effects()} == FAMILIES
+    assert len({(effect.family, effect.variant) for effect in effects()}) == len(effects())
+    complexities = [effect.complexity for effect in effects()]
+    assert complexities == sorted(complexities)
+
+
+@every(EVERY)
+def test_level_zero_adds_nothing(case: Case) -> None:
+    zero = {sp.Symbol(name, real=True): sp.S.Zero for name in case.added.amplitudes}
+    known = case.system
+    grown = case.added.system
+    kept = slice(len(known.states))
+    assert tuple(f.xreplace(zero) for f in grown.closed[kept]) == known.closed
+    assert [o.expression.xreplace(zero) for o in grown.outputs] == [o.expression for o in known.outputs]
+    assert grown.states[kept] == known.states
+    assert (grown.inputs, grown.x[len(known.states) :]) == (
+        known.inputs,
+        tuple(sp.Symbol(name, real=True) for name in case.added.memory),
+    )
+
+
+@every(EVERY)
+def test_new_numbers_are_parameters_within_bounds_with_units(case: Case) -> None:
+    added = case.added
+    before = {p.name for p in case.system.parameters}
+    new = {p.name: p for p in added.system.parameters if p.name not in before}
+    fitted = [*added.amplitudes, *added.shapes]
+    assert len(set(fitted)) == len(fitted)
+    assert set(fitted) - set(added.delays) <= set(new)
+    for name in fitted:
+        low, high = added.bounds[name]
+        grid = added.shapes.get(name, (0.0,))
+        assert low <= min(grid) <= max(grid) <= high
+        assert len(set(grid)) == len(grid)
+        assert 0.0 < abs(added.scales[name]) < np.inf
+        parse_unit(added.units[name])
+        if name in new:
+            assert (new[name].bounds, new[name].unit) == (added.bounds[name], added.units[name])
+            assert new[name].identify == (name not in added.shares)
+    left_out = {name for name in fitted if name.startswith("v_c")} | {*added.shares}
+    assert set(added.reported) == set(fitted) - left_out
+
+
+@every(EVERY)
+def test_the_system_is_written_and_read_back(case: Case, tmp_path: Path) -> None:
+    grown = case.added.system
+    write_system(grown, tmp_path / "augmented.yaml")
+    read = read_system(tmp_path / "augmented.yaml")
+    bare = [replace(s, signals={}, dynamics=(), text={}) for s in (read, grown)]
+    assert bare[0] == bare[1]
+    assert list(read.signals) == list(grown.signals)
+    if read.dynamics != grown.dynamics:  # sums and products in another order
+        both = [evaluated(grown, list(s.dynamics), np.array(grown.values)) for s in (read, grown)]
+        assert_allclose(*both, rtol=1e-9, atol=1e-9)
+
+
+@every([case for case in cases("stage", "pendulum") if case.linear])
+def test_what_is_added_is_regressors_times_amplitudes(case: Case) -> None:
+    added = case.added
+    rng = np.random.default_rng(1)
+    drawn = {name: rng.uniform(0.2, 1.0) * added.scales[name] for name in added.amplitudes}
+    p = values(added, **drawn)
+    place = at_place(added)
+    without = place.xreplace({sp.Symbol(name, real=True): sp.S.Zero for name in drawn})
+    with_it, before, *regressors = evaluated(added.system, [place, without, *added.regressors], p).T
+    expected = before + sum(drawn[name] * r for name, r in zip(drawn, regressors, strict=True))
+    assert_allclose(with_it, expected, rtol=1e-12, atol=1e-12 * np.abs(with_it).max())
+    assert np.ptp(np.abs(regressors), axis=1).max() > 0.0 or len(set(added.regressors)) == 1
+
+
+@every([case for case in EVERY if not case.added.linear])
+def test_an_effort_that_depends_on_acceleration_holds_with_the_acceleration_that_it_makes(case: Case) -> None:
+    """E = F + sum of amplitudes times what they add, at the acceleration of the system with the effect."""
+    added, known = case.added, case.system
+    port = known.port(case.place.name)
+    (amplitude,) = added.amplitudes
+    size = added.scales[amplitude]
+    grown = added.system
+    laws = {sp.Symbol(port.effort, real=True): port.law or sp.S.Zero}
+    total = grown.signals[f"{port.effort}_total"].xreplace(laws)
+    v = known.expression(port.velocity)
+    rates = [sp.diff(v, x) * f for x, f in zip(grown.x, grown.closed, strict=True)]
+    acceleration = sum(rates, sp.S.Zero)
+    law = case.effect.family
+    pushed = sp.S.Zero if law == "inertia_error" else grown.closed[-1]
+    expected = (port.law or sp.S.Zero) + sp.Symbol(amplitude, real=True) * (
+        acceleration if law == "inertia_error" else pushed - acceleration
+    )
+    found, wanted = evaluated(grown, [total, expected], values(added, **{amplitude: size})).T
+    assert_allclose(found, wanted, rtol=1e-9)
+
+
+@every([case for case in EVERY if not case.added.linear])
+def test_the_regressor_of_such_an_effort_is_its_tangent_at_zero(case: Case) -> None:
+    added, port = case.added, case.system.port(case.place.name)
+    laws = {sp.Symbol(port.effort, real=True): port.law or sp.S.Zero}
+    total = added.system.signals[f"{port.effort}_total"].xreplace(laws)
+    (amplitude,), h = added.amplitudes, 1e-6 * added.scales[added.amplitudes[0]]
+    above, below = (
+        evaluated(added.system, [total], values(added, **{amplitude: s * h})) for s in (1.0, -1.0)
+    )
+    regressor = evaluated(added.system, list(added.regressors), values(added))
+    assert_allclose((above - below) / (2.0 * h), regressor, rtol=1e-5, atol=1e-6 * np.abs(regressor).max())
+
+
+def test_names_that_the_system_has_are_left_alone() -> None:
+    (case,) = (c for c in cases("stage") if (c.effect.family, c.effect.variant) == ("coulomb_friction", ""))
+    assert case.added.amplitudes == ("F_c_rail",)
+    assert case.added.law == "F_c_rail*sign(v)"
+    assert case.added.system.text["ports.rail.law"] == "F_c*tanh(v/v_c) + F_c_rail*tanh(v/v_c_rail)"
+    (case,) = (c for c in cases("stage") if c.effect.variant == "dahl")
+    assert case.added.memory == ("z_rail",)
+
+
+@pytest.mark.parametrize("name", ["stage", "pendulum", "slider_crank"])
+def test_a_family_only_acts_where_the_port_has_what_it_needs(name: str) -> None:
+    families = {case.effect.family for case in cases(name)}
+    assert families == FAMILIES - (set() if name == "pendulum" else {"gravity_load"})
+    ports = tuple(replace(port, position=None, velocity=None) for port in system(name).ports)
+    bare = replace(system(name), ports=ports)
+    needless = {e.family for e in effects() for place in e.places(bare) if place.kind == "port"}
+    assert needless == {"constant_load", "drift"}
+
+
+def test_a_system_without_units_gets_numbers_without_units(tmp_path: Path) -> None:
+    text = (
+        "schema: system/1\nname: plain\nstates: {x: {unit: 1}, v: {unit: 1}}\ninputs: {u: {unit: 1}}\n"
+        "outputs: {x: {unit: 1}}\nparameters: {b: {value: 2.0, unit: 1, identify: true}}\n"
+        "ports: {rail: {effort: F, unit: 1, position: x, velocity: v}}\ndynamics: {x: v, v: u - b*v - F}\n"
+    )
+    (tmp_path / "plain.yaml").write_text(text)
+    plain = read_system(tmp_path / "plain.yaml")
+    sizes = measured(plain)
+    for effect in effects():
+        for place in effect.places(plain):
+            added = effect.add(plain, place, sizes)
+            assert set(added.units.values()) <= {"1", "s"}, effect.family
+            write_system(added.system, tmp_path / "grown.yaml")
+            assert read_system(tmp_path / "grown.yaml").parameters == added.system.parameters
