@@ -1,0 +1,85 @@
+"""Planted parameters are found again, test runs play no part, and the threshold is the best one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.errors import BadInput
+from pipeline.learning.bounce import fit_bounce, jump_threshold
+from pipeline.models.bounce import BounceParameters, CamMotion, simulate
+from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.trajectory import Campaign
+from tests.models.bounce_runs import PARAMETERS, campaign, turning
+
+BENCH = CamFollower()
+
+
+def measured() -> Campaign:
+    """Runs whose follower moves as the simulation says."""
+    runs = campaign([turning(speed) for speed in (22.0, 24.0, 26.0, 28.0, 30.0, 32.0, 25.0, 27.0)])
+    eps = simulate(CamMotion.of(runs, BENCH), PARAMETERS).eps
+    return replace(runs, signals={**runs.signals, "eps": eps})
+
+
+TRAIN = np.arange(6)
+
+
+def friction(parameters: BounceParameters, speed: float) -> float:
+    return parameters.guide_coulomb + parameters.guide_viscous * speed
+
+
+def test_planted_parameters_are_found_again() -> None:
+    found = fit_bounce(measured(), TRAIN, BENCH)
+    assert found.restitution == pytest.approx(PARAMETERS.restitution, rel=0.03)
+    # over the speeds of short falls the two kinds of friction can hardly be told apart
+    assert friction(found, 0.3) == pytest.approx(friction(PARAMETERS, 0.3), rel=0.02)
+    assert found.contact_compliance == pytest.approx(PARAMETERS.contact_compliance, rel=0.2)
+    assert found.shaft_compliance == pytest.approx(PARAMETERS.shaft_compliance, rel=0.2)
+
+
+def test_test_runs_play_no_part() -> None:
+    runs = measured()
+    spoilt = {name: np.where(np.arange(800) < 600, x, np.nan) for name, x in runs.signals.items()}
+    first, second = (fit_bounce(r, TRAIN, BENCH) for r in (runs, replace(runs, signals=spoilt)))
+    assert first == second
+
+
+def test_runs_without_jumps_teach_nothing() -> None:
+    with pytest.raises(BadInput, match="the follower never leaves the cam in the 2 training runs"):
+        fit_bounce(campaign([turning(5.0), turning(6.0)]), np.arange(2), BENCH)
+
+
+def test_a_detachment_that_is_no_number_is_refused() -> None:
+    runs = measured()
+    eps = np.where(np.arange(800) == 207, np.nan, runs.signals["eps"])
+    with pytest.raises(BadInput, match="experiment 3: eps is not a finite number at sample 7"):
+        fit_bounce(replace(runs, signals={**runs.signals, "eps": eps}), TRAIN, BENCH)
+
+
+def balanced(values: np.ndarray, jump: np.ndarray, threshold: float) -> float:
+    return float(np.mean(values[jump] > threshold) + np.mean(values[~jump] <= threshold)) / 2.0
+
+
+@given(st.lists(st.tuples(st.integers(-9, 9), st.booleans()), min_size=2, max_size=30))
+def test_threshold_has_the_best_balanced_accuracy(runs: list[tuple[int, bool]]) -> None:
+    values, jump = (np.array(column) for column in zip(*runs, strict=True))
+    if jump.all() or not jump.any():
+        with pytest.raises(BadInput, match="both are needed"):
+            jump_threshold(values.astype(float), jump)
+        return
+    best = max(balanced(values, jump, t) for t in (*np.unique(values), -np.inf))
+    assert balanced(values, jump, jump_threshold(values.astype(float), jump)) == pytest.approx(best)
+
+
+def test_threshold_lies_in_the_middle_of_a_gap() -> None:
+    assert jump_threshold(np.array([1.0, 3.0, 7.0, 9.0]), np.array([False, False, True, True])) == 5.0
+
+
+def test_threshold_of_no_numbers_is_refused() -> None:
+    with pytest.raises(BadInput, match="value 1 is not a finite number"):
+        jump_threshold(np.array([0.0, np.nan]), np.array([True, False]))
