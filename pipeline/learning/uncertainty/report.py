@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Found = Mapping[str, Identification]
 SCHEMA = "uncertainty/1"
 #: Values of each parameter in the profile of a pair.
-GRID = 13
+GRID = 9
 
 
 def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tuple[int, int], PairProfile]:
