@@ -1,0 +1,115 @@
+"""A linear axis: a motor moves a carriage through a toothed belt, under position control at the motor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.rigs.withheld.effect import Plantable as P
+from pipeline.rigs.withheld.effect import Port
+from pipeline.rigs.withheld.effects import (
+    actuators,
+    changing,
+    elastic,
+    foreign,
+    friction,
+    loads,
+    play,
+    sensors,
+)
+from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Sensor
+
+
+@dataclass(frozen=True)
+class BeltAxis(Machine):
+    """At the pulley's radius: motor `m_m` (kg, with damping `b_m`, N s/m, and drive `kf`, N/A), belt `k_b`
+    (N/m) with damping `c_b`, carriage `m_c` with damping `b_c`; `stiffness` (A/m) and `damping` (A s/m) of
+    the controller, which gives at most `supply` (A).
+    """
+
+    m_m: float = 1.6
+    m_c: float = 4.2
+    b_m: float = 7.0
+    b_c: float = 14.0
+    k_b: float = 2.0e4
+    c_b: float = 40.0
+    kf: float = 10.0
+    stiffness: float = 320.0
+    damping: float = 22.0
+    supply: float = 15.0
+
+    name = "belt_axis"
+    input = "i"
+    periods = (0.001, 0.002)
+    duration = 2.5
+    runs = (6, 8, 10)
+    range = Range(0.13, 2.0)
+    sensors = (
+        Sensor("x_m", 0, False, 2e-5, 2e-5),
+        Sensor("x_c", 1, False, 1e-5, 2e-5),
+        Sensor("v_m", 0, True, 0.0, 0.006),
+        Sensor("v_c", 1, True, 0.0, 0.006),
+    )
+    optional = ("v_c",)
+    groups = ("A", "B")
+
+    def start(self, runs: int, rng: np.random.Generator) -> Array:
+        return np.tile(rng.uniform(-0.003, 0.003, runs), (2, 1))
+
+    def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        u = self.stiffness * (reference - q[0]) + self.damping * (slope - v[0])
+        u = u + (self.b_m + self.b_c) / self.kf * slope
+        return np.asarray(np.clip(u, -self.supply, self.supply))
+
+    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+        pull = self.k_b * (q[0] - q[1]) + self.c_b * (v[0] - v[1])
+        motor = (self.kf * u - self.b_m * v[0] - pull) / self.m_m
+        return np.stack([motor, (pull - self.b_c * v[1]) / self.m_c])
+
+    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
+        row, mass = (0, self.m_m) if name == "motor" else (1, self.m_c)
+        response = np.zeros_like(v)
+        response[row] = -1.0 / mass
+        return Port(q[row], v[row], response, -response[row])
+
+    plantable = (
+        P("viscous_friction", "rail", lambda a, *_: friction.EyringDrag(10.0 * a, 1.5), local=True),
+        P("viscous_friction", "motor", lambda a, *_: friction.EyringDrag(10.0 * a, 1.5)),
+        P("coulomb_friction", "rail", lambda a, *_: friction.Coulomb(6.0 * a), local=True),
+        P("coulomb_friction", "motor", lambda a, *_: friction.ArctanFriction(6.0 * a, 0.002), local=True),
+        P("stribeck_friction", "rail", lambda a, *_: friction.TustinFriction(4.0 * a, 10.0 * a, 0.06)),
+        P("quadratic_drag", "rail", lambda a, *_: friction.Windage(10.0 * a, 0.05)),
+        P("position_dependent_friction", "rail", lambda a, *_: friction.TightSpot(16.0 * a, 0.03, 0.03)),
+        P("hysteresis", "rail", lambda a, *_: friction.MaxwellSlip(8.0 * a, 0.015)),
+        P("linear_spring", "rail", lambda a, *_: elastic.RubberSpring(70.0 * a, 0.0, 0.4), local=True),
+        P("nonlinear_spring", "rail", lambda a, *_: elastic.PlaySpring(120.0 * a, 1e4 * a, 0.0, 0.03)),
+        P("end_stop", "rail", lambda a, *_: elastic.Bumper(2.5e3 * a, 0.5, -0.08, 0.07)),
+        P("constant_load", "rail",
+          lambda a, *_: loads.ConstantLoad(5.0 * a), (("gravity_load", "rail"),), local=True),
+        P("torque_ripple", "motor",
+          lambda a, *_: loads.Ripple([5.0 * a, 2.5 * a, 1.5 * a], [52.0, 104.0, 312.0],
+          [0.9, 2.2, 0.1])),
+        P("backlash", "motor", lambda a, *_: play.LooseInertia("m_m", 0.8, 0.003 * a, 0.15, 0.06)),
+        P("inertia_error", "rail", lambda a, *_: loads.WrongInertia("m_c", 0.6 * a)),
+        P("actuator_gain", "actuator:i", lambda a, *_: actuators.Gain(-min(0.12 * a, 0.6))),
+        P("actuator_offset", "actuator:i",
+          lambda a, *_: actuators.Offset(0.5 * a), (("constant_load", "motor"),)),
+        P("actuator_saturation", "actuator:i", lambda a, *_: actuators.SoftSaturation(10.0 / a)),
+        P("actuator_dead_zone", "actuator:i", lambda a, *_: actuators.RoundedDeadZone(0.5 * a)),
+        P("actuator_lag", "actuator:i", lambda a, *_: actuators.TwoPoleLag(0.006 * a)),
+        P("input_delay", "actuator:i", lambda a, *_: actuators.Transport(0.0047 * a)),
+        P("sensor_gain", "sensor:x_c", lambda a, *_: sensors.ScaleError(0.01 * a)),
+        P("sensor_offset", "sensor:x_c", lambda a, *_: sensors.Bias(8e-4 * a)),
+        P("sensor_delay", "sensor:v_m", lambda a, *_: sensors.Latency(0.0045 * a)),
+        P("drift", "actuator:i",
+          lambda a, plan, _: changing.FadingDrive(min(0.25 * a, 0.6), 12.0, plan.begin)),
+        P("drift", "rail", lambda a, plan, _: changing.WarmingBearing(18.0 * a, 10.0, plan.begin)),
+        P("scatter", "rail", lambda a, plan, rng: changing.scattered_damping(8.0 * a, -12.0, plan.runs, rng)),
+        P("resonance", "rail", lambda a, *_: play.Resonator("m_c", min(1.0 * a, 3.0), 8.0, 0.02)),
+        P("sticky_valve", "actuator:i", lambda a, *_: foreign.StickyValve(0.8 * a)),
+        P("heated_motor", "actuator:i", lambda a, *_: foreign.HeatedMotor(0.012 * a, 0.6),
+          (("drift", "actuator:i"), ("actuator_gain", "actuator:i"))),
+        P("floor_vibration", "rail",
+          lambda a, plan, rng: foreign.FloorVibration(8.0 * a, 11.0, rng.uniform(0.0, 6.28, plan.runs))),
+    )  # fmt: skip

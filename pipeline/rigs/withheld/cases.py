@@ -1,0 +1,117 @@
+"""A case: a machine, what is planted in it, how strongly, and the chance of everything else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import BadInput
+from pipeline.rigs.withheld.effect import Effect, Only, Plan, Plantable, PortEffect
+from pipeline.rigs.withheld.machine import Array, Machine
+from pipeline.rigs.withheld.machines import MACHINES
+
+GROUP = "group"
+_EVERYTHING = 0.6  # share of the campaigns that log all outputs
+
+
+@dataclass(frozen=True)
+class Planted:
+    """One effect: `family` and `channel` as the machine offers them; in all runs, or only `at` one level of
+    the operating point's `factor`, or at one group (`factor` is then "group").
+    """
+
+    family: str
+    channel: str
+    factor: str | None = None
+    at: float | str | None = None
+
+
+@dataclass(frozen=True)
+class Case:
+    """`effects` on the machine `system` at `level` times their typical size, everything else by `seed`.
+
+    Raises:
+        BadInput: when there is no such machine, or it offers no such effect.
+    """
+
+    system: str
+    effects: tuple[Planted, ...]
+    level: float
+    seed: int
+
+    def __post_init__(self) -> None:
+        for planted in self.effects:
+            self.offered(planted)
+        if not self.level >= 0.0:
+            raise BadInput(f"level: must not be negative, got {self.level}")
+
+    @property
+    def machine(self) -> Machine:
+        """As it is without planted effects."""
+        for machine in MACHINES:
+            if machine.name == self.system:
+                return machine
+        names = ", ".join(machine.name for machine in MACHINES)
+        raise BadInput(f"system: {self.system!r} is not one of {names}")
+
+    def offered(self, planted: Planted) -> Plantable:
+        """The machine's entry for `planted`."""
+        for one in self.machine.plantable:
+            if (one.family, one.channel) == (planted.family, planted.channel):
+                return one
+        raise BadInput(f"effects: {self.system} has no {planted.family} at {planted.channel}")
+
+    @property
+    def logged(self) -> tuple[str, ...]:
+        """Names of the outputs that are logged: all if a sensor is at fault, else by chance."""
+        faulty = any(planted.channel.startswith("sensor:") for planted in self.effects)
+        everything = faulty or np.random.default_rng([self.seed, 4]).uniform() < _EVERYTHING
+        sensors = (sensor.output for sensor in self.machine.sensors)
+        return tuple(name for name in sensors if everything or name not in self.machine.optional)
+
+    def plan(self) -> Plan:
+        """The runs of the campaign; a logger that has to do without some outputs is a fast one."""
+        machine, rng = self.machine, np.random.default_rng([self.seed, 0])
+        whole = len(self.logged) == len(machine.sensors)
+        period = float(rng.choice(machine.periods)) if whole else min(machine.periods)
+        runs = int(rng.choice(machine.runs))
+        # steps of about a quarter of a millisecond, an even number of them
+        substeps = 2 * max(1, round(period / 5e-4))
+        return Plan(
+            period=period,
+            samples=round(machine.duration / period),
+            substeps=substeps,
+            hold=float(rng.choice([0.0, 0.5, 1.0])),
+            conditions=_conditions(machine, runs),
+            groups=tuple(machine.groups[i % len(machine.groups)] for i in range(runs) if machine.groups),
+            begin=1.25 * machine.duration * np.arange(runs, dtype=np.float64),
+        )
+
+    def built(self, plan: Plan) -> list[tuple[str, Effect]]:
+        """(channel, effect) of everything that is planted; fresh objects, since effects remember."""
+        found = []
+        for k, planted in enumerate(self.effects):
+            rng = np.random.default_rng([self.seed, 1, k])
+            size = self.level * float(rng.uniform(0.8, 1.25))
+            effect = self.offered(planted).make(max(size, 1e-9), plan, rng)
+            if planted.factor is not None:
+                assert isinstance(effect, PortEffect)
+                effect = Only(effect, _where(plan, planted))
+            found.append((planted.channel, effect))
+        return found
+
+
+def _conditions(machine: Machine, runs: int) -> dict[str, Array]:
+    """A factorial of the factors' levels, again and again."""
+    columns, every = {}, 1
+    for factor, levels in machine.factors.items():
+        columns[factor] = np.array([levels[i // every % len(levels)] for i in range(runs)])
+        every *= len(levels)
+    return columns
+
+
+def _where(plan: Plan, planted: Planted) -> Array:
+    if planted.factor == GROUP:
+        return np.array([float(group == planted.at) for group in plan.groups])
+    return np.asarray(plan.conditions[str(planted.factor)] == planted.at, np.float64)

@@ -1,0 +1,1 @@
+"""Planted effects, by kind."""

@@ -1,0 +1,65 @@
+"""Inertia that hangs on a port by play or by a spring: further bodies with a motion of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from pipeline.rigs.withheld.effect import Array, Port, PortEffect
+
+
+@dataclass
+class LooseInertia(PortEffect):
+    """Part of the machine's inertia, `inertia` taken from its constant `name`, has `play` to either side.
+
+    It runs freely between its stops and hits them with `restitution`, without rebound if slower than `quiet`.
+    """
+
+    name: str
+    inertia: float
+    play: float
+    restitution: float
+    quiet: float
+    _body: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
+
+    def refitted(self, machine: Any) -> Any:
+        return replace(machine, **{self.name: getattr(machine, self.name) - self.inertia})
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        position, velocity = (port.position, port.velocity) if self._body is None else self._body
+        middle, relative = position + 0.5 * dt * velocity, velocity - port.velocity
+        s = middle - port.position
+        against = np.where(s >= self.play, relative > 0.0, (s <= -self.play) & (relative < 0.0))
+        bounce = np.where(np.abs(relative) > self.quiet, self.restitution, 0.0)
+        passed = np.where(against, (1.0 + bounce) * relative / (1.0 / self.inertia + port.mobility), 0.0)
+        velocity = velocity - passed / self.inertia
+        self._body = middle + 0.5 * dt * velocity, velocity
+        return -passed
+
+
+@dataclass
+class Resonator(PortEffect):
+    """Part of the inertia, `inertia` taken from the constant `name`, hangs on a spring: `frequency` (Hz),
+    damping ratio `damping` with the port held.
+    """
+
+    name: str
+    inertia: float
+    frequency: float
+    damping: float
+    _body: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
+
+    def refitted(self, machine: Any) -> Any:
+        return replace(machine, **{self.name: getattr(machine, self.name) - self.inertia})
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        position, velocity = (port.position, port.velocity) if self._body is None else self._body
+        omega = 2.0 * np.pi * self.frequency
+        middle, relative = position + 0.5 * dt * velocity, velocity - port.velocity
+        s = middle - port.position
+        passed = dt * self.inertia * (omega**2 * s + 2.0 * self.damping * omega * relative)
+        velocity = velocity - passed / self.inertia
+        self._body = middle + 0.5 * dt * velocity, velocity
+        return -passed

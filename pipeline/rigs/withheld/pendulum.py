@@ -1,0 +1,92 @@
+"""A pendulum that is driven at its joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.rigs.withheld.effect import Plantable as P
+from pipeline.rigs.withheld.effect import Port
+from pipeline.rigs.withheld.effects import (
+    actuators,
+    changing,
+    elastic,
+    foreign,
+    friction,
+    loads,
+    play,
+    sensors,
+)
+from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Sensor
+
+_COUNT = 2.0 * np.pi / 8192
+
+
+@dataclass(frozen=True)
+class Pendulum(Machine):
+    """Inertia `J` (kg m^2), damping `b` (N m s/rad), weight times distance of its centre `mgl` (N m)."""
+
+    J: float = 0.02
+    b: float = 0.03
+    mgl: float = 1.2
+
+    name = "pendulum"
+    input = "torque"
+    periods = (0.001, 0.004)
+    duration = 4.0
+    runs = (8, 10)
+    range = Range(0.8, 2.5)
+    sensors = (Sensor("theta", 0, False, _COUNT, 6e-4), Sensor("omega", 0, True, 0.0, 0.02))
+    optional = ("omega",)
+    groups = ("left", "right")
+
+    def start(self, runs: int, rng: np.random.Generator) -> Array:
+        return rng.uniform(-0.8, 0.8, (1, runs))
+
+    def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        return reference
+
+    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+        return (u - self.b * v - self.mgl * np.sin(q)) / self.J
+
+    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
+        mobility = np.full_like(q, 1.0 / self.J)
+        return Port(q[0], v[0], -mobility, mobility[0])
+
+    plantable = (
+        P("coulomb_friction", "joint", lambda a, *_: friction.Coulomb(0.03 * a), local=True),
+        P("stribeck_friction", "joint", lambda a, *_: friction.TustinFriction(0.02 * a, 0.06 * a, 0.3)),
+        P("quadratic_drag", "joint", lambda a, *_: friction.Windage(0.004 * a, 0.5), local=True),
+        P("position_dependent_friction", "joint", lambda a, *_: friction.TightSpot(0.08 * a, 0.25, 0.2)),
+        P("hysteresis", "joint", lambda a, *_: friction.MaxwellSlip(0.06 * a, 0.2)),
+        P("linear_spring", "joint", lambda a, *_: elastic.RubberSpring(0.12 * a, 0.0, 2.0)),
+        P("nonlinear_spring", "joint", lambda a, *_: elastic.OneSidedSpring(0.5 * a, 0.15, 1.0), local=True),
+        P("end_stop", "joint", lambda a, *_: elastic.Bumper(2.5 * a, 0.2, -0.6, 0.5)),
+        P("constant_load", "joint", lambda a, *_: loads.ConstantLoad(0.05 * a),
+          (("actuator_offset", "actuator:torque"),), local=True),
+        P("gravity_load", "joint", lambda a, *_: loads.Unbalance(0.12 * a, 0.3)),
+        P("torque_ripple", "joint",
+          lambda a, *_: loads.Ripple([0.05 * a, 0.02 * a], [7.0, 14.0], [0.4, 1.9])),
+        P("backlash", "joint", lambda a, *_: play.LooseInertia("J", 0.006, 0.02 * a, 0.2, 0.1)),
+        P("actuator_gain", "actuator:torque", lambda a, *_: actuators.Gain(0.1 * a)),
+        P("actuator_offset", "actuator:torque", lambda a, *_: actuators.Offset(-0.05 * a),
+          (("constant_load", "joint"),)),
+        P("actuator_saturation", "actuator:torque", lambda a, *_: actuators.SoftSaturation(0.9 / a)),
+        P("actuator_dead_zone", "actuator:torque", lambda a, *_: actuators.RoundedDeadZone(0.06 * a)),
+        P("actuator_lag", "actuator:torque", lambda a, *_: actuators.TwoPoleLag(0.02 * a)),
+        P("input_delay", "actuator:torque", lambda a, *_: actuators.Transport(0.013 * a),
+          (("sensor_delay", "sensor:theta"),)),
+        P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.04 * a)),
+        P("sensor_gain", "sensor:omega", lambda a, *_: sensors.ScaleError(0.06 * a)),
+        P("sensor_delay", "sensor:omega", lambda a, *_: sensors.Latency(0.009 * a)),
+        P("drift", "joint", lambda a, plan, _: changing.WarmingBearing(0.03 * a, 15.0, plan.begin)),
+        P("scatter", "joint",
+          lambda a, plan, rng: changing.scattered_damping(0.015 * a, -0.025, plan.runs, rng)),
+        P("resonance", "joint", lambda a, *_: play.Resonator("J", min(0.004 * a, 0.012), 6.0, 0.03)),
+        P("floor_vibration", "joint",
+          lambda a, plan, rng: foreign.FloorVibration(0.06 * a, 9.0, rng.uniform(0.0, 6.28, plan.runs))),
+        P("missed_counts", "sensor:theta", lambda a, *_: foreign.MissedCounts(0.08 * a, 2.5)),
+        P("slow_amplifier", "actuator:torque", lambda a, *_: foreign.SlowAmplifier(4.0 / a),
+          (("actuator_lag", "actuator:torque"), ("actuator_saturation", "actuator:torque"))),
+    )  # fmt: skip

@@ -1,0 +1,79 @@
+"""The scheme of Moreau and Jean: velocities jump by impulses, positions follow the projected velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.rigs.withheld.effect import ActuatorEffect, Plan, PortEffect
+from pipeline.rigs.withheld.machine import Machine
+
+Array = NDArray[np.float64]
+
+
+class Motion(NamedTuple):
+    """Positions q and velocities v (samples, d, n) when the logger reads them, commands u (samples, n)."""
+
+    q: Array
+    v: Array
+    u: Array
+
+
+def move(
+    machine: Machine,
+    plan: Plan,
+    reference: Array,
+    q: Array,
+    forces: Sequence[tuple[str, PortEffect]],
+    drive: Sequence[ActuatorEffect],
+) -> Motion:
+    """Run the machine from rest at `q` (d, n) along `reference` (samples, n).
+
+    Where nothing sticks or hits the scheme is of second order: forces are those in the middle of a step,
+    positions follow by the trapezoidal rule. Dry friction that suffices leaves exactly no velocity. A command
+    holds for a period.
+
+    Args:
+        forces: port and effect; smooth ones before those that project velocities.
+        drive: what happens to the command, in this order.
+    """
+    v = before = np.zeros_like(q)
+    dt, read = plan.step, round(plan.hold * plan.substeps)
+    slope = np.gradient(reference, plan.period, axis=0)
+    rows: list[tuple[Array, Array, Array]] = []
+    for k in range(plan.samples):
+        u = machine.command(reference[k], slope[k], q, v, plan.conditions)
+        for s in range(plan.substeps):
+            if s == read:
+                rows.append((q, v, u))
+            t, acting = k * plan.period + s * dt, u
+            for actuator in drive:
+                acting = actuator.applied(dt, t, acting)
+            q, v, before = _step(machine, plan, dt, t, q, v, before, acting, forces)
+        if read == plan.substeps:
+            rows.append((q, v, u))
+    return Motion(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _step(
+    machine: Machine,
+    plan: Plan,
+    dt: float,
+    t: float,
+    q: Array,
+    v: Array,
+    before: Array,
+    u: Array,
+    forces: Sequence[tuple[str, PortEffect]],
+) -> tuple[Array, Array, Array]:
+    """Positions and velocities after the step, and the velocities before it."""
+    middle = q + 0.5 * dt * v
+    # of the velocity, too, the value in the middle, by the last increment: projected ones are in it
+    last, v = v, v + dt * machine.acceleration(middle, 1.5 * v - 0.5 * before, u, plan.conditions)
+    for name, force in forces:
+        port = machine.port(name, middle, v, plan.conditions)
+        v = v + port.response * force.impulse(dt, t, port)
+    return middle + 0.5 * dt * v, v, last
