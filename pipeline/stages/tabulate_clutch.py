@@ -23,13 +23,13 @@ ASSESSED = ("identified", "accuracy", "monte_carlo", "densities", "sampling", "r
 
 
 def tabulate_clutch(
-    campaigns: list[str], systems: Path, data: Path, profile_name: str, out: Path, reports: Path
+    campaign: str, systems: Path, data: Path, profile_name: str, out: Path, reports: Path
 ) -> None:
     """Write tables, claims and equations to `out`, chapter3.json and readable tables to `reports`.
 
     Args:
-        campaigns: names of the clutch benches; the first is the one of claims and figures.
-        systems: folder of their system files, <campaign>.yaml.
+        campaign: the clutch bench of claims and figures; any other that was assessed is a stress test.
+        systems: folder of its system file, <campaign>.yaml.
         data: folder with raw, trajectories, uncertainty and assessments of the campaigns.
         profile_name: of the profile that they were assessed with.
         out: folder, replaced as a whole.
@@ -38,23 +38,25 @@ def tabulate_clutch(
     Raises:
         BadInput: when an input is missing.
     """
+    assessed = {path.parent.name for path in (data / "assessments").glob("[!.]*/assessment.json")}
+    others = sorted(assessed - {campaign})
+    campaigns = [campaign, *others]
     found = {n: clutch.gathered([(c, data / "uncertainty" / c) for c in campaigns], n) for n in IDENTIFIED}
     found |= {n: clutch.gathered([(c, data / "assessments" / c) for c in campaigns], n) for n in ASSESSED}
     summaries = {c: read_json(data / "uncertainty" / c / "uncertainty.json") for c in campaigns}
     about = {c: read_json(data / "assessments" / c / "assessment.json") for c in campaigns}
-    first = campaigns[0]
-    known = read_system(systems / f"{first}.yaml")
-    logs = read_logs(data / "trajectories" / first, known)
+    known = read_system(systems / f"{campaign}.yaml")
+    logs = read_logs(data / "trajectories" / campaign, known)
     found |= example.tables()
     found["experiments"] = logs.experiments
-    found["engagement"] = clutch.engagement(known, logs, about[first]["shown"])
+    found["engagement"] = clutch.engagement(known, logs, about[campaign]["shown"])
     found["currents"] = clutch.currents(logs)
     own = {c: chapter3.numbers(_of(found, c), summaries[c]["simulations"]) for c in campaigns}
-    chapter = {"example": example.leaves(), **own[first], "stress": {c: own[c] for c in campaigns[1:]}}
-    chapter["advice"] = {"value": len(summaries[first]["advice"]), "text": summaries[first]["advice"]}
+    chapter = {"example": example.leaves(), **own[campaign], "stress": {c: own[c] for c in others}}
+    chapter["advice"] = {"value": len(summaries[campaign]["advice"]), "text": summaries[campaign]["advice"]}
     kind = str(logs.provenance["data"])
-    identified = _of(found, first)["identified"]
-    rows = complete(claims(own[first], identified, about[first]["samples"]), kind)
+    identified = _of(found, campaign)["identified"]
+    rows = complete(claims(own[campaign], identified, about[campaign]["samples"]), kind)
     with replacing_folder(out) as folder:
         for name, table in found.items():
             table.to_parquet(folder / f"{name}.parquet", index=False)
@@ -64,7 +66,7 @@ def tabulate_clutch(
     seconds = sum(summaries[c]["seconds"] + about[c]["seconds"] for c in campaigns)
     head = {"data": kind, "profile": profile_name, "revision": revision(), "seconds": seconds}
     write_json(reports / "metrics" / "chapter3.json", {**head, **chapter})
-    _readable(reports / "tables", own[first], about[first]["samples"])
+    _readable(reports / "tables", own[campaign], about[campaign]["samples"])
 
 
 def _of(tables: dict[str, pd.DataFrame], campaign: str) -> dict[str, pd.DataFrame]:
