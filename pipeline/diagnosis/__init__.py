@@ -1,0 +1,1 @@
+"""What the gap between a model and measured experiments is made of."""

@@ -1,0 +1,146 @@
+"""What the register machine does, whatever the program: compiled once and for all."""
+
+# mypy: ignore-errors
+
+import numpy as np
+
+from pipeline.physics.kernel.layout import jit
+from pipeline.physics.kernel.machine_interpreter import execute
+from pipeline.physics.kernel.machine_opcodes import LANES
+
+
+@jit()
+def fill_numbers(w, row, numbers):
+    for j in range(len(numbers)):
+        for i in range(LANES):
+            w[row + j, i] = numbers[j]
+
+
+@jit()
+def at_share(w, at, now, slope, clock, share, period):
+    """Inputs and time `share` of a period after the last sample."""
+    for j in range(len(now)):
+        for i in range(LANES):
+            w[at.u + j, i] = now[j, i] + share * slope[j, i]
+    for i in range(LANES):
+        w[at.t, i] = clock[i] + share * period
+
+
+@jit()
+def at_sample(now, slope, clock, windows, k, window, member, hold):
+    """What every lane reads of its window at sample k; after its end the last one."""
+    for i in range(LANES):
+        m = window[i]
+        row = windows.start[m] + min(k, windows.steps[m])
+        after = windows.start[m] + min(k + 1, windows.steps[m])
+        clock[i] = windows.t[row]
+        shift = windows.shift[member[i]]
+        for j in range(len(now)):
+            now[j, i] = windows.u[shift + row, j]
+            slope[j, i] = hold * (windows.u[shift + after, j] - now[j, i])
+
+
+@jit()
+def advance(w, rates, k1, total, last, stage, h):
+    """The state of the next stage of Runge and Kutta's method, or at the end of the step."""
+    weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
+    part = h if stage == 2 else 0.5 * h
+    n = len(rates)
+    # a copy, for the rate of one state may be the register of another
+    for j in range(n):
+        for i in range(LANES):
+            k1[j, i] = w[rates[j], i]
+    for j in range(n):
+        if stage == 0:
+            for i in range(LANES):
+                total[j, i] = last[j, i] + weight * k1[j, i]
+        else:
+            for i in range(LANES):
+                total[j, i] += weight * k1[j, i]
+        if stage == 3:
+            for i in range(LANES):
+                last[j, i] = total[j, i]
+                w[j, i] = total[j, i]
+        else:
+            for i in range(LANES):
+                w[j, i] = last[j, i] + part * k1[j, i]
+
+
+@jit()
+def begin(w, program, windows, p, c, x0, first, lanes, window, member, last):
+    """Everything that stays the same in the lanes of a block, and their first states; its longest window."""
+    at, sets, longest = program.at, x0.shape[1], 0
+    for i in range(LANES):
+        lane = first + min(i, lanes - 1)
+        m, b = lane // sets, lane % sets
+        window[i], member[i], owner = m, b, windows.owner[m]
+        longest = max(longest, windows.steps[m])
+        for j in range(p.shape[2]):
+            w[at.p + j, i] = p[owner, b, j]
+        for j in range(c.shape[1]):
+            w[at.c + j, i] = c[owner, j]
+        for j in range(x0.shape[2]):
+            last[j, i] = w[j, i] = x0[m, b, j]
+    execute(w, program.code, at.prologue, at.driven, program.curves)
+    return longest
+
+
+@jit()
+def simulate(program, windows, p, c, x0, substeps, period, hold, y):
+    """Observed values y (windows, sets, samples, observed) of all windows for all sets; see `machine`."""
+    at, code, curves = program.at, program.code, program.curves
+    n, m = x0.shape[2], windows.u.shape[1]
+    h = period / substeps
+    w = np.zeros((at.rows, LANES))
+    fill_numbers(w, at.numbers, program.numbers)
+    window, member = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    last, total, k1 = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
+    now, slope, clock = np.empty((m, LANES)), np.empty((m, LANES)), np.empty(LANES)
+    count = len(windows.start) * x0.shape[1]
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        longest = begin(w, program, windows, p, c, x0, first, lanes, window, member, last)
+        for k in range(longest + 1):
+            at_sample(now, slope, clock, windows, k, window, member, hold)
+            at_share(w, at, now, slope, clock, 0.0, period)
+            execute(w, code, at.driven, at.observed, curves)
+            execute(w, code, at.observed, at.rates, curves)
+            for i in range(lanes):
+                if k <= windows.steps[window[i]]:
+                    for j in range(len(program.shown)):
+                        y[window[i], member[i], k, j] = w[program.shown[j], i]
+            if k == longest:
+                break
+            for sub in range(substeps):
+                for stage in range(4):
+                    if stage == 1 or stage == 3:
+                        share = (sub + (0.5 if stage == 1 else 1.0)) / substeps
+                        at_share(w, at, now, slope, clock, share, period)
+                        execute(w, code, at.driven, at.observed, curves)
+                    execute(w, code, at.rates, at.end, curves)
+                    advance(w, program.rates, k1, total, last, stage, h)
+
+
+@jit()
+def evaluate(program, t, x, u, p, c, y):
+    """Observed values y (samples, observed) at samples of everything, t (samples, 1)."""
+    at, code, curves = program.at, program.code, program.curves
+    w = np.zeros((at.rows, LANES))
+    fill_numbers(w, at.numbers, program.numbers)
+    for first in range(0, len(t), LANES):
+        lanes = min(LANES, len(t) - first)
+        for i in range(LANES):
+            k = first + min(i, lanes - 1)
+            w[at.t, i] = t[k, 0]
+            for j in range(x.shape[1]):
+                w[j, i] = x[k, j]
+            for j in range(u.shape[1]):
+                w[at.u + j, i] = u[k, j]
+            for j in range(p.shape[1]):
+                w[at.p + j, i] = p[k, j]
+            for j in range(c.shape[1]):
+                w[at.c + j, i] = c[k, j]
+        execute(w, code, at.prologue, at.rates, curves)
+        for i in range(lanes):
+            for j in range(len(program.shown)):
+                y[first + i, j] = w[program.shown[j], i]

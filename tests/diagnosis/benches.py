@@ -1,0 +1,137 @@
+"""A pendulum whose faults are known, for the tests of the diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.physics.system.model import System
+from pipeline.physics.system.reader import read_system
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.002
+TEXT = """
+schema: system/1
+name: pendulum
+states:
+  theta: {unit: rad}
+  omega: {unit: rad/s}
+inputs:
+  torque: {unit: N m}
+outputs:
+  theta: {unit: rad}
+parameters:
+  J: {value: 0.02, unit: kg m^2}
+  b: {value: 0.03, unit: N m s/rad, identify: true, bounds: [0, 0.1]}
+  mgl: {value: 0.9, unit: N m, identify: true, bounds: [0.2, 5]}
+ports:
+  joint: {effort: tau, unit: N m, position: theta, velocity: omega}
+dynamics:
+  theta: omega
+  omega: (torque - b*omega - mgl*sin(theta) - tau)/J
+"""
+FRICTION = (
+    ("velocity: omega}", "velocity: omega, law: F_c*tanh(omega/creep)}"),
+    (
+        "ports:",
+        "  F_c: {value: 0.0, unit: N m, identify: true, bounds: [0, 1]}\n"
+        "  creep: {value: 0.05, unit: rad/s}\nports:",
+    ),
+)
+
+
+def pendulum(folder: Path, *changes: tuple[str, str], text: str = TEXT) -> System:
+    """The system of `TEXT`, which knows no friction unless `FRICTION` changes it."""
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "system.yaml").write_text(text)
+    return read_system(folder / "system.yaml")
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What is true: b and mgl are not those of the file, friction is missing there.
+
+    Attributes:
+        friction: of all runs, or one for each. ripple: torque with twelve periods per turn, N m.
+        memory: stiffness (N m/rad) of a spring, and time (s) after which it gives way.
+        noise: of the angle, rad. delay: of the sensor, in samples.
+    """
+
+    b: float = 0.015
+    mgl: float = 1.2
+    friction: float | tuple[float, ...] = 0.06
+    creep: float = 0.05
+    ripple: float = 0.0
+    memory: tuple[float, float] = (0.0, 1.0)
+    noise: float = 2e-4
+    gain: float = 1.0
+    delay: int = 0
+    runs: int = 4
+    samples: int = 500
+    seed: int = 0
+
+    def logs(self, folder: Path, system: System) -> Logs:
+        """Written as a log folder and read back."""
+        rng = np.random.default_rng(self.seed)
+        total = self.samples + self.delay
+        t = np.arange(total) * PERIOD
+        phase, rate = rng.uniform(0.0, 6.0, self.runs), np.linspace(3.0, 9.0, self.runs)
+        u = 0.7 * np.sin(rate * t[:, None] + phase) + 0.3 * np.sin(2.3 * rate * t[:, None])
+        start = np.stack([rng.uniform(-0.8, 0.8, self.runs), *np.zeros((2, self.runs))])
+        theta = integrated(self.rates, start, u)[:, 0]
+        shown = self.gain * theta[: self.samples] + self.noise * rng.standard_normal(
+            (self.samples, self.runs)
+        )
+        folder.mkdir(parents=True, exist_ok=True)
+        ids = [f"run{k}" for k in range(self.runs)]
+        for k, name in enumerate(ids):
+            log = {"t": t[: self.samples], "theta": shown[:, k], "torque": u[self.delay :, k]}
+            pd.DataFrame(log).to_csv(folder / f"{name}.csv", index=False)
+        files = [f"{name}.csv" for name in ids]
+        pd.DataFrame({"id": ids, "file": files}).to_csv(folder / "experiments.csv", index=False)
+        return read_logs(folder, system)
+
+    def rates(self, x: Array, u: Array) -> Array:
+        """Time derivatives of angle, speed and, if there is one, memory (2 or 3, runs) at x and u (runs,)."""
+        theta, omega, *memory = x
+        stiffness, time = self.memory
+        load = np.asarray(self.friction) * np.tanh(omega / self.creep) + self.ripple * np.sin(12 * theta)
+        load = load + sum(stiffness * (theta - z) for z in memory)
+        rates = [omega, (u - self.b * omega - self.mgl * np.sin(theta) - load) / 0.02]
+        return np.stack([*rates, *((theta - z) / time for z in memory)])
+
+
+def integrated(rates: Callable[[Array, Array], Array], x: Array, u: Array, substeps: int = 4) -> Array:
+    """States (samples, states, runs) by Runge and Kutta's method; u (samples, runs) runs straight between."""
+    path, h = [x], PERIOD / substeps
+    for before, after in pairwise(u):
+        for s in range(substeps):
+            a, m, b = (before + (s + share) / substeps * (after - before) for share in (0.0, 0.5, 1.0))
+            k1 = rates(x, a)
+            k2 = rates(x + 0.5 * h * k1, m)
+            k3 = rates(x + 0.5 * h * k2, m)
+            x = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + rates(x + h * k3, b))
+        path.append(x)
+    return np.array(path)
+
+
+def exact(system: System) -> System:
+    """The system with the truth of `Bench`, where it has the parameters."""
+    truth = Bench()
+    known = {"b": truth.b, "mgl": truth.mgl, "F_c": truth.friction, "creep": truth.creep}
+    values = {p.name: known.get(p.name, p.value) for p in system.parameters}
+    return replace(
+        system, parameters=tuple(replace(p, value=float(values[p.name])) for p in system.parameters)
+    )

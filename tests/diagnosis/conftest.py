@@ -1,0 +1,60 @@
+"""Virtual benches that several tests of the diagnosis look at, and what is true of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.physics.system.model import System
+from pipeline.physics.system.reader import read_system
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.rigs.slider_crank import SliderCrankCampaign
+from tests.diagnosis.benches import pendulum
+
+SYSTEMS = Path(__file__).parents[2] / "systems"
+Known = tuple[System, Logs]
+
+CRANK_LAW = """
+  F_c: {value: 3.0, unit: N, identify: true, bounds: [0, 10]}
+  F_s: {value: 4.5, unit: N}
+  v_s: {value: 0.03, unit: m/s}
+  stick: {value: 0.002, unit: m/s}
+  viscous: {value: 4.0, unit: N s/m, identify: true, bounds: [0, 20]}
+  ripple: {value: 0.02, unit: N m}
+  share: {value: 0.01, unit: '1'}
+signals:
+  drive: T*(1 + share*sin(12*theta)) + ripple*sin(6*theta)
+"""
+
+
+@pytest.fixture(scope="session")
+def slider_crank(tmp_path_factory: pytest.TempPathFactory) -> Known:
+    """The bench without its spring, and all that it does otherwise."""
+    folder = tmp_path_factory.mktemp("slider_crank")
+    law = "((F_c + (F_s - F_c)*exp(-(v/v_s)**2))*tanh(v/stick) + viscous*v)"
+    changes = (
+        ("velocity: v}", f"velocity: v, law: '{law}'}}"),
+        ("\nsignals:\n", CRANK_LAW),
+        ("omega: (T - B_m", "omega: (drive - B_m"),
+    )
+    system = pendulum(folder, *changes, text=(SYSTEMS / "slider_crank.yaml").read_text())
+    SliderCrankCampaign(spring=False, profiles=[3, 5, 8], samples=600).write(folder / "logs", 0)
+    return system, read_logs(folder / "logs", system)
+
+
+@pytest.fixture(scope="session")
+def pendulum_bench(tmp_path_factory: pytest.TempPathFactory) -> Known:
+    """The bench of `rigs.pendulum`, and the system with its friction."""
+    folder = tmp_path_factory.mktemp("pendulum")
+    rig = PendulumCampaign(runs=4, duration=2.0)
+    changes = (
+        ("velocity: omega}", f"velocity: omega, law: {rig.coulomb}*tanh(omega/creep)}}"),
+        ("ports:", f"  creep: {{value: {rig.creep}, unit: rad/s}}\nports:"),
+        ("value: 0.01,", f"value: {rig.damping},"),
+    )
+    system = pendulum(folder, *changes, text=(SYSTEMS / "pendulum.yaml").read_text())
+    rig.write(folder / "logs", 0)
+    return system, read_logs(folder / "logs", read_system(folder / "system.yaml"))

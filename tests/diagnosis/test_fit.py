@@ -1,0 +1,312 @@
+"""Fits recover what was planted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from pipeline.diagnosis.deviation import gap, substeps_needed
+from pipeline.diagnosis.fit import Fit, fit
+from pipeline.diagnosis.floor import floor, start_noise
+from pipeline.diagnosis.normal import Normal
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.residuals import Errors
+from pipeline.diagnosis.simulation import Simulation
+from pipeline.diagnosis.unknowns import Unknown, Unknowns
+from pipeline.measurements.folder import read_logs
+from tests.diagnosis.benches import FRICTION, PERIOD, Bench, exact, integrated, pendulum
+from tests.diagnosis.conftest import Known
+
+Array = NDArray[np.float64]
+
+B, MGL, F_C = Unknown("b", 0.0, 0.1, 0.03), Unknown("mgl", 0.2, 5.0, 0.9), Unknown("F_c", 0.0, 1.0, 0.05)
+GAIN = (
+    ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, expression: theta + k*theta}\nparameters:"),
+    ("ports:", "  k: {value: 0.0, unit: '1', identify: true, bounds: [-0.5, 0.5]}\nports:"),
+)
+
+
+def errors_of(found: Fit, truth: dict[str, float]) -> Array:
+    """In standard deviations."""
+    sigma = np.sqrt(np.diag(found.covariance))
+    return np.array([(found.values[n] - truth[n]) / sigma[found.names.index(n)] for n in truth])
+
+
+def rough(simulation: Simulation) -> float:
+    """Noise of the sensors in standard deviations of the outputs."""
+    recording = simulation.recording
+    return float(np.sqrt(np.mean((recording.noise / recording.scale) ** 2)))
+
+
+def simulation_of(folder: Path, bench: Bench, *changes: tuple[str, str]) -> Simulation:
+    system = pendulum(folder, *FRICTION, *changes)
+    return Simulation(system, Recording.of(bench.logs(folder / "logs", system), 0.1))
+
+
+def test_a_pendulum_with_friction_and_wrong_parameters(tmp_path: Path) -> None:
+    simulation = simulation_of(tmp_path, Bench())
+    found = fit(simulation)
+    assert found.converged and found.names == ("b", "mgl", "F_c")
+    truth = Bench()
+    planted = {"b": truth.b, "mgl": truth.mgl, "F_c": float(np.max(truth.friction))}
+    assert np.abs(errors_of(found, planted)).max() < 4.0
+    assert found.values == pytest.approx(planted, rel=0.03)
+    assert 0.8 * rough(simulation) < found.left.value < 1.05 * rough(simulation)
+    assert found.gap.value == gap(simulation, found.numbers, found.substeps).value
+    assert found.gap.value < 1.3 * floor(simulation, found.numbers).value
+    known = pendulum(tmp_path / "known")
+    without = fit(Simulation(known, simulation.recording))
+    assert without.converged and without.gap.value > 5.0 * found.gap.value
+    assert np.std(found.start / start_noise(simulation, found.numbers)) < 1.2
+
+
+def test_the_slider_crank_bench(slider_crank: Known) -> None:
+    system, logs = slider_crank
+    truth = {"m3": 0.77, "J1": 0.0034, "F_c": 3.0, "viscous": 4.0}
+    wrong = system.with_values({"m3": 1.1, "J1": 0.005, "F_c": 0.0, "viscous": 1.0, "B_m": 0.007})
+    simulation = Simulation(wrong, Recording.of(logs, 0.1))
+    free = [Unknown.of(p) for p in system.parameters if p.name in truth]
+    found = fit(simulation, free)
+    assert found.converged
+    assert found.values == pytest.approx(truth, rel=0.12)
+    assert found.gap.value < 1.25 * floor(simulation, found.numbers, found.substeps).value
+    assert found.left.per_output["theta"] < 0.2 * found.gap.per_output["theta"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_intervals_are_as_wide_as_they_say(tmp_path: Path, seed: int) -> None:
+    """Over parameters and draws of the noise together."""
+    bench = Bench(noise=1e-3, seed=seed, runs=6)
+    found = fit(simulation_of(tmp_path, bench))
+    off = errors_of(found, {"b": bench.b, "mgl": bench.mgl, "F_c": 0.06})
+    assert 0.05 < np.sqrt(np.mean(off**2)) < 2.5
+
+
+def test_derivatives_against_an_independent_integration(tmp_path: Path) -> None:
+    bench = Bench(runs=1, samples=120)
+    simulation = simulation_of(tmp_path, bench)
+    unknowns = Unknowns(simulation, (B, MGL, F_C))
+    recording = simulation.recording
+    sigma = start_noise(simulation, unknowns.numbers(unknowns.vector({})[None]))
+    errors = Errors(unknowns, sigma, 4)
+    z, moved = unknowns.vector({"b": 0.02, "mgl": 1.1, "F_c": 0.05}), np.full(sigma.shape, 0.3)
+    around = errors(*errors.around(z, moved))
+    r, slopes = around[:, 0], errors.slopes(z, around)
+    u, order = recording.logs.u, np.argsort(recording.start)
+    for w in order[:2]:
+        rows = slice(recording.start[w], recording.start[w] + recording.steps[w] + 1)
+        shown = recording.logs.y[rows, 0]
+        velocity = recording.sensors.slope(0, 0.0)[recording.start[w]]
+        x0 = np.array([shown[0], velocity]) + moved[w] * sigma[w]
+
+        def residual(point: Array, rows=rows, shown=shown, x0=x0, w=w) -> Array:  # type: ignore[no-untyped-def]
+            b, mgl, friction = point[:3] * unknowns.scale
+            truth = replace(bench, b=b, mgl=mgl, friction=friction)
+            start = (x0 + point[3:] * sigma[w])[:, None]
+            path = integrated(truth.rates, start, u[rows], substeps=4)[:, 0, 0]
+            return (path - shown)[1:] / recording.noise[0]
+
+        steps = recording.steps[w]
+        point = np.concatenate([z, np.zeros(2)])
+        np.testing.assert_allclose(r[w, :steps, 0], residual(point), atol=1e-6 * np.abs(r).max())
+        for k in range(5):
+            step = 1e-4 * np.eye(5)[k]
+            expected = (residual(point + step) - residual(point - step)) / 2e-4
+            largest = np.abs(expected).max()
+            np.testing.assert_allclose(slopes[w, k, :steps, 0], expected, atol=1e-2 * largest)
+
+
+def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
+    rng = np.random.default_rng(0)
+    windows, samples, each, states = 4, 9, 2, 2
+    r, moved = rng.normal(size=(windows, samples, 1)), rng.normal(size=(windows, states))
+    slopes = rng.normal(size=(windows, each + states, samples, 1))
+    weight = rng.uniform(0.5, 2.0, r.shape)
+    entry = np.stack([np.zeros(windows, np.int64), 1 + np.arange(windows) // 2], axis=1)
+    normal = Normal.of(r, slopes, weight, moved, entry, 3)
+    free = np.full(3, np.inf)
+    there, moves = normal.step(0.0, np.zeros(3), (-free, free))
+    rows, right = [], []
+    for w in range(windows):
+        full = np.zeros((samples + states, 3 + windows * states))
+        root, own = np.sqrt(weight[w]), 3 + w * states + np.arange(states)
+        full[:samples, entry[w]] = root * slopes[w, :each, :, 0].T
+        full[:samples, own] = root * slopes[w, each:, :, 0].T
+        full[samples:, own] = np.eye(states)
+        rows.append(full)
+        right.append(np.concatenate([root[:, 0] * r[w, :, 0], moved[w]]))
+    solution = -np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
+    np.testing.assert_allclose(there, solution[:3], rtol=1e-9)
+    np.testing.assert_allclose(moves.ravel(), solution[3:], rtol=1e-9)
+
+
+def test_fits_are_deterministic(tmp_path: Path) -> None:
+    simulation = simulation_of(tmp_path, Bench(samples=200))
+    first, second = (fit(simulation, starts=[{}, {"mgl": 2.0}]) for _ in range(2))
+    assert first.values == second.values and first.loss == second.loss
+    np.testing.assert_array_equal(first.covariance, second.covariance)
+    np.testing.assert_array_equal(first.start, second.start)
+    assert first.simulations == second.simulations > 0
+
+
+def test_bounds_hold(tmp_path: Path) -> None:
+    simulation = simulation_of(tmp_path, Bench())
+    tight = [replace(B, low=0.02), MGL, replace(F_C, high=0.04)]
+    found = fit(simulation, tight)
+    assert found.converged
+    assert found.values["b"] == 0.02 and found.values["F_c"] == pytest.approx(0.04, rel=1e-12)
+    assert found.values["mgl"] == pytest.approx(1.2, rel=0.02)
+    outside = fit(simulation, [replace(B, low=0.05, high=0.08)], starts=[{"b": 0.5}], iterations=3)
+    assert 0.05 <= outside.values["b"] <= 0.08
+
+
+def test_divergence_is_a_large_error(tmp_path: Path) -> None:
+    """A gain that makes every window blow up at the start of the fit is left behind, or owned up to."""
+    change = ("mgl*sin(theta)", "mgl*sin(theta) - grow*omega**3")
+    number = ("ports:", "  grow: {value: 0.0, unit: N m s^3/rad^3}\nports:")
+    simulation = simulation_of(tmp_path, Bench(), change, number)
+    growing = Unknown("grow", -10.0, 10.0, 0.1)
+    values = np.tile(simulation.values, (1, 2, 1))
+    values[0, 1, simulation.names.index("grow")] = 10.0
+    runs = simulation(values)
+    assert not runs.diverged[:, 0].any() and runs.diverged[:, 1].mean() > 0.5
+    assert gap(simulation, values[:, 1:]).value > 5.0
+    lost = fit(simulation, [growing], starts=[{"grow": 10.0, "b": 0.015}], iterations=3)
+    assert np.isfinite(lost.loss) and np.isfinite(lost.gap.value)
+    assert not lost.converged or lost.gap.value < 1.0
+    found = fit(simulation, [B, MGL, F_C, growing], starts=[{"grow": 10.0}, {"grow": 0.0}])
+    assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
+
+
+def test_spikes_and_a_run_gone_wrong_do_little_harm(tmp_path: Path) -> None:
+    system = pendulum(tmp_path, *FRICTION)
+    logs = Bench().logs(tmp_path / "logs", system)
+    y = logs.y.copy()
+    y[7::40] += 0.05
+    found = fit(Simulation(system, Recording.of(replace(logs, y=y), 0.1)))
+    assert found.values["mgl"] == pytest.approx(1.2, rel=0.02)
+    assert found.values["F_c"] == pytest.approx(0.06, rel=0.25)
+
+
+@pytest.mark.parametrize("name", ["theta", "torque"])
+def test_a_delay(tmp_path: Path, name: str) -> None:
+    system = pendulum(tmp_path, *FRICTION)
+    logs = Bench(delay=5).logs(tmp_path / "logs", system)
+    simulation = Simulation(system, Recording.of(logs, 0.1, latest=0.02), {"lag": name})
+    found = fit(simulation, [B, MGL, F_C, Unknown("lag", 0.0, 0.02, 0.002)])
+    assert found.converged
+    assert found.values["lag"] == pytest.approx(5 * PERIOD, abs=2e-4)
+    assert found.left.value < 1.1 * rough(simulation)
+
+
+def test_a_gain_of_the_sensor(tmp_path: Path) -> None:
+    simulation = simulation_of(tmp_path, Bench(gain=1.1), *GAIN)
+    found = fit(simulation)
+    assert found.values["k"] == pytest.approx(0.1, abs=3e-3)
+    assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
+
+
+def test_a_value_for_every_experiment(tmp_path: Path) -> None:
+    planted = (0.02, 0.04, 0.06, 0.08)
+    simulation = simulation_of(tmp_path, Bench(friction=planted))
+    found = fit(simulation, [B, MGL, replace(F_C, own=True)])
+    assert found.names[2:] == tuple(f"F_c@run{k}" for k in range(4))
+    assert list(found.own["F_c"].values()) == pytest.approx(planted, abs=2e-3)
+    sigma = np.sqrt(np.diag(found.covariance))[2:]
+    assert (np.abs(np.array(list(found.own["F_c"].values())) - planted) < 4.0 * sigma).all()
+    shared = fit(simulation, [B, MGL, F_C])
+    assert shared.gap.value > 2.0 * found.gap.value
+
+
+def test_some_runs_only(tmp_path: Path) -> None:
+    system = pendulum(tmp_path, *FRICTION)
+    logs = Bench(friction=(0.02, 0.04, 0.06, 0.08)).logs(tmp_path / "logs", system)
+    found = fit(Simulation(system, Recording.of(logs, 0.1, runs=[3, 1])), [B, MGL, replace(F_C, own=True)])
+    assert found.own["F_c"] == pytest.approx({"run1": 0.04, "run3": 0.08}, abs=3e-3)
+    assert set(found.gap.per_experiment) == {"run1", "run3"}
+
+
+def test_the_best_of_several_starts_goes_on(tmp_path: Path) -> None:
+    """A ripple whose number of periods is not known: its fit has a valley around every one."""
+    law = ("F_c*tanh(omega/creep)", "F_c*tanh(omega/creep) + a*sin(n*theta)")
+    number = ("ports:", "  a: {value: 0.0, unit: N m}\n  n: {value: 1.0, unit: '1'}\nports:")
+    wide = exact(pendulum(tmp_path, *FRICTION, law, number))
+    bench = Bench(ripple=0.1)
+    recording = Recording.of(bench.logs(tmp_path / "logs", wide), 0.1)
+    simulation = Simulation(wide, recording)
+    free = [Unknown("a", -1.0, 1.0, 0.05), Unknown("n", 1.0, 30.0, 1.0)]
+    starts = [{"n": float(n)} for n in (3, 7, 11, 15)]
+    found = fit(simulation, free, starts)
+    assert found.values == pytest.approx({"a": 0.1, "n": 12.0}, rel=0.05)
+    lost = fit(simulation, free, starts[:1])
+    assert lost.gap.value > 1.5 * found.gap.value
+
+
+def test_states_that_no_output_shows(tmp_path: Path) -> None:
+    """A spring behind a memory of its own; its stiffness is found through the memory."""
+    memory = (
+        ("  omega: {unit: rad/s}\n", "  omega: {unit: rad/s}\n  z: {unit: rad}\n"),
+        ("  omega: (torque", "  z: (theta - z)/lag\n  omega: (torque - stiff*(theta - z)"),
+        ("ports:", "  stiff: {value: 0.3, unit: N m/rad}\n  lag: {value: 0.1, unit: s}\nports:"),
+    )
+    system = exact(pendulum(tmp_path, *FRICTION, *memory))
+    logs = Bench(memory=(0.5, 0.05)).logs(tmp_path / "logs", system)
+    simulation = Simulation(system, Recording.of(logs, 0.1))
+    assert simulation.hidden == [2]
+    found = fit(simulation, [Unknown("stiff", 0.0, 5.0, 0.3), Unknown("lag", 0.01, 1.0, 0.1)])
+    assert found.values == pytest.approx({"stiff": 0.5, "lag": 0.05}, rel=0.05)
+    assert found.gap.value < 1.3 * floor(simulation, found.numbers).value
+
+
+def test_what_data_do_not_tell_has_no_interval(tmp_path: Path) -> None:
+    number = ("ports:", "  idle: {value: 1.0, unit: '1'}\nports:")
+    simulation = simulation_of(tmp_path, Bench(), number)
+    found = fit(simulation, [B, Unknown("idle", 0.0, 2.0, 1.0)])
+    assert found.values["idle"] == 1.0
+    assert np.isinf(found.covariance[1, 1]) and np.isfinite(found.covariance[0, 0])
+
+
+def test_steps_are_as_small_as_noise_asks_for(tmp_path: Path) -> None:
+    simulation = simulation_of(tmp_path, Bench())
+    values = simulation.values[None, None]
+    assert substeps_needed(simulation, values) == 1
+    stiff = values.copy()
+    stiff[..., simulation.names.index("creep")] = 2e-4
+    stiff[..., simulation.names.index("F_c")] = 0.06
+    assert substeps_needed(simulation, stiff) > 1
+    assert fit(simulation, [MGL], iterations=1).substeps == 1
+
+
+def test_a_system_whose_sensor_shows_no_state_by_itself(tmp_path: Path) -> None:
+    """All states are integrated from the start of the experiment, and there is no start to be corrected."""
+    text = """
+schema: system/1
+name: lag
+states:
+  x: {unit: ''}
+inputs:
+  u: {unit: ''}
+outputs:
+  y: {unit: '', expression: x**2}
+parameters:
+  k: {value: 3.0, unit: 1/s, identify: true, bounds: [0.1, 50]}
+dynamics:
+  x: k*(u - x)
+"""
+    system = pendulum(tmp_path, text=text)
+    t = PERIOD * np.arange(400)
+    u = 1.0 + np.sin(9.0 * t)
+    path = integrated(lambda x, drive: 8.0 * (drive - x), np.zeros((1, 1)), u[:, None])[:, 0, 0]
+    y = path**2 + 1e-3 * np.random.default_rng(0).standard_normal(len(t))
+    pd.DataFrame({"t": t, "u": u, "y": y}).to_csv(tmp_path / "run.csv", index=False)
+    (tmp_path / "experiments.csv").write_text("id,file\nrun,run.csv\n")
+    simulation = Simulation(system, Recording.of(read_logs(tmp_path, system), 0.1))
+    found = fit(simulation)
+    assert simulation.hidden == [0] and found.start.shape[1] == 0
+    assert found.values["k"] == pytest.approx(8.0, rel=0.01)
+    assert 0.9 < found.gap.value / floor(simulation, found.numbers).value < 1.1

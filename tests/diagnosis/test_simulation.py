@@ -1,0 +1,158 @@
+"""Free runs by the register machine next to those of `evaluation.free_run`."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.simulation import Simulation
+from pipeline.evaluation.free_run import free_run
+from pipeline.measurements.logs import Logs
+from pipeline.models.nnap import Integration
+from pipeline.physics.system.model import System, symbol
+from tests.diagnosis.benches import FRICTION, PERIOD, Bench, pendulum
+
+MEMORY = (
+    ("  omega: {unit: rad/s}\n", "  omega: {unit: rad/s}\n  z: {unit: rad, initial: 0.02}\n"),
+    ("  omega: (torque", "  z: omega*(1 - z/0.01*sign(omega))\n  omega: (torque - stiff*z"),
+    ("ports:", "  stiff: {value: 2.0, unit: N m/rad}\nports:"),
+)
+
+
+def assert_equal(system: System, logs: Logs, horizon: float, runs: list[int], latest: float = 0.0) -> None:
+    own = logs.for_system(system)
+    recording = Recording.of(logs, horizon, runs, latest)
+    simulation = Simulation(system, recording)
+    for substeps in (1, 3):
+        expected = free_run(system, own, horizon, Integration(logs.period, "rk4", substeps, 1.0), runs)
+        found = simulation(simulation.values[None, None], substeps=substeps)
+        measured, simulated = (np.full(logs.y.shape, np.nan) for _ in range(2))
+        late = [round(output.delay / logs.period) for output in system.outputs]
+        for j, whole in enumerate(late):
+            rows = recording.rows[recording.counted] + whole
+            simulated[rows, j] = found.y[:, 0, :, j][recording.counted]
+            measured[rows, j] = found.measured[:, 0, :, j][recording.counted]
+        np.testing.assert_array_equal(np.isfinite(simulated), expected.counted)
+        difference = np.abs(simulated - expected.y)[expected.counted]
+        assert difference.max() < 1e-11 * np.abs(logs.y).max()
+        np.testing.assert_array_equal(measured[expected.counted], logs.y[expected.counted])
+
+
+@pytest.mark.parametrize("horizon", [0.033, 0.1, 10.0])
+def test_measured_and_hidden_states(tmp_path: Path, horizon: float) -> None:
+    """Presliding friction has a state that no output shows, and that depends on all that was before."""
+    known = pendulum(tmp_path, *FRICTION)
+    logs = Bench(samples=300).logs(tmp_path / "logs", known)
+    assert_equal(known, logs, horizon, [0, 1, 2, 3])
+    assert_equal(known, logs, horizon, [2])
+    assert_equal(pendulum(tmp_path / "memory", *MEMORY), logs, horizon, [1, 3])
+
+
+@pytest.mark.parametrize("delay", [1, 20])
+def test_a_late_sensor(tmp_path: Path, delay: int) -> None:
+    known = pendulum(tmp_path)
+    logs = Bench(samples=300, delay=delay).logs(tmp_path / "logs", known)
+    late = replace(known, outputs=(replace(known.outputs[0], delay=delay * PERIOD),))
+    assert_equal(late, logs, 0.1, [0, 3], latest=delay * PERIOD)
+
+
+def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
+    known = pendulum(tmp_path)
+    logs = Bench(samples=300).logs(tmp_path / "logs", known)
+    late = replace(known, outputs=(replace(known.outputs[0], delay=4.3 * PERIOD),))
+    own, how = logs.for_system(late), Integration(logs.period, "rk4", 1, 1.0)
+    expected = free_run(late, own, 0.1, how).y
+    recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
+    simulation = Simulation(late, recording)
+    found = simulation(simulation.values[None, None]).y[:, 0, :, 0][recording.counted]
+    np.testing.assert_allclose(found, expected[recording.rows[recording.counted] + 4, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["theta", "torque"])
+def test_a_delay_among_the_numbers(tmp_path: Path, name: str) -> None:
+    """Is the same as one in the file; every set has its own."""
+    known = pendulum(tmp_path)
+    logs = Bench(samples=300).logs(tmp_path / "logs", known)
+    recording = Recording.of(logs, 0.1, latest=0.02)
+    simulation = Simulation(known, recording, {"lag": name})
+    lags = [0.0, 0.004, 0.0071, 0.004]
+    values = np.tile(simulation.values, (1, len(lags), 1))
+    values[0, :, -1] = lags
+    together = simulation(values)
+    for k, lag in enumerate(lags):
+        alone = simulation(values[:, k : k + 1])
+        np.testing.assert_array_equal(together.y[:, k], alone.y[:, 0])
+        if name == "theta":
+            file = replace(known, outputs=(replace(known.outputs[0], delay=lag),))
+            own = Simulation(file, recording)
+            expected = own(own.values[None, None])
+            np.testing.assert_array_equal(together.y[:, k], expected.y[:, 0])
+            np.testing.assert_array_equal(together.measured[:, k], expected.measured[:, 0])
+    np.testing.assert_array_equal(together.y[:, 1], together.y[:, 3])
+    assert np.nanmax(np.abs(together.y[:, 1] - together.y[:, 0])) > 1e-3
+    with pytest.raises(ValueError, match="delays must be from 0 to 10 samples"):
+        Simulation(replace(known, outputs=(replace(known.outputs[0], delay=0.021),)), recording)(
+            np.array(known.values)[None, None]
+        )
+
+
+def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    gain, offset, theta = symbol("gain"), symbol("offset"), symbol("theta")
+    more = [replace(system.parameters[0], name=name, value=v) for name, v in (("gain", 1.0), ("offset", 0.0))]
+    output = replace(system.outputs[0], expression=gain * theta + offset)
+    wide = replace(system, parameters=(*system.parameters, *more), outputs=(output,))
+    logs = Bench(samples=300).logs(tmp_path / "logs", system)
+    simulation = Simulation(wide, Recording.of(logs, 0.1))
+    values = np.tile(simulation.values, (1, 2, 1))
+    values[0, 1, -2:] = 1.25, 0.1
+    found = simulation(values)
+    for k, (a, b) in enumerate(values[0, :, -2:]):
+        read = wide.with_values({"gain": a, "offset": b})
+        expected = free_run(read, logs.for_system(read), 0.1, Integration(logs.period, "rk4", 1, 1.0)).y[:, 0]
+        recording = simulation.recording
+        rows = recording.rows[recording.counted]
+        np.testing.assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)
+
+
+def test_a_set_may_differ_from_experiment_to_experiment(tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    logs = Bench(samples=200).logs(tmp_path / "logs", system)
+    recording = Recording.of(logs, 0.1)
+    simulation = Simulation(system, recording)
+    values = np.tile(simulation.values, (len(logs), 1, 1))
+    values[:, 0, 1] = 0.01 * np.arange(len(logs))
+    together = simulation(values).y
+    for i in range(len(logs)):
+        mine = recording.owner == i
+        np.testing.assert_array_equal(together[mine], simulation(values[i : i + 1]).y[mine])
+
+
+def test_thinned_windows_are_some_of_them(tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    recording = Recording.of(Bench().logs(tmp_path / "logs", system), 0.02)
+    some = recording.thinned(20)
+    assert 10 <= len(some.start) <= 20 and set(some.owner) == {0, 1, 2, 3}
+    simulations = [Simulation(system, r) for r in (recording, some)]
+    every, few = (s(s.values[None, None]).y for s in simulations)
+    where = [int(np.flatnonzero(recording.start == first)[0]) for first in some.start]
+    np.testing.assert_array_equal(every[where], few)
+
+
+def test_windows_among_some_runs_are_those_of_a_recording_of_them(tmp_path: Path) -> None:
+    logs = Bench(samples=200).logs(tmp_path / "logs", pendulum(tmp_path))
+    some, own = Recording.of(logs, 0.03).among([2, 0]), Recording.of(logs, 0.03, runs=[2, 0])
+    assert sorted(some.start) == sorted(own.start) and some.runs == own.runs
+    np.testing.assert_array_equal(some.scale, own.scale)
+    np.testing.assert_array_equal(some.noise, own.noise)
+
+
+def test_an_experiment_shorter_than_a_delay_is_refused(tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    logs = Bench(samples=60).logs(tmp_path / "logs", system)
+    with pytest.raises(ValueError, match="shorter than experiment run0"):
+        Recording.of(logs, 0.1, latest=59 * PERIOD)

@@ -1,0 +1,238 @@
+"""The register machine computes what the symbolic equations say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy as sp
+import torch
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.models.nnap import Integration
+from pipeline.physics.kernel.machine import Windows, evaluated, simulated
+from pipeline.physics.kernel.machine_opcodes import LANES, Op
+from pipeline.physics.kernel.machine_program import Equations, Program, assembled
+from pipeline.physics.kernel.machine_scalars import exp, tanh
+from pipeline.physics.kernel.structure import Augmented
+from pipeline.physics.system.model import TIME, System, symbol
+from pipeline.physics.system.numeric import numpy_system_function
+from tests.physics.kernel.problems import NAMES, built_in, problem
+from tests.physics.kernel.random_systems import random_structure
+
+Array = NDArray[np.float64]
+
+x, y, u, p, c = (symbol(name) for name in "xyupc")
+
+
+def made(rate: sp.Expr, *observed: sp.Expr) -> Program:
+    """x' = rate, with an input u, a parameter p and a constant c."""
+    return assembled(Equations([x], [u], [p], [c], [rate], observed or [x], {}, ()))
+
+
+def assert_same(system: System, seed: int, size: Array | float = 1.0, samples: int = 150) -> None:
+    """Dynamics and outputs at random states of about `size`."""
+    expressions = [*system.dynamics, *(output.expression for output in system.outputs)]
+    closed = [*system.closed, *(output.expression for output in system.outputs)]
+    draw = np.random.default_rng(seed).normal
+    t, states = draw(size=samples), size * draw(size=(samples, len(system.x)))
+    inputs, constants = (draw(size=(samples, len(group))) for group in (system.u, system.c))
+    values = np.array(system.values) * (1.0 + 0.1 * draw(size=(samples, len(system.p))))
+    cuts = [angle.args[0] for e in closed for angle in e.atoms(sp.atan2)]
+    function = numpy_system_function(system, [*closed, *cuts], efforts_zero=True)
+    arguments = t, states, inputs, np.empty(0), values, constants
+    expected, heights = np.split(function(*arguments), [len(closed)], axis=1)
+    beside = function(*((1.0 + 1e-15) * a for a in arguments))
+    found = evaluated(assembled(Equations.of(system, expressions)), t, states, inputs, values, constants)
+    with np.errstate(all="ignore"):
+        # what rounding of the arguments alone does
+        rounding = np.nan_to_num(np.abs(beside[:, : len(closed)] - expected))
+        near = np.abs(found - expected) <= 1e-12 * (1.0 + np.abs(expected)) + 1e3 * rounding
+    same = near | (found == expected) | (np.isnan(found) & np.isnan(expected))
+    # half a turn is plus or minus pi by the sign of a zero, which neither the machine nor a kernel keeps
+    assert same[(heights != 0.0).all(-1)].all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_system_files(name: str) -> None:
+    system = built_in(name)
+    size = np.array([max(abs(state.initial), 1.0) for state in system.states])
+    assert_same(system, 0, size)
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_random_systems(seed: int) -> None:
+    try:
+        system = random_structure(seed).system
+    except BadInput:
+        assume(False)
+    assert_same(system, seed)
+
+
+@pytest.mark.parametrize("seed", [2, 4, 7])
+@pytest.mark.parametrize("hold", [0.0, 1.0])
+def test_free_runs_equal_the_reference(seed: int, hold: float) -> None:
+    """21 windows of three experiments, another parameter for each of two sets."""
+    system = random_structure(seed).system
+    given = problem(Augmented(system), steps=4, period=0.02, seed=seed)
+    data, starts, how = given.data, given.starts, Integration(0.02, "rk4", 2, hold)
+    program = assembled(Equations.of(system, system.x))
+    steps = np.full(len(starts), given.steps)
+    windows = Windows(data.u, data.t, starts, steps, data.owner[starts], np.zeros(2, np.int64))
+    values = given.model.physics().detach().numpy()
+    sets = np.broadcast_to(values, (3, *values.shape))
+    x0 = np.repeat(given.x0[:, None], 2, axis=1)
+    found = simulated(program, windows, sets, data.c, x0, how.substeps, how.period, hold)
+    inputs = torch.tensor(data.u[starts[:, None] + np.arange(given.steps + 1)])
+    constants = torch.tensor(data.c[data.owner[starts]])
+    expected, _ = given.model.simulate(
+        torch.tensor(given.x0).expand(2, -1, -1),
+        inputs.expand(2, -1, -1, -1),
+        torch.tensor(data.t[starts]),
+        constants.expand(2, -1, -1),
+        how,
+    )
+    np.testing.assert_allclose(found, expected.detach().transpose(0, 1).numpy(), rtol=1e-11, atol=1e-11)
+
+
+def free_runs(program: Program, windows: Windows, x0: Array, p: Array) -> Array:
+    return simulated(program, windows, p, np.array([[0.5], [0.7]]), x0, 1, 0.1)
+
+
+def some_windows(count: int, sets: int) -> Windows:
+    rng = np.random.default_rng(1)
+    start, steps = rng.integers(0, 30, count), rng.integers(0, 9, count)
+    drive = rng.normal(size=(80, 1))
+    return Windows(
+        drive, np.arange(40) * 0.1, start, steps, rng.integers(0, 2, count), np.arange(sets) % 2 * 40
+    )
+
+
+def test_lanes_do_not_touch_each_other() -> None:
+    """Windows of different lengths, one by one and together, in any order of the sets."""
+    program = made(-p * x + u * sp.cos(TIME) + c, x**2, u)
+    windows, rng = some_windows(57, 5), np.random.default_rng(2)
+    assert (57 * 5) % LANES
+    x0, values = rng.normal(size=(57, 5, 1)), rng.uniform(0.5, 2.0, (2, 5, 1))
+    found = free_runs(program, windows, x0, values)
+    order = np.array([3, 0, 4, 1, 2])
+    turned = free_runs(program, windows._replace(shift=windows.shift[order]), x0[:, order], values[:, order])
+    np.testing.assert_array_equal(found[:, order], turned)
+    for w in range(0, 57, 8):
+        one = slice(w, w + 1)
+        own = windows._replace(start=windows.start[one], steps=windows.steps[one], owner=windows.owner[one])
+        alone = free_runs(program, own, x0[one], values)
+        np.testing.assert_array_equal(found[one, :, : alone.shape[2]], alone)
+        assert np.isnan(found[one, :, alone.shape[2] :]).all() and np.isfinite(alone).all()
+
+
+def test_a_set_reads_its_own_table_of_inputs() -> None:
+    windows = some_windows(9, 2)
+    program, x0, values = made(u - x), np.zeros((9, 2, 1)), np.ones((2, 2, 1))
+    both = free_runs(program, windows, x0, values)
+    second = windows._replace(u=windows.u[40:], shift=np.zeros(1, np.int64))
+    np.testing.assert_array_equal(both[:, 1:], free_runs(program, second, x0[:, :1], values[:, :1]))
+
+
+def test_a_diverging_lane_leaves_the_others_alone() -> None:
+    program = made(p * x**3)
+    drive, t = np.zeros((40, 1)), np.arange(40) * 0.1
+    windows = Windows(drive, t, *np.array([[0], [39], [0]]), np.zeros(2, np.int64))
+    values = np.array([[[50.0], [-1.0]]])
+    found = simulated(program, windows, values, np.zeros((1, 1)), np.ones((1, 2, 1)), 1, 0.1)
+    assert not np.isfinite(found[0, 0, -1]).any()
+    assert found[0, 1, -1, 0] == pytest.approx(1.0 / math.sqrt(1.0 + 2.0 * 3.9), rel=1e-3)
+
+
+def parts(program: Program) -> dict[str, set[str]]:
+    at = program.at
+    ends = {
+        "prologue": (at.prologue, at.driven),
+        "driven": (at.driven, at.observed),
+        "rates": (at.rates, at.end),
+    }
+    return {name: {Op(row[0]).name for row in program.code[a:b]} for name, (a, b) in ends.items()}
+
+
+def test_what_changes_seldom_is_computed_seldom() -> None:
+    found = parts(
+        made(sp.exp(p) * sp.atan(c) * x * 3 + p * sp.cos(TIME) * sp.sinh(u) + sp.sin(x * sp.log(p)))
+    )
+    assert found["prologue"] == {"EXP", "ATAN", "MUL", "LOG"}
+    assert found["driven"] == {"COS", "SINH", "MUL"}
+    assert found["rates"] == {"MULADD", "ADD", "SIN", "MUL"}
+
+
+def test_equal_parts_are_computed_once() -> None:
+    program = made(sp.sin(x) * sp.exp(-sp.sin(x)) + sp.sqrt(sp.sin(x) + 2), sp.sin(x))
+    at = program.at
+    codes = [Op(row[0]).name for row in program.code[at.rates : at.end]]
+    assert codes.count("SIN") == 1
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_no_instruction_writes_what_it_reads(seed: int) -> None:
+    try:
+        system = random_structure(seed).system
+    except BadInput:
+        assume(False)
+    program = assembled(Equations.of(system, system.dynamics))
+    sources = program.code[:, 2:5]
+    # a register that an instruction does not use is number 0, that of the first state
+    assert not np.any((sources == program.code[:, 1:2]) & (sources > 0))
+    assert (program.code[:, 1] >= len(system.x)).all() and program.code[:, 1:5].max(
+        initial=0
+    ) < program.at.rows
+
+
+@pytest.mark.parametrize(("ours", "theirs"), [(exp, np.exp), (tanh, np.tanh)])
+def test_exponential_functions(ours, theirs) -> None:  # type: ignore[no-untyped-def]
+    rng = np.random.default_rng(0)
+    small = 10.0 ** rng.uniform(-300.0, 0.0, 500) * rng.choice([-1.0, 1.0], 500)
+    values = np.concatenate([rng.uniform(-30.0, 30.0, 4000), rng.uniform(-745.0, 709.7, 2000), small, [0.0]])
+    with np.errstate(all="ignore"):
+        expected = theirs(values)
+        found = np.array([ours(v) for v in values])
+        normal = np.abs(expected) > 1e-300
+        error = np.abs(found - expected)[normal] / np.abs(expected)[normal]
+        assert error.max() < 1e-15 and np.abs(found - expected)[~normal].max(initial=0.0) < 1e-300
+        for v in (math.inf, -math.inf, 710.0, -750.0, math.nan):
+            np.testing.assert_equal(ours(v), float(theirs(v)))
+
+
+def test_what_the_machine_does_not_know() -> None:
+    with pytest.raises(ValueError, match="no instruction for besselj"):
+        made(sp.besselj(0, x))
+    with pytest.raises(ValueError, match="no instruction for y"):
+        made(x + y)
+
+
+@pytest.mark.parametrize("change", [{"start": [-1]}, {"steps": [40]}, {"steps": [-1]}, {"shift": [41]}])
+def test_windows_beyond_the_samples_are_refused(change: dict[str, list[int]]) -> None:
+    windows = Windows(np.zeros((80, 1)), np.arange(40.0), *np.zeros((4, 1), np.int64))
+    wrong = windows._replace(**{name: np.array(value) for name, value in change.items()})
+    one = np.ones((1, 1, 1))
+    assert simulated(made(u - x), windows, one, one[0], one, 1, 0.1).shape == (1, 1, 1, 1)
+    with pytest.raises(ValueError, match="must lie within 40 samples"):
+        simulated(made(u - x), wrong, one, one[0], one, 1, 0.1)
+
+
+def test_sizes_are_checked() -> None:
+    windows = Windows(np.zeros((40, 1)), np.arange(40.0), *np.zeros((4, 1), np.int64))
+    one = np.ones((1, 1, 1))
+    for name, arrays in {"x0": (one, one[0], one[:, :, :0]), "p": (one[:, :0], one[0], one)}.items():
+        with pytest.raises(ValueError, match=f"{name} must have the shape"):
+            simulated(made(u - x), windows, *arrays, 1, 0.1)
+
+
+def test_laws_of_ports_are_part_of_the_dynamics() -> None:
+    system = built_in("pendulum")
+    law = replace(system, ports=(replace(system.ports[0], law=0.3 * sp.sin(3 * symbol("theta"))),))
+    assert_same(law, 3)
