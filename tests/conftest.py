@@ -80,3 +80,36 @@ def small_campaign() -> Campaign:
     signals = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
     offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
     return Campaign(pd.DataFrame(rows, columns=columns), signals, offsets, {"data": "virtual"})
+
+
+@pytest.fixture(scope="session")
+def jump_campaign() -> Campaign:
+    """Forty runs at 100 Hz on a grid: eps is what a leaky integrator makes of a negative force."""
+    generator = np.random.default_rng(0)
+    grid = [
+        (H, beta, m, V) for H in (0.01, 0.03) for beta in (1.5, 3.0) for m in (0.7, 1.3) for V in range(5)
+    ]
+    rows, parts = [], []
+    for i, (H, beta, m, V) in enumerate(grid):
+        n = 120 - 10 * V
+        t = np.arange(n) * 0.01
+        omega = (12.0 + 6.0 * V) * (1 - np.exp(-t / 0.05)) + 0.05 * generator.standard_normal(n)
+        theta = np.cumsum(omega) * 0.01
+        force = 9.81 * m - H * m * omega**2 * np.cos(beta * np.sin(theta))
+        eps = np.zeros(n)
+        for k in range(1, n):
+            eps[k] = 0.7 * eps[k - 1] + 3e-4 * max(0.0, -force[k])
+        eps += 1e-6 * generator.standard_normal(n)
+        h = H * np.sin(0.5 * theta) ** 2
+        signals = {"t": t, "theta": theta, "omega": omega, "alpha": np.gradient(omega, 0.01), "eps": eps}
+        signals |= {"h": h, "F_dagger": force} | {
+            k: np.gradient(h, 0.01) for k in ("dh", "d2h", "h_dot", "h_ddot")
+        }
+        parts.append(signals)
+        share = eps.max() / H
+        label = "stall" if i == 0 else "jump" if share > 0.013 else "contact"
+        rows.append((i + 1, H, beta, m, 4.0 + V, label, share, force.min(), force.min(), n))
+    columns = ["exp", "H", "beta", "m", "V", "label", "eps_share", "f_min", "f_bar_min", "samples"]
+    joined = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
+    offsets = np.concatenate([[0], np.cumsum([len(p["t"]) for p in parts])]).astype(np.int64)
+    return Campaign(pd.DataFrame(rows, columns=columns), joined, offsets, {"data": "virtual"})

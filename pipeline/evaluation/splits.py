@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,6 +103,75 @@ def tuning(experiments: pd.DataFrame, share: float = 0.3, seed: int = 0) -> list
     order = np.random.default_rng(seed).permutation(nominal)
     cut = max(1, round(share * len(nominal)))
     return [Fold(f"{share:.0%}", np.sort(order[:cut]), np.sort(order[cut:]))]
+
+
+def uniform(experiments: pd.DataFrame, shares: Sequence[float], seed: int = 0) -> list[Fold]:
+    """Train on a random share of the runs that do not stall, test on the rest: Fig. 5.16, left.
+
+    A larger share contains the smaller ones.
+
+    Args:
+        experiments: with column `label`.
+        shares: one fold each, between 0 and 1.
+        seed: of the draw.
+
+    Raises:
+        BadInput: when a share is not between 0 and 1.
+    """
+    order = np.random.default_rng(seed).permutation(_running(experiments))
+    folds = []
+    for share in shares:
+        if not 0.0 < share < 1.0:
+            raise BadInput(f"shares: must lie between 0 and 1, got {share}")
+        cut = max(1, round(share * len(order)))
+        folds.append(Fold(f"{share:.0%}", np.sort(order[:cut]), np.sort(order[cut:])))
+    return folds
+
+
+def alternate_levels(experiments: pd.DataFrame, factors: Sequence[str]) -> list[Fold]:
+    """One fold a factor: train on its 1st, 3rd, ... level, test on the 2nd, 4th, ...: Fig. 5.16, right.
+
+    The text says that whole cams or masses are left out, not which; levels are sorted. Stalls are left out.
+
+    Args:
+        experiments: with column `label` and those of the factors.
+        factors: names of columns.
+
+    Raises:
+        BadInput: when there is no such column.
+    """
+    running = _running(experiments)
+    folds = []
+    for factor in factors:
+        if factor not in experiments:
+            raise BadInput(f"factors: the experiments have no column {factor}")
+        level = np.unique(experiments[factor].to_numpy()[running], return_inverse=True)[1]
+        folds.append(Fold(factor, running[level % 2 == 0], running[level % 2 == 1]))
+    return folds
+
+
+def joined(experiments: pd.DataFrame, parts: Mapping[str, Split]) -> list[Fold]:
+    """The folds of several splits, one after the other; their names must differ."""
+    return [fold for part in parts.values() for fold in part.folds(experiments)]
+
+
+def inner_uniform(
+    experiments: pd.DataFrame, share: float = 0.05, folds: int = 5, seed: int = 0
+) -> list[Fold]:
+    """Cross-validation inside the training runs of the fold `share` of `uniform`.
+
+    This is where the training of recurrent networks is chosen: no run that they are judged on plays a part.
+    """
+    train = uniform(experiments, [share], seed)[0].train
+    parts = np.array_split(np.random.default_rng(seed).permutation(train), folds)
+    return [Fold(f"part {k + 1}", np.setdiff1d(train, part), np.sort(part)) for k, part in enumerate(parts)]
+
+
+def _running(experiments: pd.DataFrame) -> Indices:
+    """Rows of the runs that turn: contact and jump."""
+    if "label" not in experiments:
+        raise BadInput("the experiments have no column label")
+    return np.flatnonzero(experiments["label"].to_numpy() != "stall")
 
 
 def leave_one_out(experiments: pd.DataFrame) -> list[Fold]:

@@ -39,8 +39,8 @@ PAGES = (
         "chapter_3",
         "Chapter 3",
         "Uncertain parameters of a wet clutch",
-        summary="The bench of the dissertation was never published. This one is virtual, its parameters are invented "
-        "but plausible: relations between methods compare with the text, absolute numbers do not.",
+        summary="The bench of the dissertation was never published. This one is virtual, its parameters are "
+        "invented but plausible: relations between methods compare with the text, absolute numbers do not.",
         chapter=3,
         campaign="clutch",
     ),
@@ -54,7 +54,7 @@ PAGES = (
     Page(
         "chapter_5",
         "Chapter 5",
-        "Follower jumps: geometry, labels, features",
+        "Follower jumps: geometry, features, prediction, explanation",
         chapter=5,
         metrics=("cam_labels",),
     ),

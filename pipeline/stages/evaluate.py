@@ -1,15 +1,20 @@
-"""Free-run simulation of what a fitted model has not seen."""
+"""Predict with a fitted model what it has not seen."""
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
+import pandas as pd
+
 from pipeline.errors import BadInput
+from pipeline.evaluation import jumps
 from pipeline.evaluation.held_out import free_runs, surfaces
 from pipeline.evaluation.simulate import explore, simulate_tests
 from pipeline.evaluation.splits import Fold, Split
 from pipeline.files import replacing_folder
 from pipeline.learning.augmented import AugmentedRecipe, check_pairing
+from pipeline.learning.detachment import DetachmentRecipe, Family
 from pipeline.learning.fitting import load_fit
 from pipeline.learning.recipe import Recipe, load
 from pipeline.measurements.folder import read_logs
@@ -26,7 +31,7 @@ def evaluate(
     features: Path,
     fits: Path,
     mechanism: CamFollower,
-    model: Recipe | AugmentedRecipe,
+    model: Recipe | AugmentedRecipe | DetachmentRecipe | Family,
     split: Split,
     out: Path,
 ) -> None:
@@ -35,7 +40,9 @@ def evaluate(
 
     With `system` and `logs` also `out`/efforts.parquet, what the networks say on the training experiments,
     and `out`/surface.parquet, networks of two inputs on a grid; without, where the split explores,
-    `out`/force.parquet.
+    `out`/force.parquet. A model of the follower's detachment (model=tau4, detachment, ...) is not simulated;
+    `out` then holds runs.parquet, repeats.parquet and examples.parquet, see
+    `pipeline.evaluation.jumps.judge`, with a column `model`.
 
     Args:
         system: system file.
@@ -54,6 +61,8 @@ def evaluate(
     if isinstance(model, AugmentedRecipe):
         assert system is not None and logs is not None
         _evaluate_system(system, logs, fits, model, split, out)
+    elif not isinstance(model, Recipe):
+        _evaluate_detachment(features, fits, mechanism, Family.of(model), split, out)
     else:
         _evaluate_drivetrain(features, fits, mechanism, model, split, out)
 
@@ -65,7 +74,7 @@ def _evaluate_system(
     measured = read_logs(logs, known)
     fitted, about = load_fit(model, known, fits)
     folds = split.folds(measured.experiments_with_speed())
-    _check_folds(folds, about["folds"], fits)
+    _check_folds(folds, about["folds"], fits / "model.pt")
     results = free_runs(fitted, measured, folds, about["repeats"], model.integration(measured.period))
     # the first model as it was before training
     data, first = Measured.of(measured), [folds[0].train]
@@ -83,9 +92,28 @@ def _evaluate_system(
         print(f"{name}: held-out free-run RMSE {rmse:.3g} {units[str(name)]} ({count})")
 
 
-def _check_folds(folds: list[Fold], fitted: list[str], fits: Path) -> None:
+def _check_folds(folds: list[Fold], fitted: list[str], path: Path) -> None:
     if fitted != [fold.name for fold in folds]:
-        raise BadInput(f"{fits}/model.pt: was fitted on the folds {fitted}, another split")
+        raise BadInput(f"{path}: was fitted on the folds {fitted}, another split")
+
+
+def _evaluate_detachment(
+    features: Path, fits: Path, mechanism: CamFollower, model: Family, split: Split, out: Path
+) -> None:
+    campaign = Campaign.read(features)
+    folds = split.folds(campaign.experiments)
+    parts = []
+    for name, recipe in model.members.items():
+        fitted, observed = recipe.read(fits / name), jumps.Observed.of(campaign, recipe.samples)
+        _check_folds(folds, fitted.folds, fits / name)
+        for (label, own), fold in product({name: fitted, **fitted.parts}.items(), folds):
+            eps = own.detachment(fold.name, campaign)
+            tables = jumps.judge(observed, fold, eps, mechanism.jump_share)
+            parts.append({kind: table.assign(model=label) for kind, table in tables.items()})
+    with replacing_folder(out) as folder:
+        for kind in parts[0]:
+            table = pd.concat([part[kind] for part in parts], ignore_index=True)
+            table.to_parquet(folder / f"{kind}.parquet", index=False)
 
 
 def _evaluate_drivetrain(
@@ -95,7 +123,7 @@ def _evaluate_drivetrain(
     dataset = Dataset.of(campaign, mechanism)
     fitted, about = load(fits / "model.pt", model.dynamics, dataset)
     folds = split.folds(campaign.experiments)
-    _check_folds(folds, about["folds"], fits)
+    _check_folds(folds, about["folds"], fits / "model.pt")
     exp = campaign.experiments["exp"].to_numpy()
     results = simulate_tests(fitted, dataset, folds, about["repeats"], exp)
     with replacing_folder(out) as folder:

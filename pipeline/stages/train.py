@@ -10,6 +10,7 @@ from typing import Any
 from pipeline.evaluation.splits import Split
 from pipeline.files import write_json
 from pipeline.learning.augmented import AugmentedRecipe, check_pairing
+from pipeline.learning.detachment import DetachmentRecipe, Family
 from pipeline.learning.fitting import Members, fit
 from pipeline.learning.recipe import Recipe, save
 from pipeline.measurements.folder import read_logs
@@ -24,7 +25,7 @@ def train(
     logs: Path | None,
     features: Path,
     mechanism: CamFollower,
-    model: Recipe | AugmentedRecipe,
+    model: Recipe | AugmentedRecipe | DetachmentRecipe | Family,
     split: Split,
     profile: Mapping[str, Any],
     start: Path | None,
@@ -36,7 +37,9 @@ def train(
 
     With `system` and `logs` a hybrid model of that system (model=hybrid, nnap, ...) is fitted, and
     `out`/history.parquet tells its parameters and loss after every epoch; killed, it goes on where it was.
-    Without them a model of the cam-follower's drivetrain (model=f_h2, motor, ...) is fitted to `features`.
+    Without them a model of the cam-follower's drivetrain (model=f_h2, motor, ...) is fitted to `features`, or
+    one of the follower's detachment (model=tau4, detachment, ...), which writes a file per fold and repeat in
+    place of model.pt and goes on after the last of them when it was killed.
 
     Args:
         system: system file.
@@ -62,8 +65,20 @@ def train(
         folds = split.folds(measured.experiments_with_speed())
         members = Members.of([f.name for f in folds], [f.train for f in folds], profile["system_repeats"])
         fit(model, known, measured, members, seed, start, device, out)
+    elif not isinstance(model, Recipe):
+        _fit_detachment(features, Family.of(model), split, profile["repeats"], seed, device, out)
     else:
         _fit_drivetrain(features, mechanism, model, split, profile["repeats"], seed, out)
+
+
+def _fit_detachment(
+    features: Path, model: Family, split: Split, repeats: int, seed: int, device: str, out: Path
+) -> None:
+    campaign = Campaign.read(features)
+    folds = {fold.name: fold.train for fold in split.folds(campaign.experiments)}
+    seconds = model.fit(campaign, folds, repeats, seed, out, device)
+    about = {"folds": list(folds), "repeats": repeats, "seed": seed, "seconds": seconds}
+    write_json(out / "fit.json", about)
 
 
 def _fit_drivetrain(

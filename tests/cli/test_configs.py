@@ -57,17 +57,35 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
     assert hydra.utils.instantiate(resolved) is not None
 
 
-@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / SHARED).glob("*.yaml")))
-def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
-    assert any(f"/{SHARED}@_here_: {name}\n" in p.read_text() for p in (CONF / "model").glob("*.yaml"))
-    for stage in (
+#: Stages that train models of systems, and of the detachment.
+TRAINED = {
+    "sequence": ("train_jumps", "evaluate_jumps", "attribute"),
+    "one_step": (
         "train_slider_crank",
         "evaluate_slider_crank",
         "train_recurrent",
         "train_slow",
         "train_bare",
-    ):
-        assert f"conf/{SHARED}/{name}.yaml" in {next(iter(p)) for p in STAGES[stage]["params"]}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / SHARED).glob("*.yaml")))
+def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
+    assert any(f"/{SHARED}@_here_: {name}\n" in p.read_text() for p in (CONF / "model").glob("*.yaml"))
+    for stage in TRAINED.get(name, TRAINED["one_step"]):
+        declared = STAGES[stage].get("do", STAGES[stage])["params"]
+        assert f"conf/{SHARED}/{name}.yaml" in {next(iter(p)) for p in declared}
+
+
+def test_models_and_splits_of_jumps_exist_and_their_change_reruns_them() -> None:
+    for split, family in PARAMS["jumps"].items():
+        assert (CONF / "split" / f"{split}.yaml").exists()
+        entries = yaml.safe_load((CONF / "model" / f"{family}.yaml").read_text())["defaults"]
+        members = {entry.split("@")[0] for entry in entries if "@" in entry}
+        for stage in ("train_jumps", "evaluate_jumps"):
+            declared = {next(iter(p)) for p in STAGES[stage]["do"]["params"]}
+            assert {f"conf/model/{member}.yaml" for member in members} <= declared
 
 
 @pytest.mark.parametrize("kind", ["models", "tuned", "splits", "mechanisms", "hybrids", "campaigns"])

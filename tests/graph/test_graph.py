@@ -21,8 +21,8 @@ ROOT = Path(__file__).parents[2]
 SOURCE = """_target_: pipeline.rigs.campaign.CamFollowerCampaign
 H: [0.01, 0.03]
 beta: [1.5707963267949, 3.14159265358979]
-m: [1.1238]
-V: [4.0, 4.6, 5.2, 5.8, 6.4, 7.0, 7.6, 8.2, 8.8, 9.4]
+m: [0.9379, 1.3067]
+V: [4.0, 5.2, 6.4, 7.6, 8.8]
 """
 SLIDER = """_target_: pipeline.rigs.slider_crank.SliderCrankCampaign
 profiles: [1, 6, 9]
@@ -41,6 +41,12 @@ shooting_epochs: 4
 data_sets: 2
 samples: 1000
 sampling_repeats: 2
+sequence_updates: 10
+bounce_members: 1
+explained_runs: 2
+references: 4
+exact_runs: 1
+exact_references: 2
 """
 #: A search this short finds no optimum; what follows from one is the same.
 SEARCH = ("generations: 60", "generations: 2")
@@ -108,6 +114,12 @@ def test_every_result_exists(project: Path) -> None:
         == set(chapter["identification"])
     )
     assert {"coefficients", "moments", "emd"} == set(chapter["example"]) and chapter["push_forward"]["error"]
+    chapter = json.loads((project / "reports/metrics/chapter5.json").read_text())
+    features = {"tau1", "tau2", "tau3", "tau4"}
+    assert all(features <= set(chapter["uniform"][percent]) for percent in ("1", "5", "10", "30", "50"))
+    assert all(features <= set(chapter["split"][factor]) for factor in ("H", "beta", "m"))
+    assert set(chapter["attribution"]["share"]) == features
+    assert chapter["baseline"]["bounce"]["accuracy"] and chapter["hybrid"]["accuracy"]
     claims = json.loads((project / "reports/claims.json").read_text())
     assert {row["chapter"] for row in claims} == {3, 4, 5, 6}
     page = (project / "reports/index.html").read_text()

@@ -261,7 +261,7 @@ def test_fits_of_all_folds_and_repeats_are_read_back(
 ) -> None:
     campaign = made()
     RECIPE.fit(campaign, FOLDS, 2, 5, tmp_path / "out")
-    assert "warning: fold H, repeat 1: has not converged after 6 updates" in capsys.readouterr().err
+    assert "4 of 4 fits have not converged, fold 5%, repeat 0 after 6 updates" in capsys.readouterr().err
     found = weights(tmp_path / "out")
     assert list(found) == ["5% 0", "5% 1", "H 0", "H 1"]
     assert not any(np.array_equal(found["5% 0"], found[name]) for name in ("5% 1", "H 0"))

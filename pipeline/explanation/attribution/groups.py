@@ -29,3 +29,10 @@ def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict
     if left:
         raise BadInput(f"groups: {left[0]} is in no group")
     return found
+
+
+def players(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """The groups that `names` holds all members of, and every other name by itself."""
+    whole = {group: list(members) for group, members in groups.items() if set(members) <= set(names)}
+    grouped = {member for members in whole.values() for member in members}
+    return whole | {name: [name] for name in names if name not in grouped}

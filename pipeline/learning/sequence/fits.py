@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
 from pipeline.files import read_json
+from pipeline.learning.detachment import Fitted
 from pipeline.learning.recipe import read_checkpoint, restore, save
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import SequenceInputs, Sequences
@@ -101,6 +102,16 @@ class Fits:
     samples: int
     networks: Mapping[str, list[DetachmentNetwork]]
 
+    @property
+    def folds(self) -> list[str]:
+        """Names of the folds."""
+        return list(self.networks)
+
+    @property
+    def parts(self) -> dict[str, Fitted]:
+        """None."""
+        return {}
+
     def sequences(self, campaign: Campaign) -> Sequences:
         """The runs of a campaign as the networks read them."""
         return Sequences.of(campaign, self.inputs, self.samples)
@@ -113,6 +124,10 @@ class Fits:
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
         finally:
             torch.set_num_threads(threads)
+
+    def detachment(self, fold: str, campaign: Campaign) -> Array:
+        """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""
+        return self.predict(fold, self.sequences(campaign))
 
     def median(self, fold: str, sequences: Sequences) -> Array:
         """Detachment eps, m, (runs, steps): the median over the repeats (section 5.4.3)."""

@@ -18,7 +18,7 @@ import torch
 from pipeline.errors import BadInput
 from pipeline.files import write_json
 from pipeline.learning.sequence.arrays import Indices, Sizes
-from pipeline.learning.sequence.fits import SUMMARY, path_of, read_about, save_fit
+from pipeline.learning.sequence.fits import SUMMARY, Fits, path_of, read_about, read_fits, save_fit
 from pipeline.learning.sequence.layout import sizes
 from pipeline.learning.sequence.stack import train_stack
 from pipeline.learning.sequence.training import Course, Start, Training, standardised, train
@@ -63,7 +63,7 @@ class SequenceRecipe:
         out: Path,
         workers: int = 2,
         device: str = "cpu",
-    ) -> None:
+    ) -> float:
         """Write a file for every fold and repeat to `out`, and fits.json when all are there.
 
         Fits that are there already, of the same data, settings and seed, are kept, so that a killed training
@@ -75,6 +75,9 @@ class SequenceRecipe:
             workers: fits side by side, each on one core.
             device: cpu runs the compiled kernel; cuda (or another device of torch) the repeats of a fold as a
                 stack.
+
+        Returns:
+            The time that all fits took, whenever they were made, core seconds.
 
         Raises:
             BadInput: when the data do not suit the recipe, or `out` holds a damaged fit or one of other
@@ -95,6 +98,7 @@ class SequenceRecipe:
             _stacked(left, device)
         about = [read_about(task.path, self.inputs) for task in tasks]
         _warn(about)
+        seconds = float(sum(fit["seconds"] for fit in about))
         summary = {
             "folds": list(folds),
             "repeats": repeats,
@@ -106,9 +110,22 @@ class SequenceRecipe:
             "parameters": Sizes(
                 len(self.inputs.features), self.hidden, self.head, len(self.inputs.settings)
             ).weights,
-            "core_seconds": sum(fit["seconds"] for fit in about),
+            "core_seconds": seconds,
         }
         write_json(out / SUMMARY, summary)
+        return seconds
+
+    def read(self, folder: Path) -> Fits:
+        """The networks that `fit` wrote to `folder`.
+
+        Raises:
+            BadInput: when the training has not finished, or a file is missing, damaged or of other features.
+        """
+        fits = read_fits(folder)
+        read_about(path_of(folder, 0, 0), self.inputs)
+        if fits.samples != self.samples:
+            raise BadInput(f"{folder}: was fitted on {fits.samples} samples of a run, not on {self.samples}")
+        return fits
 
 
 @dataclass(frozen=True)
@@ -160,17 +177,18 @@ class _Task:
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Train and save, unless it is stopped."""
-        begin, start = time.monotonic(), self.start()
+        # of this thread: what else the machine does is no time of training
+        begin, start = time.thread_time(), self.start()
         course = train(start, self.recipe.training, stopped)
         if not stopped():
-            self.save(start.network, course, time.monotonic() - begin)
+            self.save(start.network, course, time.thread_time() - begin)
 
 
 def _warn(about: Sequence[Mapping[str, Any]]) -> None:
-    for fit in about:
-        if not fit["converged"]:
-            name = f"fold {fit['fold']}, repeat {fit['repeat']}"
-            print(f"warning: {name}: has not converged after {fit['updates']} updates", file=sys.stderr)
+    early = [fit for fit in about if not fit["converged"]]
+    if early:
+        first = f"fold {early[0]['fold']}, repeat {early[0]['repeat']} after {early[0]['updates']} updates"
+        print(f"warning: {len(early)} of {len(about)} fits have not converged, {first}", file=sys.stderr)
 
 
 def _side_by_side(tasks: list[_Task], workers: int) -> None:

@@ -1,0 +1,154 @@
+"""How much every input contributes over all jump runs, and whether two ways to tell agree."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, nothing, table
+from pipeline.figures.style import BLACK, GREY, halo, new_figure, styled
+
+#: Methods on the same few runs.
+METHODS: dict[str, dict[str, Any]] = {
+    "deep_shap": {"marker": "o", "mfc": "white", "label": "DeepSHAP, few runs"},
+    "exact": {"marker": "D", "mfc": BLACK, "label": "exact Shapley values, the same runs"},
+}
+#: Rank correlations of the two.
+KINDS = {"shares": "of the shares", "trajectories": "over time"}
+MARK: dict[str, Any] = {"color": BLACK, "mec": BLACK, "linestyle": "", "markersize": 5.5, "zorder": 4}
+
+
+@styled
+def relative_contributions(data: Path) -> Figure:
+    """Share of every input in all contributions to predicted jumps, by DeepSHAP and exactly.
+
+    Bars: share of the sum of |Φ| over all steps of jump runs that were not trained on, mean over the repeats,
+    whose range the line spans; sine and cosine of the angle add up to one bar. Markers: some of the runs by
+    one network, explained by DeepSHAP and by exact Shapley values, with the angle as one input. In the title,
+    the share of the settings m, H and β, hatched.
+    """
+    overall, exact = table(data, "overall"), table(data, "exact")
+    names = models(overall, FEATURE_SETS)
+    if not names:
+        return nothing("no model was explained")
+    figure = new_figure(6.4)
+    panels = figure.subplots(1, len(names), sharex=True, sharey=True, squeeze=False)[0]
+    used = set(overall["feature"])
+    rows = [name for name in INPUTS if name in used - set(ANGLE) or (name == "theta" and used & set(ANGLE))]
+    for axes, name in zip(panels, names, strict=True):
+        shares = overall[overall["model"] == name].pivot(index="repeat", columns="feature", values="share")
+        _bars(axes, shares, rows)
+        _marks(axes, exact[exact["model"] == name], rows)
+        own = [setting for setting in ("m", "H", "beta") if setting in shares]
+        told = f"settings {100.0 * float(shares[own].sum(axis=1).mean()):.0f} %"
+        axes.set_title(f"{SHORT[name]}: {told}")
+        axes.set_xlabel("share of Σ|Φ| (%)")
+        axes.grid(axis="x", linewidth=0.5)
+        axes.set_axisbelow(True)
+    panels[0].set_yticks(range(len(rows)), [INPUTS[name].label for name in rows])
+    panels[0].invert_yaxis()
+    panels[0].set_ylabel("input (-)")
+    handles = [
+        Patch(color=GREY, label="DeepSHAP, all repeats"),
+        *(Line2D([], [], **MARK, **style) for style in METHODS.values()),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _bars(axes: Axes, shares: pd.DataFrame, rows: list[str]) -> None:
+    """Mean and range of `shares` (repeats, inputs), %, a bar an input."""
+    for row, name in enumerate(rows):
+        parts = [part for part in (ANGLE if name == "theta" else (name,)) if part in shares]
+        if not parts:
+            continue
+        start = 0.0
+        for part in parts:
+            width = 100.0 * float(shares[part].mean())
+            look = INPUTS[part]
+            axes.barh(row, width, 0.72, start, color=look.colour, hatch=look.hatch, ec="white", lw=0)
+            start += width
+        total = 100.0 * shares[parts].sum(axis=1)
+        axes.plot([total.min(), total.max()], [row, row], color=BLACK, linewidth=1.6, path_effects=halo(3.2))
+
+
+def _marks(axes: Axes, exact: pd.DataFrame, rows: list[str]) -> None:
+    """Shares of all contributions to some runs, %, a marker a method and input."""
+    for method, style in METHODS.items():
+        sizes = exact[exact["method"] == method].groupby("feature")["magnitude"].sum()
+        for name, size in sizes.items():
+            axes.plot(100.0 * size / max(sizes.sum(), 1e-300), rows.index(str(name)), **MARK, **style)
+
+
+@styled
+def agreement_with_exact(data: Path) -> Figure:
+    """Contributions by DeepSHAP beside exact Shapley values, run by run and input by input.
+
+    Top, share of every input in the contributions to a run, a dot a run and input; on the line both ways
+    agree. Bottom, rank correlation of the two, a dot a run, bar: their mean; of the shares of the inputs, and
+    of the contributions at all inputs and moments. One network of each feature set, the same references for
+    both ways. DeepSHAP ranks the inputs as exact values do where the correlation is close to one.
+    """
+    exact, agreement = table(data, "exact"), table(data, "agreement")
+    names = models(agreement, FEATURE_SETS)
+    if not names:
+        return nothing("no run was explained in both ways")
+    figure = new_figure(6.2)
+    grid = figure.add_gridspec(2, len(names), height_ratios=[1.25, 1.0])
+    end = 105.0 * float(exact["share"].max())
+    for k, name in enumerate(names):
+        axes = figure.add_subplot(grid[0, k])
+        _compare(axes, exact[exact["model"] == name])
+        axes.set(title=SHORT[name], xlabel="exact share (%)", xlim=(0.0, end), ylim=(0.0, end))
+        if k == 0:
+            axes.set_ylabel("share by DeepSHAP (%)")
+        axes.tick_params(labelleft=k == 0)
+    _correlations(figure.add_subplot(grid[1, :]), agreement, names)
+    used = set(exact["feature"])
+    handles = [
+        Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
+        for name, look in INPUTS.items()
+        if name in used
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=6)
+    return figure
+
+
+def _compare(axes: Axes, exact: pd.DataFrame) -> None:
+    wide = exact.pivot(index=["exp", "feature"], columns="method", values="share").reset_index()
+    axes.axline((0.0, 0.0), slope=1.0, color=GREY, linewidth=1.2, zorder=1)
+    for name, own in wide.groupby("feature"):
+        look, x, y = INPUTS[str(name)], 100.0 * own["exact"], 100.0 * own["deep_shap"]
+        axes.scatter(x, y, s=30, color=look.colour, marker=look.marker, ec="white", lw=0.4)
+    axes.grid(linewidth=0.5)
+    axes.set_axisbelow(True)
+
+
+def _correlations(axes: Axes, agreement: pd.DataFrame, names: list[str]) -> None:
+    """Rank correlations, a strip a model and kind; runs where either is constant have none."""
+    places = []
+    for k, name in enumerate(names):
+        look = LOOKS[name]
+        for side, kind in zip((-0.2, 0.2), KINDS, strict=True):
+            values = agreement.loc[agreement["model"] == name, kind].dropna().to_numpy(np.float64)
+            places.append((k + side, f"{SHORT[name]}\n{KINDS[kind]}"))
+            if not len(values):
+                continue
+            spread = np.linspace(-0.1, 0.1, len(values)) if len(values) > 1 else np.zeros(1)
+            axes.plot(k + side + spread, values, look.marker, color=look.colour, alpha=0.75, markersize=5)
+            axes.plot(
+                [k + side - 0.15, k + side + 0.15], [values.mean()] * 2, color=BLACK, linewidth=2.4, zorder=4
+            )
+    axes.axhline(1.0, color=GREY, linewidth=1.2, zorder=1)
+    axes.set_xticks([x for x, _ in places], [text for _, text in places])
+    axes.tick_params(axis="x", length=0)
+    axes.set(ylabel="rank correlation (-)", xlabel="network and what is compared (-)")
+    axes.set_xlim(-0.5, len(names) - 0.5)
+    axes.grid(axis="y", linewidth=0.5)

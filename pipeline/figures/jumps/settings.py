@@ -1,0 +1,91 @@
+"""What the networks lose without the settings q_s."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from numpy.typing import NDArray
+
+from pipeline.figures.jumps.tables import (
+    BLIND,
+    FEATURE_SETS,
+    SCARCE,
+    UNIFORM,
+    WITHOUT,
+    nothing,
+    of_fold,
+    table,
+)
+from pipeline.figures.palette import Look
+from pipeline.figures.style import BLACK, new_figure, styled
+
+Array = NDArray[np.float64]
+
+BARS = 31
+
+
+@styled
+def without_settings(data: Path) -> Figure:
+    """Change of the MSE of jump runs when the networks are not told the settings m, H and β.
+
+    All jump runs that were not trained on; 5 % of the runs were. Right of zero the network without settings
+    is worse. Black lines are the quartiles, the median solid. Physics features are made from the settings:
+    who has them should barely miss the settings, who has raw measurements only should. The axis is linear
+    close to zero and logarithmic beyond.
+    """
+    rows = table(data, "runs")
+    blind, informed = of_fold(rows, WITHOUT, SCARCE), of_fold(rows, UNIFORM, SCARCE)
+    changes = {name: _change(informed, blind, name) for name in FEATURE_SETS}
+    changes = {name: change for name, change in changes.items() if len(change)}
+    if not changes:
+        return nothing("no model was trained with and without the settings, or no run jumps")
+    every = np.concatenate([change["change"] for change in changes.values()])
+    # linear about zero as far as half of the changes reach
+    width = max(float(np.median(np.abs(every))), 1e-9)
+    low, high = np.arcsinh(every.min() / width), np.arcsinh(every.max() / width)
+    edges = width * np.sinh(np.linspace(low, high, BARS + 1))
+    figure = new_figure(1.0 + 1.35 * len(changes))
+    panels = figure.subplots(len(changes), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    for axes, (name, change) in zip(panels, changes.items(), strict=True):
+        _histogram(axes, change, edges, FEATURE_SETS[name])
+        _stretched(axes, width)
+        axes.set_xlim(edges[0], edges[-1])
+    panels[-1].set_xlabel("MSE without settings − MSE with settings (mm²)")
+    return figure
+
+
+def _change(informed: pd.DataFrame, blind: pd.DataFrame, name: str) -> pd.DataFrame:
+    """MSE of every jump run with and without settings, mm^2, and the change."""
+    first = informed[(informed["model"] == name) & (informed["label"] == "jump")]
+    second = blind[blind["model"] == name + BLIND]
+    both = first.merge(second, on="exp", suffixes=("", BLIND))
+    return both.assign(change=both["mse" + BLIND] - both["mse"])
+
+
+def _histogram(axes: Axes, change: pd.DataFrame, edges: Array, look: Look) -> None:
+    axes.hist(change["change"], edges.tolist(), color=look.colour)
+    quartiles = change["change"].quantile([0.25, 0.5, 0.75])
+    for quartile, line in zip(quartiles, ("--", "-", "--"), strict=True):
+        axes.axvline(quartile, color=BLACK, linewidth=2.0, linestyle=line)
+    told, blind = (_number(change[name].median()) for name in ("mse", "mse" + BLIND))
+    change_text = f"median change {_number(quartiles[0.5], sign='+')} mm²"
+    axes.set_title(f"{look.label}: {change_text}; median MSE {told} mm², without settings {blind} mm²")
+    axes.set_ylabel("jump runs (-)")
+
+
+def _number(value: float, sign: str = "") -> str:
+    return f"{value:{sign}.2g}".replace("-", "−")
+
+
+def _stretched(axes: Axes, width: float) -> None:
+    """A horizontal axis that is linear within `width` of zero and logarithmic beyond, with round numbers."""
+    axes.set_xscale("asinh", linear_width=width)
+    decades = 10.0 ** np.arange(np.ceil(np.log10(width)), 9.0)
+    axes.xaxis.set_major_locator(FixedLocator([*-decades[::-1], 0.0, *decades]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}".replace("-", "−")))

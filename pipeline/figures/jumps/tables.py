@@ -1,0 +1,137 @@
+"""What the figures of follower jumps share: tables, models and inputs with a fixed look each, folds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from pipeline.figures.palette import Look
+from pipeline.figures.style import BLACK, GREEN, ORANGE, SKY, absent, new_figure, setting
+from pipeline.trajectory import Campaign
+
+INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
+#: Splits, the fold of Fig. 5.15 and 5.18, and that of the models that are explained.
+UNIFORM, FACTORS, WITHOUT = "uniform", "factors", "scarce"
+SCARCE, EXPLAINED = "5%", "30%"
+#: What the name of a model without the settings q_s ends in.
+BLIND = "_blind"
+SQUARE = "MSE (mm²)"
+
+FEATURE_SETS = {
+    "tau1": Look(r"$\tau^{[1]}$ encoder", ORANGE, "s"),
+    "tau2": Look(r"$\tau^{[2]}$ encoder, $F^†$", SKY, "o"),
+    "tau3": Look(r"$\tau^{[3]}$ encoder, $F^†$, cam", GREEN, "^"),
+    "tau4": Look(r"$\tau^{[4]}$ $F^†$, linear", INDIGO, "D"),
+}
+SIMULATED = {
+    "bounce": Look("bounce simulation", "#8C6D31", "X", "--"),
+    "tau4_bounce": Look(r"$\tau^{[4]}$ on bounce simulation", WINE, "P"),
+}
+#: In the order of legends. The inputs of every feature set are in Fig. 5.23.
+LOOKS = FEATURE_SETS | SIMULATED
+SHORT = {f"tau{k}": rf"$\tau^{{[{k}]}}$" for k in (1, 2, 3, 4)}
+SHORT |= {"bounce": "bounce", "tau4_bounce": r"$\tau^{[4]}$ on bounce"}
+
+MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
+
+
+@dataclass(frozen=True)
+class Input:
+    """How an input of the networks is drawn; inputs of one kind share a hue.
+
+    Attributes:
+        label, unit: name on axes and in legends.
+        colour: of lines and areas.
+        hatch: of areas; tells greys from greens where those look alike.
+        marker: of points.
+    """
+
+    label: str
+    unit: str
+    colour: str
+    hatch: str = ""
+    marker: str = "o"
+
+
+INPUTS = {
+    "theta": Input("θ", "rad", "#7A4B00"),
+    "sin(theta)": Input("sin θ", "-", "#7A4B00"),
+    "cos(theta)": Input("cos θ", "-", "#B8860B"),
+    "omega": Input("ω", "rad/s", ORANGE),
+    "alpha": Input("dω/dt", "rad/s²", "#F0C75E"),
+    "F_dagger": Input("$F^†$", "N", INDIGO),
+    "h": Input("h", "m", "#007A58"),
+    "dh": Input("dh/dθ", "m/rad", "#2FB088"),
+    "d2h": Input("d²h/dθ²", "m/rad²", "#96DCC3"),
+    "h_dot": Input("dh/dt", "m/s", "#AA4499"),
+    "h_ddot": Input("d²h/dt²", "m/s²", "#D79BCB"),
+    "m": Input("m", "kg", "#444444", "////", "s"),
+    "H": Input("H", "m", "#888888", "////", "s"),
+    "beta": Input("β", "rad", "#BDBDBD", "////", "s"),
+}
+#: The angle enters by its sine and cosine.
+ANGLE = ("sin(theta)", "cos(theta)")
+
+
+def table(data: Path, name: str) -> pd.DataFrame:
+    """A table of the follower jumps, from the data folder."""
+    # opened here, so that the error about a missing table names it
+    with (data / "tables" / "jumps" / f"{name}.parquet").open("rb") as file:
+        return pd.read_parquet(file)
+
+
+def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:
+    """Rows of one fold of a split."""
+    return rows[(rows["split"] == split) & (rows["fold"] == fold)]
+
+
+def models(rows: pd.DataFrame, among: Iterable[str] = LOOKS) -> list[str]:
+    """Models of `rows` in the order of legends."""
+    found = set(rows["model"])
+    return [name for name in among if name in found]
+
+
+def handle(look: Look) -> Line2D:
+    """An entry of a model for a legend where it is drawn as markers."""
+    return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
+
+
+def line_handle(look: Look) -> Line2D:
+    """An entry of a model for a legend where it is drawn as a line."""
+    return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=2.0, label=look.label)
+
+
+def experiments(data: Path) -> pd.DataFrame:
+    """All runs of the campaign: settings, labels and F-dagger."""
+    return Campaign.read(data / "features" / "cam_follower", ["exp"]).experiments
+
+
+def run_title(runs: pd.DataFrame, exp: int) -> str:
+    """Label and settings of a run."""
+    run = runs.loc[runs["exp"] == exp].iloc[0]
+    return f"{run['label']}: {setting(run)}"
+
+
+def patch(name: str) -> Patch:
+    """An entry of an input for a legend where it is drawn as an area."""
+    look = INPUTS[name]
+    return Patch(facecolor=look.colour, hatch=look.hatch, edgecolor="white", linewidth=0, label=look.label)
+
+
+def nothing(text: str) -> Figure:
+    """A figure that says why it is empty."""
+    figure = new_figure(2.0)
+    absent(figure.subplots(), text)
+    return figure
+
+
+def with_angle(phi: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
+    """Attributions with those of sin(theta) and cos(theta) added up as theta; summed over equal `columns`."""
+    feature = phi["feature"].where(~phi["feature"].isin(ANGLE), "theta")
+    return phi.assign(feature=feature).groupby([*columns, "feature"], as_index=False)["phi"].sum()

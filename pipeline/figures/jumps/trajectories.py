@@ -1,0 +1,65 @@
+"""Predicted detachment over time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pipeline.figures.jumps.tables import (
+    FEATURE_SETS,
+    LOOKS,
+    MEASURED,
+    SCARCE,
+    SIMULATED,
+    UNIFORM,
+    experiments,
+    line_handle,
+    models,
+    nothing,
+    of_fold,
+    run_title,
+    table,
+)
+from pipeline.figures.style import BLACK, MM, new_figure, styled
+
+
+@styled
+def predicted_detachment(data: Path) -> Figure:
+    """Detachment over time of runs that were not trained on, measured and predicted, one row a run.
+
+    Jumps of small to large detachment, then contact; every row has a scale of its own. Trained on 5 % of the
+    runs; thin lines are the median of the repeats. Left, networks that are told m, H, β and what the legend
+    says: what the encoder measures (angle, speed, acceleration), the force F† that would keep contact, the
+    shape of the cam, or speed and acceleration along the cam in place of the encoder's. Right, a simulation
+    of impacts, and a network on top of it.
+    """
+    rows = of_fold(table(data, "examples"), UNIFORM, SCARCE)
+    if rows.empty:
+        return nothing("there is no run to show")
+    columns = [names for names in (models(rows, FEATURE_SETS), models(rows, SIMULATED)) if names]
+    exps, runs = list(dict.fromkeys(rows["exp"])), experiments(data)
+    figure = new_figure(1.0 + 1.75 * len(exps))
+    grid = figure.subplots(len(exps), len(columns), sharex=True, sharey="row", squeeze=False)
+    for line, exp in zip(grid, exps, strict=True):
+        for axes, names in zip(line, columns, strict=True):
+            draw_predictions(axes, rows[rows["exp"] == exp], names)
+        line[0].set(ylabel="ε (mm)")
+        line[0].set_title(run_title(runs, exp), loc="left")
+    for axes in grid[-1]:
+        axes.set_xlabel("time (s)")
+    handles = [MEASURED, *(line_handle(LOOKS[name]) for names in columns for name in names)]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure
+
+
+def draw_predictions(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
+    """The measured detachment of a run as a broad line, the median predictions of models on it."""
+    first = rows[rows["model"] == rows["model"].iloc[0]]
+    axes.axhline(0.0, color="0.7", linewidth=0.8, zorder=0)
+    axes.plot(first["t"], MM * first["measured"], color=BLACK, linewidth=2.6)
+    for name in names:
+        own, look = rows[rows["model"] == name], LOOKS[name]
+        axes.plot(own["t"], MM * own["predicted"], color=look.colour, linestyle=look.line, linewidth=1.4)

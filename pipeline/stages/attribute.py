@@ -1,0 +1,135 @@
+"""Explain what networks predict: how much each of their inputs adds to a follower jump."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.errors import BadInput
+from pipeline.evaluation.jumps import example_rows
+from pipeline.evaluation.splits import Fold, Indices, Split
+from pipeline.explanation.attribution import tables
+from pipeline.explanation.attribution.choice import Choice
+from pipeline.explanation.attribution.deep_shap import deep_shap
+from pipeline.files import replacing_folder, write_json
+from pipeline.learning.detachment import Family
+from pipeline.learning.sequence.fits import Fits
+from pipeline.models.lstm import DetachmentNetwork
+from pipeline.models.sequences import Sequences
+from pipeline.progress import track
+from pipeline.trajectory import Campaign
+
+Tables = dict[str, pd.DataFrame]
+
+
+def attribute(
+    features: Path,
+    fits: Path,
+    model: Family,
+    explained: list[str],
+    split: Split,
+    fold: str,
+    groups: Mapping[str, list[str]],
+    profile: Mapping[str, Any],
+    seed: int,
+    out: Path,
+) -> None:
+    """Write DeepSHAP attributions of jump test runs, against contact training runs, to `out` (section 5.5).
+
+    Every table has a column `model`. Of all repeats, with a column `repeat`:
+
+    - shares: exp, feature, magnitude (sum of |Phi| over the steps, m), share (of the run);
+    - overall: feature, share (of all runs);
+    - accuracy: exp, steps, error (the largest of eq. 5.17, m), relative.
+
+    Of the first repeat:
+
+    - phi: exp, step, feature, phi (m), and explained: exp, step, base, output (m), of the example runs;
+    - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
+      correlations shares and trajectories, on a few runs and references.
+
+    attribution.json says how many runs and references there were, and how long it took.
+
+    Args:
+        features: store written by featurize.
+        fits: folder written by train for the same model and split.
+        model: the recipes that were fitted. explained: names of those to explain.
+        split: the folds. fold: name of the one to explain.
+        groups: name -> inputs that are one player of the exact game; another input plays alone.
+        profile: `explained_runs` and `references` of DeepSHAP, `exact_runs` and `exact_references` of the
+            exact values.
+        seed: of the choice of runs and references.
+        out: folder, replaced as a whole.
+
+    Raises:
+        BadInput: when an input is missing, the fits belong to another model, or there is nothing to explain.
+    """
+    if not isinstance(model, Family):
+        raise BadInput("model must be a family of networks, like model=detachment")
+    begin = time.monotonic()
+    campaign = Campaign.read(features)
+    rows = _fold(split, fold, campaign)
+    chosen = Choice.of(campaign.experiments, rows.train, rows.test, profile, seed)
+    shown = np.array(example_rows(campaign.experiments, rows.test)["jump"])
+    members = {name: _networks(model, name, fits, fold) for name in explained}
+    total = sum(len(found.networks[fold]) for found in members.values())
+    parts: list[Tables] = []
+    with replacing_folder(out) as folder:
+        work = ((name, found, k) for name, found in members.items() for k in range(len(found.networks[fold])))
+        for name, found, k in track(work, total, f"explaining {total} networks"):
+            sequences, network = found.sequences(campaign), found.networks[fold][k]
+            own = _shares(network, sequences, chosen, k)
+            own |= _closer(network, sequences, chosen, shown, groups) if k == 0 else {}
+            parts.append({kind: table.assign(model=name) for kind, table in own.items()})
+        for kind in parts[0]:
+            table = pd.concat([part[kind] for part in parts if kind in part], ignore_index=True)
+            table.to_parquet(folder / f"{kind}.parquet", index=False)
+        counts = {"runs": len(chosen.runs), "references": len(chosen.references), "fold": fold}
+        write_json(folder / "attribution.json", {**counts, "seconds": time.monotonic() - begin})
+
+
+def _fold(split: Split, name: str, campaign: Campaign) -> Fold:
+    folds = {fold.name: fold for fold in split.folds(campaign.experiments)}
+    if name not in folds:
+        raise BadInput(f"fold: unknown {name}, must be one of {', '.join(folds)}")
+    return folds[name]
+
+
+def _networks(model: Family, name: str, fits: Path, fold: str) -> Fits:
+    if name not in model.members:
+        raise BadInput(f"explained: unknown {name}, must be one of {', '.join(model.members)}")
+    found = model.members[name].read(fits / name)
+    if not isinstance(found, Fits):
+        raise BadInput(f"explained: {name} is no network")
+    if fold not in found.networks:
+        raise BadInput(f"{fits / name}: was fitted on the folds {', '.join(found.folds)}, not on {fold}")
+    return found
+
+
+def _shares(network: DetachmentNetwork, sequences: Sequences, chosen: Choice, repeat: int) -> Tables:
+    found = deep_shap(network, sequences.of_runs(chosen.runs), sequences.of_runs(chosen.references))
+    made = {
+        "shares": tables.run_shares(found),
+        "overall": tables.overall_shares(found),
+        "accuracy": tables.accuracies(found),
+    }
+    return {kind: table.assign(repeat=repeat) for kind, table in made.items()}
+
+
+def _closer(
+    network: DetachmentNetwork,
+    sequences: Sequences,
+    chosen: Choice,
+    shown: Indices,
+    groups: Mapping[str, list[str]],
+) -> Tables:
+    found = deep_shap(network, sequences.of_runs(shown), sequences.of_runs(chosen.references))
+    phi, explained = tables.trajectories(found)
+    few = sequences.of_runs(chosen.exact_runs), sequences.of_runs(chosen.exact_references)
+    exact, agreement = tables.against_exact(network, *few, groups)
+    return {"phi": phi, "explained": explained, "exact": exact, "agreement": agreement}

@@ -1,0 +1,100 @@
+"""From predicted follower jumps to the numbers of chapter 5: tables, metrics and verdicts on claims."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline.errors import BadInput
+from pipeline.evaluation import chapter5
+from pipeline.evaluation.chapter5_claims import claims
+from pipeline.evaluation.claims import complete
+from pipeline.evaluation.readable import training_seconds, write_table
+from pipeline.evaluation.splits import Split
+from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.revision import revision
+from pipeline.trajectory import Campaign
+
+PREDICTED = ("runs", "repeats", "examples")
+EXPLAINED = ("shares", "overall", "accuracy", "phi", "explained", "exact", "agreement")
+
+
+def tabulate_jumps(
+    features: Path,
+    predictions: Path,
+    attributions: Path,
+    fits: Path,
+    split: Split,
+    profile_name: str,
+    out: Path,
+    reports: Path,
+) -> None:
+    """Write tables for figures and claims.json to `out`, chapter5.json and a readable table to `reports`.
+
+    Every table has a column `model` (tau1 to tau4, the same with _blind for those without q_s, bounce,
+    tau4_bounce). Those of predictions also have `split` (uniform, factors; scarce for the models without q_s)
+    and `fold` (1% to 50%; H, beta, m), and hold the runs that were not trained on:
+
+    - runs: exp, label, mse (mm^2, of the median prediction over the repeats), measured and predicted (mean
+      over revolutions of the largest detachment, m), jumps (whether the prediction counts as a jump): Fig.
+      5.16 to 5.18;
+    - repeats: repeat, exp, label, mse, predicted, jumps: the same of every repeat;
+    - examples: exp, label, t (s), measured, predicted, low and high of the repeats (m): Fig. 5.15 and 5.21.
+
+    Those of attributions are of the fold 30% and described in `attribute`: phi and explained (Fig. 5.22, the
+    runs of examples, step k at time t = 0.01 k), shares and overall (Fig. 5.23), accuracy, exact and
+    agreement.
+
+    Args:
+        features: store written by featurize.
+        predictions: folder with <model>/<split>/ as written by evaluate.
+        attributions: folder written by attribute.
+        fits: folder with <model>/<split>/fit.json as written by train.
+        split: the uniform one, for F-dagger as a classifier.
+        profile_name: of the profile that the models were trained with.
+        out: folder, replaced as a whole.
+        reports: folder; its metrics/chapter5.json and tables/jumps are rewritten.
+
+    Raises:
+        BadInput: when an input is missing.
+    """
+    campaign = Campaign.read(features, ["t"])
+    found = {kind: _gather(predictions, kind) for kind in PREDICTED}
+    found |= {kind: _read(attributions / f"{kind}.parquet") for kind in EXPLAINED}
+    chapter = chapter5.predictions(found["runs"])
+    accuracy = chapter5.force_accuracy(campaign.experiments, split.folds(campaign.experiments))
+    chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
+    chapter["attribution"] = chapter5.attribution(found)
+    data = str(campaign.provenance["data"])
+    rows = complete(claims(found["repeats"], found["overall"]), data)
+    with replacing_folder(out) as folder:
+        for name, table in found.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
+        write_json(folder / "claims.json", rows)
+    seconds = training_seconds(fits) + float(read_json(attributions / "attribution.json")["seconds"])
+    head = {"data": data, "profile": profile_name, "revision": revision(), "seconds": seconds}
+    write_json(reports / "metrics" / "chapter5.json", {**head, **chapter})
+    write_table(
+        reports / "tables" / "jumps",
+        chapter5.readable(found["runs"]),
+        5,
+        "Prediction of follower jumps",
+        chapter5.COMMON,
+    )
+
+
+def _read(path: Path) -> pd.DataFrame:
+    try:
+        return pd.read_parquet(path)
+    except (OSError, ValueError) as error:
+        reason = "no such file" if isinstance(error, FileNotFoundError) else str(error).splitlines()[0]
+        raise BadInput(f"{path}: {reason}") from None
+
+
+def _gather(predictions: Path, kind: str) -> pd.DataFrame:
+    files = sorted(predictions.glob(f"[!.]*/[!.]*/{kind}.parquet"))
+    if not files:
+        raise BadInput(f"{predictions}: no */*/{kind}.parquet")
+    found = pd.concat([_read(f).assign(trained=f.parts[-2]) for f in files], ignore_index=True)
+    return found.assign(split=chapter5.splits(found["trained"], found["fold"])).drop(columns="trained")
