@@ -22,8 +22,8 @@ repro: $(VENV)/ready
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc repro
 	@echo "open file://$(CURDIR)/reports/index.html"
 
-test: $(VENV)/ready  ## all tests
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pytest $(ARGS)
+test: $(VENV)/ready  ## all tests, a file of them at a time on every core: ARGS=<more arguments of pytest>
+	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(ARGS)
 
 check: $(VENV)/ready  ## style, types, layering
 	$(BIN)/ruff check .

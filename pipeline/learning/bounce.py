@@ -1,4 +1,4 @@
-"""Identification of the bounce simulation, and the threshold that tells jumps from contact."""
+"""Identification of the bounce simulation from training runs."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
-from sklearn.metrics import roc_curve
 
 from pipeline.errors import BadInput
 from pipeline.models.bounce import BounceParameters, CamMotion, check_finite
@@ -18,7 +17,6 @@ from pipeline.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 #: Length of a stretch, s: one or two impacts. Over more of them a small error of the first decides the rest.
 STRETCH = 0.1
@@ -98,24 +96,3 @@ def _path(cams: CamMotion, run: int, gap: Array) -> CubicSpline:
     pieces = np.arange(cams.offsets[run], cams.offsets[run + 1] - 1) - run
     h, _ = cams.cam_at(np.full(len(pieces), run), pieces)
     return CubicSpline(np.arange(len(pieces)) * cams.period, h + gap[:-1])
-
-
-def jump_threshold(values: Array, jump: Flags) -> float:
-    """The threshold above which a run is called a jump: the best balanced accuracy on these runs.
-
-    Args:
-        values: (runs,) larger where a jump is more likely, such as minus the minimal force F-dagger, whose
-            physical threshold is zero, or the mean maximal detachment over the stroke.
-        jump: (runs,) what the runs are.
-
-    Raises:
-        BadInput: when a value is not a number or only one kind of run is there.
-    """
-    if not np.all(np.isfinite(values)):
-        raise BadInput(f"threshold: value {np.flatnonzero(~np.isfinite(values))[0]} is not a finite number")
-    if jump.all() or not jump.any():
-        raise BadInput(f"threshold: all runs are {'jumps' if jump.any() else 'contact'}, both are needed")
-    false, true, thresholds = roc_curve(jump, values, drop_intermediate=False)
-    lowest_jump = float(thresholds[np.argmax(true - false)])
-    below = values[values < lowest_jump]
-    return 0.5 * (lowest_jump + float(below.max())) if len(below) else -np.inf

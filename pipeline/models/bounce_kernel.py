@@ -67,7 +67,7 @@ class Stretches(NamedTuple):
     first: Indices
 
 
-@numba.njit
+@numba.njit(cache=True)
 def on_cam(curve, angle):  # type: ignore[no-untyped-def]
     """h (m) and h' (m/rad) at an angle, from a table (2, n) over one turn."""
     n = curve.shape[1]
@@ -79,7 +79,7 @@ def on_cam(curve, angle):  # type: ignore[no-untyped-def]
     return curve[0, i] + f * (curve[0, j] - curve[0, i]), curve[1, i] + f * (curve[1, j] - curve[1, i])
 
 
-@numba.njit
+@numba.njit(cache=True)
 def on_cams(curves, cam, angle):  # type: ignore[no-untyped-def]
     """(n, 2) h and h' on the cams `cam` (n,) at the angles `angle` (n,)."""
     out = np.empty((len(angle), 2))
@@ -88,7 +88,7 @@ def on_cams(curves, cam, angle):  # type: ignore[no-untyped-def]
     return out
 
 
-@numba.njit
+@numba.njit(cache=True)
 def contact_force(height, speed, h, dh, omega, mass, law):  # type: ignore[no-untyped-def]
     """Force on the follower, N: its weight where it is as high as the cam, zero where it is out of reach.
 

@@ -1,4 +1,4 @@
-"""Planted parameters are found again, test runs play no part, and the threshold is the best one."""
+"""Planted parameters are found again, and test runs play no part."""
 
 from __future__ import annotations
 
@@ -6,11 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from pipeline.errors import BadInput
-from pipeline.learning.bounce import fit_bounce, jump_threshold
+from pipeline.learning.bounce import fit_bounce
 from pipeline.models.bounce import BounceParameters, CamMotion, simulate
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
@@ -59,27 +57,3 @@ def test_a_detachment_that_is_no_number_is_refused() -> None:
     eps = np.where(np.arange(800) == 207, np.nan, runs.signals["eps"])
     with pytest.raises(BadInput, match="experiment 3: eps is not a finite number at sample 7"):
         fit_bounce(replace(runs, signals={**runs.signals, "eps": eps}), TRAIN, BENCH)
-
-
-def balanced(values: np.ndarray, jump: np.ndarray, threshold: float) -> float:
-    return float(np.mean(values[jump] > threshold) + np.mean(values[~jump] <= threshold)) / 2.0
-
-
-@given(st.lists(st.tuples(st.integers(-9, 9), st.booleans()), min_size=2, max_size=30))
-def test_threshold_has_the_best_balanced_accuracy(runs: list[tuple[int, bool]]) -> None:
-    values, jump = (np.array(column) for column in zip(*runs, strict=True))
-    if jump.all() or not jump.any():
-        with pytest.raises(BadInput, match="both are needed"):
-            jump_threshold(values.astype(float), jump)
-        return
-    best = max(balanced(values, jump, t) for t in (*np.unique(values), -np.inf))
-    assert balanced(values, jump, jump_threshold(values.astype(float), jump)) == pytest.approx(best)
-
-
-def test_threshold_lies_in_the_middle_of_a_gap() -> None:
-    assert jump_threshold(np.array([1.0, 3.0, 7.0, 9.0]), np.array([False, False, True, True])) == 5.0
-
-
-def test_threshold_of_no_numbers_is_refused() -> None:
-    with pytest.raises(BadInput, match="value 1 is not a finite number"):
-        jump_threshold(np.array([0.0, np.nan]), np.array([True, False]))

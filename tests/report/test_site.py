@@ -16,7 +16,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500.5 300"><path d="
 EVIL = "<script>alert('x')</script>"
 PAGES = {
     "index.html",
-    *(f"site/{name}.html" for name in ("chapter_4", "chapter_5", "chapter_6", "data", "runs")),
+    *(f"site/{name}.html" for name in ("chapter_3", "chapter_4", "chapter_5", "chapter_6", "data", "runs")),
 }
 
 

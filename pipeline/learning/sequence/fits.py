@@ -129,11 +129,6 @@ class Fits:
         """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""
         return self.predict(fold, self.sequences(campaign))
 
-    def median(self, fold: str, sequences: Sequences) -> Array:
-        """Detachment eps, m, (runs, steps): the median over the repeats (section 5.4.3)."""
-        median: Array = np.median(self.predict(fold, sequences), axis=0)
-        return median
-
 
 def read_fits(folder: Path) -> Fits:
     """The networks that `SequenceRecipe.fit` wrote.
