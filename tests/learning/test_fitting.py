@@ -4,6 +4,7 @@ alone.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -35,9 +36,9 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 
 ROOT = Path(__file__).parents[2]
-MODELS = sorted(
-    p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if "recipe.Recipe" not in p.read_text()
-)
+#: Models of any system build on one of these files of conf/training/.
+TRAINING = re.compile(r"/training@_here_: (one_step|multi_step|shooting)\n")
+MODELS = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if TRAINING.search(p.read_text()))
 TINY = ["epochs=2", "recurrent_epochs=2", "window_epochs=2", "shooting_epochs=4"]
 
 
