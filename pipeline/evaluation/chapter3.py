@@ -13,6 +13,7 @@ from pipeline.evaluation.leaves import mean_leaf, spread_leaf
 GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD = "gaussian", "maximum_entropy", "push_forward"
 PLANTED = "planted"
 CHAOS = (GAUSSIAN, MAXIMUM_ENTROPY)
+LABELS = {GAUSSIAN: "Gaussian", MAXIMUM_ENTROPY: "maximum entropy"}
 #: Table 3.2: by optimum and density, the error and the samples that reach it by Monte Carlo and quasi Monte
 #: Carlo; and the true log-likelihood at the optimum.
 PUBLISHED_LIKELIHOOD = {GAUSSIAN: 176.7, MAXIMUM_ENTROPY: 183.7}
@@ -122,10 +123,10 @@ def table_3_2(found: dict[str, Any]) -> pd.DataFrame:
             leaf, (mae, mc, qmc) = found["table_3_2"][of][method], TABLE_3_2[of, method]
             rows.append(
                 {
-                    "distribution": f"optimum of {of.replace('_', ' ')}",
+                    "distribution": f"optimum of {LABELS[of]}",
                     "log L": round(likelihood, 1),
                     "log L (text)": PUBLISHED_LIKELIHOOD[of],
-                    "density": method.replace("_", " "),
+                    "density": LABELS[method],
                     "MAE": round(leaf["mae"]["value"], 3),
                     "MAE (text)": mae,
                     "S gPC": 25,

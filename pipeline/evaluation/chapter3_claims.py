@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.chapter3 import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY, PROTOCOL, TABLE_3_2
+from pipeline.evaluation.chapter3 import CHAOS, GAUSSIAN, LABELS, MAXIMUM_ENTROPY, PROTOCOL, TABLE_3_2
 from pipeline.evaluation.claims import DIRECTION, FAILS, HOLDS, Row
 from pipeline.evaluation.leaves import SAMPLES
 
@@ -42,7 +42,7 @@ def _reduction(found: dict[str, Any], of: str, leaf: str, published: float) -> R
     return _row(
         f"{leaf}_{of}",
         "section 3.4.3",
-        f"The {what} of maximum entropy is lower than the Gaussian's, at the {of.replace('_', ' ')} optimum",
+        f"The {what} of maximum entropy is lower than the Gaussian's, at the {LABELS[of]} optimum",
         dissertation=published,
         ours=value,
         interval=own["interval"],
@@ -87,7 +87,7 @@ def _overestimate(identified: pd.DataFrame) -> Row:
         "section 3.4.3",
         "Both methods overestimate the log-likelihood at their optimum, the Gaussian more",
         dissertation="11.8 and 5.3",
-        ours=", ".join(f"{m.replace('_', ' ')} {v:+.1f}" for m, v in means.items()),
+        ours=", ".join(f"{LABELS[m]} {v:+.1f}" for m, v in means.items()),
         unit="estimated - true log-likelihood, mean",
         protocol=f"{PROTOCOL}; overestimated on {share[GAUSSIAN]:.0%} and {share[MAXIMUM_ENTROPY]:.0%}",
         verdict=HOLDS
