@@ -9,10 +9,8 @@ import pandas as pd
 
 from pipeline.evaluation.clutch import interpolated_samples
 from pipeline.evaluation.leaves import mean_leaf, spread_leaf
+from pipeline.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY, PLANTED, PUSH_FORWARD
 
-GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD = "gaussian", "maximum_entropy", "push_forward"
-PLANTED = "planted"
-CHAOS = (GAUSSIAN, MAXIMUM_ENTROPY)
 LABELS = {GAUSSIAN: "Gaussian", MAXIMUM_ENTROPY: "maximum entropy"}
 #: Table 3.2: by optimum and density, the error and the samples that reach it by Monte Carlo and quasi Monte
 #: Carlo; and the true log-likelihood at the optimum.

@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.chapter3 import CHAOS, GAUSSIAN, LABELS, MAXIMUM_ENTROPY, PROTOCOL, TABLE_3_2
+from pipeline.evaluation.chapter3 import LABELS, PROTOCOL, TABLE_3_2
 from pipeline.evaluation.claims import DIRECTION, FAILS, HOLDS, Row
 from pipeline.evaluation.leaves import SAMPLES
+from pipeline.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY
 
 Array = NDArray[np.float64]
 

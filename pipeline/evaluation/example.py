@@ -14,6 +14,7 @@ from pipeline.uncertainty.earth_mover import earth_mover
 from pipeline.uncertainty.families import ClippedNormal
 from pipeline.uncertainty.gaussian import Gaussian
 from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from pipeline.uncertainty.propagation import standardised
 from pipeline.uncertainty.push_forward import monotone_density
 
 Array = NDArray[np.float64]
@@ -54,15 +55,8 @@ def exact_moments() -> Array:
 
 def from_raw(raw: Array, support: Array | None = None) -> tuple[Gaussian, MaximumEntropy]:
     """Densities with the raw moments (MOMENTS,)."""
-    mean, std = raw[0], np.sqrt(raw[1] - raw[0] ** 2)
-    central = [
-        raw[1] - mean**2,
-        raw[2] - 3 * mean * raw[1] + 2 * mean**3,
-        raw[3] - 4 * mean * raw[2] + 6 * mean**2 * raw[1] - 3 * mean**4,
-    ]
-    standardised = np.array([[0.0], *([c / std**k] for k, c in enumerate(central, start=2))])
-    one = np.array([mean]), np.array([std])
-    return Gaussian(*one), MaximumEntropy.fit(*one, standardised, support)
+    mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
+    return Gaussian(mean, std), MaximumEntropy.fit(mean, std, moments, support)
 
 
 def tables() -> dict[str, pd.DataFrame]:

@@ -12,7 +12,7 @@ from pipeline.errors import BadInput
 from pipeline.measurements.logs import Logs, names
 from pipeline.physics.system.model import TIME, Event, System, symbol
 from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.scope import closest
+from pipeline.physics.system.phases import event_named
 
 Array = NDArray[np.float64]
 
@@ -43,11 +43,7 @@ def event_times(logs: Logs, system: System, event: str) -> pd.DataFrame:
     """
     if names(system) != (logs.outputs, logs.inputs, logs.states, logs.constants):
         raise BadInput(f"system {system.name}: its names are not those of the logs")
-    known = {e.name: e for e in system.events}
-    if event not in known:
-        hint = closest(event, known) if known else ""
-        raise BadInput(f"system {system.name}: has no event {event!r}{hint}")
-    found = known[event]
+    found = event_named(system, event)
     _check_known(logs, system, found)
     values, held = _values(logs, system, found.expression), _holds(logs, system, found)
     rows = []

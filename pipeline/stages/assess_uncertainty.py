@@ -15,7 +15,8 @@ from pipeline.files import read_json, replacing_folder, write_json
 from pipeline.learning.uncertainty.assessment import Assessment
 from pipeline.learning.uncertainty.estimate import Estimator
 from pipeline.learning.uncertainty.problem import read_problem
-from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup
+from pipeline.learning.uncertainty.setup import Setup
+from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.response import Response
 
 
@@ -82,7 +83,7 @@ def assess_uncertainty(
         "accuracy": accuracy,
         "monte_carlo": against_samples,
         "densities": densities,
-        "sampling": study.sampling(best, int(profile["samples"]), int(profile["sampling_repeats"])),
+        "sampling": study.sampling(best, against_samples, int(profile["sampling_repeats"])),
         "response": study.response(shown),
     }
     about = {

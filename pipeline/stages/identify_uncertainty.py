@@ -11,8 +11,9 @@ from pipeline.files import replacing_folder, write_json
 from pipeline.learning.uncertainty import report
 from pipeline.learning.uncertainty.estimate import Estimator, least_squares
 from pipeline.learning.uncertainty.problem import read_problem, shown
-from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup, pairs
+from pipeline.learning.uncertainty.setup import Setup, pairs
 from pipeline.uncertainty.curvature import curvature
+from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.profile import profile as profile_likelihood
 from pipeline.uncertainty.response import Response
 

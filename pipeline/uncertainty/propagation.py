@@ -89,13 +89,6 @@ class ExactPushForward:
         return PushForward(self.surface, self.families, alpha)
 
 
-class Sampler(Protocol):
-    """A propagation by samples of the outputs."""
-
-    def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Blocks (., L) of samples."""
-
-
 @final
 @dataclass(frozen=True)
 class MonteCarlo:
@@ -107,7 +100,7 @@ class MonteCarlo:
     seed: int
 
     def outputs(self, alpha: Array) -> Iterator[Array]:
-        """See `Sampler`."""
+        """Blocks (., L) of samples."""
         generator = np.random.default_rng(self.seed)
         return _outputs(self.response, draw(self.families, alpha, self.samples, generator))
 
@@ -125,30 +118,27 @@ class QuasiMonteCarlo:
     samples: int
 
     def outputs(self, alpha: Array) -> Iterator[Array]:
-        """See `Sampler`."""
+        """Blocks (., L) of samples."""
         return _outputs(self.response, even_grid(self.families, alpha, self.samples))
 
     def __call__(self, alpha: Array) -> Empirical:
         return _empirical(self.outputs(alpha))
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class MomentsOfSamples:
+def of_moments(
+    blocks: Iterable[Array], count: int, support: Array | None = None
+) -> Gaussian | MaximumEntropy:
     """Densities from moments "extracted from the sample set" (figure 3.12), not from chaos.
 
-    Two `moments` give Gaussians, more of them densities of largest entropy with `support` (L, 2).
+    Two moments give Gaussians, more of them densities of largest entropy with `support` (L, 2).
+
+    Args:
+        blocks: samples (., L). count: of moments.
+
+    Raises BadInput as `sample_moments` does.
     """
-
-    sampler: Sampler
-    moments: int = 4
-    support: Array | None = None
-
-    def __call__(self, alpha: Array) -> Density:
-        mean, std, standardised = sample_moments(self.sampler.outputs(alpha), self.moments)
-        if self.moments == 2:
-            return Gaussian(mean, std)
-        return MaximumEntropy.fit(mean, std, standardised, self.support)
+    mean, std, moments = sample_moments(blocks, count)
+    return Gaussian(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)
 
 
 def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, Array]:
@@ -177,13 +167,22 @@ def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, A
             sums[k] += power.sum(0)
             power *= z
         size += len(y)
-    raw = sums / size
+    mean, std, moments = standardised(sums / size)
+    return centre + scale * mean, scale * std, moments
+
+
+def standardised(raw: Array) -> tuple[Array, Array, Array]:
+    """From raw moments (count + 1, L) of the orders 0 to count.
+
+    Returns:
+        (L,) means, (L,) standard deviations, (count, L) standardised moments 1 to count.
+    """
+    count = len(raw) - 1
     central = [
         sum(comb(k, j) * raw[j] * (-raw[1]) ** (k - j) for j in range(k + 1)) for k in range(count + 1)
     ]
     std = np.sqrt(central[2])
-    standardised = np.stack([central[k] / std**k for k in range(1, count + 1)])
-    return centre + scale * raw[1], scale * std, standardised
+    return raw[1], std, np.stack([central[k] / std**k for k in range(1, count + 1)])
 
 
 def _outputs(response: Response, theta: Array) -> Iterator[Array]:

@@ -18,41 +18,39 @@ Array = NDArray[np.float64]
 
 
 def replicate(
-    draw: Callable[[np.random.Generator], Array],
+    data: Sequence[Array],
     identify_one: Callable[[Array, int], Identification],
-    count: int,
     seed: int,
     workers: int,
     description: str | None = None,
 ) -> list[Identification]:
-    """Draw many data sets and identify each; drawn from an identified model, it is the parametric bootstrap.
+    """Identify each of many data sets; drawn from an identified model, this is the parametric bootstrap.
 
-    The result does not depend on `workers`: every data set has its own generator and seed. Workers are
-    threads, as objectives are closures over data and compiled code, which other processes could not receive;
-    compiled objectives run side by side where they release the interpreter (`nogil`).
+    The result does not depend on `workers`: every data set has its own seed. The workers are threads, as an
+    objective holds its data and compiled code in closures; compiled objectives should release the interpreter
+    (`nogil`) to run side by side.
 
     Args:
-        draw: a data set, from a generator.
+        data: the data sets.
         identify_one: identifies one, with a seed for its search.
-        count: data sets.
-        seed: of all draws and searches.
+        seed: of all searches.
         workers: data sets that are identified side by side.
         description: of the work, for a progress bar; without it there is none.
 
+    Returns:
+        One identification a data set, in their order.
+
     Raises:
-        BadInput: when count or workers is not positive.
+        BadInput: when there is no data set, or workers is not positive.
     """
+    count = len(data)
     if count < 1 or workers < 1:
-        raise BadInput(f"count and workers must be at least 1, got {count} and {workers}")
-
-    def one(own: np.random.SeedSequence) -> Identification:
-        data, search = own.spawn(2)
-        return identify_one(draw(np.random.default_rng(data)), int(search.generate_state(1)[0]))
-
+        raise BadInput(f"data sets and workers must be at least 1, got {count} and {workers}")
+    seeds = [int(own.generate_state(1)[0]) for own in np.random.SeedSequence(seed).spawn(count)]
     with ExitStack() as stack:
         counter = stack.enter_context(Counter(count, description)) if description else None
         pool = stack.enter_context(ThreadPoolExecutor(workers))
-        jobs = [pool.submit(one, own) for own in np.random.SeedSequence(seed).spawn(count)]
+        jobs = [pool.submit(identify_one, y, own) for y, own in zip(data, seeds, strict=True)]
         try:
             for done, job in enumerate(as_completed(jobs), start=1):
                 job.result()

@@ -15,13 +15,14 @@ from pipeline.__main__ import main
 from pipeline.errors import BadInput
 from pipeline.learning.uncertainty.estimate import Estimator, least_squares
 from pipeline.learning.uncertainty.problem import callable_response, of_observations, of_system
-from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD, Setup, pairs
+from pipeline.learning.uncertainty.setup import Setup, pairs
 from pipeline.physics.kernel.event_times import EventTimes
 from pipeline.physics.system.reader import read_system
 from pipeline.rigs.clutch import ClutchCampaign
 from pipeline.uncertainty.chaos import Chaos
 from pipeline.uncertainty.families import ClippedNormal
 from pipeline.uncertainty.identify import Settings
+from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.propagation import ChaosMaximumEntropy
 from pipeline.uncertainty.response import Formula
 

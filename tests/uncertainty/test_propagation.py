@@ -17,10 +17,10 @@ from pipeline.uncertainty.propagation import (
     ChaosGaussian,
     ChaosMaximumEntropy,
     ExactPushForward,
-    MomentsOfSamples,
     MonteCarlo,
     Propagation,
     QuasiMonteCarlo,
+    of_moments,
     sample_moments,
 )
 from pipeline.uncertainty.response import Formula, checked
@@ -60,8 +60,8 @@ def test_chaos_of_a_linear_response_is_exact() -> None:
         (ChaosMaximumEntropy(CURVED, Chaos(FAMILIES, 4, 5), support=SURFACE.spans), 0.01),
         (MonteCarlo(CURVED, FAMILIES, 200_000, seed=1), 0.05),
         (QuasiMonteCarlo(CURVED, FAMILIES, 200_000), 0.05),
-        (MomentsOfSamples(MonteCarlo(CURVED, FAMILIES, 200_000, seed=1), 2), 0.15),
-        (MomentsOfSamples(QuasiMonteCarlo(CURVED, FAMILIES, 200_000), 4), 0.01),
+        (lambda alpha: of_moments(MonteCarlo(CURVED, FAMILIES, 200_000, seed=1).outputs(alpha), 2), 0.15),
+        (lambda alpha: of_moments(QuasiMonteCarlo(CURVED, FAMILIES, 200_000).outputs(alpha), 4), 0.01),
     ],
 )
 def test_every_way_leads_to_the_exact_densities(way: Propagation, error: float) -> None:
@@ -75,8 +75,8 @@ def test_every_way_leads_to_the_exact_densities(way: Propagation, error: float) 
 
 def test_two_moments_make_gaussians_and_more_make_maximum_entropy() -> None:
     sampler = QuasiMonteCarlo(CURVED, FAMILIES, 400)
-    assert isinstance(MomentsOfSamples(sampler, 2)(ALPHA), GaussianDensity)
-    assert isinstance(MomentsOfSamples(sampler, 4)(ALPHA), MaximumEntropy)
+    assert isinstance(of_moments(sampler.outputs(ALPHA), 2), GaussianDensity)
+    assert isinstance(of_moments(sampler.outputs(ALPHA), 4), MaximumEntropy)
 
 
 def test_monte_carlo_depends_on_its_seed_alone() -> None:

@@ -17,8 +17,9 @@ COUNT = 25
 BOX = np.array([[0.7, 1.3], [0.005, 0.3]])
 
 
-def draw(rng: np.random.Generator) -> Array:
-    return rng.normal(TRUTH[0], TRUTH[1], COUNT)
+def drawn(count: int, seed: int) -> list[Array]:
+    """Data sets, the first of which do not depend on their number."""
+    return [np.random.default_rng([seed, k]).normal(TRUTH[0], TRUTH[1], COUNT) for k in range(count)]
 
 
 class Likelihood:
@@ -37,14 +38,14 @@ def identify_one(y: Array, seed: int) -> Identification:
 
 
 def test_result_does_not_depend_on_the_number_of_workers() -> None:
-    one, three = (replicate(draw, identify_one, 7, seed=5, workers=w) for w in (1, 3))
+    one, three = (replicate(drawn(7, 5), identify_one, seed=5, workers=w) for w in (1, 3))
     for a, b in zip(one, three, strict=True):
         assert a.alpha.tobytes() == b.alpha.tobytes()
         assert a.trace.tobytes() == b.trace.tobytes()
     assert len({a.alpha.tobytes() for a in one}) == 7
-    more = replicate(draw, identify_one, 9, seed=5, workers=2)
+    more = replicate(drawn(9, 5), identify_one, seed=5, workers=2)
     assert [a.alpha.tolist() for a in more[:7]] == [a.alpha.tolist() for a in one]
-    other = replicate(draw, identify_one, 1, seed=6, workers=1)
+    other = replicate(drawn(1, 6), identify_one, seed=6, workers=1)
     assert not np.array_equal(other[0].alpha, one[0].alpha)
 
 
@@ -56,7 +57,7 @@ def test_scatter_and_coverage_of_a_normal_sample() -> None:
         samples[float(found.alpha[0])] = y
         return found
 
-    found = replicate(draw, remembering, 120, seed=1, workers=2)
+    found = replicate(drawn(120, 1), remembering, seed=1, workers=2)
     seen = scatter(found)
     expected = TRUTH[1] / np.sqrt([COUNT, 2.0 * COUNT])
     np.testing.assert_allclose(seen.std, expected, rtol=0.2)
@@ -95,15 +96,15 @@ def test_failure_of_one_data_set_ends_the_work() -> None:
         raise BadInput("data set cannot be used")
 
     with pytest.raises(BadInput, match="data set cannot be used"):
-        replicate(draw, failing, 2000, seed=0, workers=1)
+        replicate(drawn(2000, 0), failing, seed=0, workers=1)
     assert len(calls) < 2000
 
 
 def test_impossible_numbers_are_refused() -> None:
     for count, workers in ((0, 1), (1, 0)):
         with pytest.raises(BadInput, match="at least 1"):
-            replicate(draw, identify_one, count, seed=0, workers=workers)
-    found = replicate(draw, identify_one, 2, seed=0, workers=1)
+            replicate(drawn(count, 0), identify_one, seed=0, workers=workers)
+    found = replicate(drawn(2, 0), identify_one, seed=0, workers=1)
     with pytest.raises(BadInput, match="level"):
         scatter(found).interval(1.0)
     with pytest.raises(BadInput, match="at least 2"):

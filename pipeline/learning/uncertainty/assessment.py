@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,31 +14,26 @@ from numpy.typing import NDArray
 
 from pipeline.learning.uncertainty.estimate import Estimator
 from pipeline.learning.uncertainty.problem import Problem
-from pipeline.learning.uncertainty.setup import GAUSSIAN, MAXIMUM_ENTROPY, METHODS, PUSH_FORWARD, pairs
+from pipeline.learning.uncertainty.setup import pairs
 from pipeline.progress import track
 from pipeline.uncertainty.density import Density
 from pipeline.uncertainty.earth_mover import earth_mover
 from pipeline.uncertainty.empirical import Empirical
-from pipeline.uncertainty.gaussian import Gaussian
 from pipeline.uncertainty.likelihood import log_likelihoods
-from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from pipeline.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY, METHODS, PLANTED, PUSH_FORWARD
 from pipeline.uncertainty.propagation import (
     ExactPushForward,
     MonteCarlo,
     Propagation,
     QuasiMonteCarlo,
-    sample_moments,
+    of_moments,
 )
-from pipeline.uncertainty.response import checked
-from pipeline.uncertainty.sampling import draw
 from pipeline.uncertainty.surface import ResponseSurface
 
 Array = NDArray[np.float64]
 Alphas = Mapping[str, Array]
 
-CHAOS = (GAUSSIAN, MAXIMUM_ENTROPY)
-#: The distribution that data sets were drawn from; and what is compared at each optimum.
-PLANTED = "planted"
+#: What is compared at each optimum.
 COMPARED = {GAUSSIAN: CHAOS, MAXIMUM_ENTROPY: CHAOS, PUSH_FORWARD: (PUSH_FORWARD,), PLANTED: METHODS}
 #: Simulations a point in Fig. 3.17; points of a drawn density; nodes of the drawn response.
 SIZES = (25, 50, 100, 200, 400, 800, 1600, 3200)
@@ -120,15 +115,16 @@ class Assessment:
 
     def against_monte_carlo(self, chosen: Alphas, samples: int) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Tables `monte_carlo` and `densities`."""
+        response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows, curves = [], []
         for of, alpha in track(chosen.items(), len(chosen), f"{samples} simulations a point"):
-            drawn = self._samples(alpha, samples)
+            sampler = MonteCarlo(response, families, samples, self.seed)
+            drawn = np.concatenate(list(sampler.outputs(pairs(alpha))))
             reference = Empirical.of(drawn)
             true = self.log_likelihood(reference, self.problem.y)
             made = {name: way(pairs(alpha)) for name, way in self.propagations.items()}
-            mean, std, standardised = sample_moments([drawn], self.estimator.setup.moments)
-            made[f"{GAUSSIAN}_sampled"] = Gaussian(mean, std)
-            made[f"{MAXIMUM_ENTROPY}_sampled"] = MaximumEntropy.fit(mean, std, standardised)
+            made[f"{GAUSSIAN}_sampled"] = of_moments([drawn], 2)
+            made[f"{MAXIMUM_ENTROPY}_sampled"] = of_moments([drawn], self.estimator.setup.moments)
             for name, density in made.items():
                 columns = {
                     "alpha_of": of,
@@ -143,13 +139,18 @@ class Assessment:
             curves.append(self._curves(of, {"monte_carlo": reference, **made}))
         return pd.concat(rows, ignore_index=True), pd.concat(curves, ignore_index=True)
 
-    def sampling(self, best: Alphas, samples: int, repeats: int) -> pd.DataFrame:
-        """Table `sampling`: what brute force reaches with few simulations (Fig. 3.17)."""
+    def sampling(self, best: Alphas, against: pd.DataFrame, repeats: int) -> pd.DataFrame:
+        """Table `sampling`: what brute force reaches with few simulations (Fig. 3.17).
+
+        Args:
+            against: the table `monte_carlo`, whose log-likelihoods count as true. repeats: of random samples.
+        """
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows = []
         for of in CHAOS:
             two = pairs(best[of])
-            true = self.log_likelihood(Empirical.of(self._samples(best[of], samples)), self.problem.y)
+            rows_of = against[(against["alpha_of"] == of) & (against["method"] == of)]
+            true = rows_of["reference"].to_numpy()
 
             def error(way: Propagation, two: Array = two, true: Array = true) -> float:
                 return float(np.abs(self.log_likelihood(way(two), self.problem.y) - true).mean())
@@ -170,16 +171,6 @@ class Assessment:
         y = self.problem.response(whole)[:, number - 1]
         columns = {name: whole[:, k] for k, name in enumerate(surface.names[:2])}
         return pd.DataFrame({**columns, "y": y})
-
-    @lru_cache(maxsize=4)  # noqa: B019 - the few that a study needs, for as long as it lives
-    def _samples_of(self, alpha: tuple[float, ...], samples: int) -> Array:
-        response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
-        theta = draw(families, pairs(alpha), samples, np.random.default_rng(self.seed))
-        return checked(response, theta)
-
-    def _samples(self, alpha: Array, samples: int) -> Array:
-        """(samples, L) simulated outputs; kept, as several tables need them."""
-        return self._samples_of(tuple(alpha.tolist()), samples)
 
     def _curves(self, of: str, densities: Mapping[str, Density]) -> pd.DataFrame:
         """Densities on a grid over the window of the reference, a column each."""

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from pipeline.learning.uncertainty.setup import PUSH_FORWARD, Setup
+from pipeline.learning.uncertainty.setup import Setup
 from pipeline.uncertainty.identify import Identification, identify
 from pipeline.uncertainty.likelihood import at_data, objective, tail_floor
+from pipeline.uncertainty.methods import PUSH_FORWARD
 from pipeline.uncertainty.replicate import replicate
 from pipeline.uncertainty.sampling import data_sets
 from pipeline.uncertainty.surface import ResponseSurface
@@ -63,15 +64,8 @@ class Estimator:
 
     def identify_all(self, method: str, drawn: Array, seed: int, workers: int) -> list[Identification]:
         """One identification for every data set (B, L), several side by side."""
-        queue = iter(drawn)
-        return replicate(
-            lambda _: next(queue),
-            lambda y, own: self.identify(method, y, own),
-            len(drawn),
-            seed,
-            workers,
-            f"{method.replace('_', ' ')}: {len(drawn)} data sets",
-        )
+        description = f"{method.replace('_', ' ')}: {len(drawn)} data sets"
+        return replicate([*drawn], lambda y, own: self.identify(method, y, own), seed, workers, description)
 
 
 def least_squares(surface: ResponseSurface, y: Array) -> Array:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from pipeline.learning.uncertainty.estimate import Estimator, Objective
 from pipeline.learning.uncertainty.problem import Problem
-from pipeline.learning.uncertainty.setup import METHODS, PUSH_FORWARD
 from pipeline.learning.uncertainty.setup import pairs as by_parameter
 from pipeline.uncertainty.advice import advice
 from pipeline.uncertainty.curvature import Curvature
 from pipeline.uncertainty.identify import Identification
 from pipeline.uncertainty.likelihood import log_likelihoods
+from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.pair_profile import PairProfile, profile_pair
 from pipeline.uncertainty.profile import Profiles
 from pipeline.uncertainty.replicate import scatter

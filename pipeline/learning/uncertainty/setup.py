@@ -13,6 +13,7 @@ from pipeline.uncertainty.chaos import Chaos
 from pipeline.uncertainty.families import Family
 from pipeline.uncertainty.identify import Settings
 from pipeline.uncertainty.likelihood import TAIL
+from pipeline.uncertainty.methods import GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD
 from pipeline.uncertainty.propagation import (
     ChaosGaussian,
     ChaosMaximumEntropy,
@@ -23,10 +24,6 @@ from pipeline.uncertainty.response import Response
 from pipeline.uncertainty.surface import ResponseSurface
 
 Array = NDArray[np.float64]
-
-#: Gaussian and maximum entropy densities from polynomial chaos are the text's (section 3.4.2).
-GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD = "gaussian", "maximum_entropy", "push_forward"
-METHODS = (GAUSSIAN, MAXIMUM_ENTROPY, PUSH_FORWARD)
 
 
 @dataclass(frozen=True)
