@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Callable
 from itertools import combinations, product
@@ -26,10 +25,9 @@ from pipeline.figures.clutch import (
     points,
     tables,
 )
-from pipeline.figures.style import save, style
 from pipeline.stages.draw import draw as draw_stage
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of, write_tables
 
-Draw = Callable[[Path], Figure]
 FIGURES: list[Draw] = [
     example.transformed_density,
     example.chaos_moments,
@@ -242,13 +240,10 @@ def make_tables() -> Content:
 
 
 def write(folder: Path, content: Content) -> Path:
-    target = folder / "tables" / "clutch"
-    target.mkdir(parents=True)
-    (target / "about.json").write_text(json.dumps(content["about"]))
-    for name, table in content.items():
-        if name != "about":
-            table.to_parquet(target / f"{name}.parquet", index=False)
-    return folder
+    tables = {name: table for name, table in content.items() if name != "about"}
+    data = write_tables(folder, "clutch", tables)
+    (data / "tables" / "clutch" / "about.json").write_text(json.dumps(content["about"]))
+    return data
 
 
 @pytest.fixture(scope="module")
@@ -259,10 +254,6 @@ def content() -> Content:
 @pytest.fixture(scope="module")
 def folder(content: Content, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write(tmp_path_factory.mktemp("data"), content)
-
-
-def name_of(draw: Draw) -> str:
-    return draw.__name__
 
 
 def labels(figure: Figure, axis: str) -> list[str]:
@@ -282,18 +273,12 @@ def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path
     figure = draw(folder)
     found = labels(figure, "x") + labels(figure, "y")
     assert found and all("(" in text for text in found), found
-    caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
-    assert caption.endswith(".")
-    assert len(note) > 80
+    check_caption(draw)
 
 
 @pytest.mark.parametrize("draw", FIGURES, ids=name_of)
 def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
-    paths = [tmp_path / "one.svg", tmp_path / "two.svg"]
-    for path in paths:
-        save(draw(folder), path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert paths[0].stat().st_size < 1_000_000
+    check_file(draw, folder, tmp_path)
 
 
 def users_own(content: Content) -> Content:
@@ -358,11 +343,7 @@ def test_missing_cells_leave_a_figure(
 ) -> None:
     folder = write(tmp_path, less(content))
     for draw in FIGURES:
-        figure = draw(folder)
-        image = io.BytesIO()
-        with style():
-            figure.savefig(image, format="svg", metadata={"Date": None})
-        assert b"</svg>" in image.getvalue(), draw.__name__
+        figure = check_rendered(draw, folder)
         assert "nan" not in texts(figure), draw.__name__
 
 

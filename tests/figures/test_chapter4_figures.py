@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
@@ -23,9 +22,8 @@ from pipeline.figures.slider_crank import (
     sensitivity,
     tables,
 )
-from pipeline.figures.style import save, style
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of, write_tables
 
-Draw = Callable[[Path], Figure]
 FIGURES: list[Draw] = [
     data.spring_characteristic,
     data.torque_signals,
@@ -244,11 +242,7 @@ def make_tables() -> Tables:
 
 
 def write(folder: Path, content: Tables) -> Path:
-    target = folder / "tables" / "slider_crank"
-    target.mkdir(parents=True)
-    for name, table in content.items():
-        table.to_parquet(target / f"{name}.parquet", index=False)
-    return folder
+    return write_tables(folder, "slider_crank", content)
 
 
 @pytest.fixture(scope="module")
@@ -259,10 +253,6 @@ def content() -> Tables:
 @pytest.fixture(scope="module")
 def folder(content: Tables, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write(tmp_path_factory.mktemp("data"), content)
-
-
-def name_of(draw: Draw) -> str:
-    return draw.__name__
 
 
 def labels(figure: Figure, axis: str) -> list[str]:
@@ -279,18 +269,12 @@ def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path
     unlabelled = {sensitivity.correlations, inputs.network_inputs}  # symbols, and sets of inputs with a title
     for axis in "x" if draw in unlabelled else "xy":
         assert all("(" in text for text in labels(figure, axis)), labels(figure, axis)
-    caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
-    assert caption.endswith(".")
-    assert len(note) > 80
+    check_caption(draw)
 
 
 @pytest.mark.parametrize("draw", FIGURES, ids=name_of)
 def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
-    paths = [tmp_path / "one.svg", tmp_path / "two.svg"]
-    for path in paths:
-        save(draw(folder), path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert paths[0].stat().st_size < 1_000_000
+    check_file(draw, folder, tmp_path)
 
 
 def reduced(content: Tables) -> Tables:
@@ -331,11 +315,7 @@ def test_missing_cells_leave_a_figure(
 ) -> None:
     folder = write(tmp_path, less(content))
     for draw in FIGURES:
-        figure = draw(folder)
-        image = io.BytesIO()
-        with style():
-            figure.savefig(image, format="svg", metadata={"Date": None})
-        assert b"</svg>" in image.getvalue(), draw.__name__
+        check_rendered(draw, folder)
 
 
 def test_nine_tenths_of_the_most_accurate_runs_and_the_mean_of_those_that_end() -> None:

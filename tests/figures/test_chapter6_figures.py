@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -18,8 +17,8 @@ from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
 from pipeline.figures.style import save, style
 from pipeline.trajectory import Campaign
+from tests.figures.checks import Draw, check_caption
 
-Draw = Callable[[Path], Figure]
 FIGURES: list[Draw] = [
     simulation.hidden_units,
     simulation.simulation_drift,
@@ -155,9 +154,7 @@ def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, data: Path) 
     figure = draw(data)
     assert _labelled(figure, "x")
     assert _labelled(figure, "y")
-    caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
-    assert caption.endswith(".")
-    assert len(note) > 80
+    check_caption(draw)
 
 
 @pytest.mark.parametrize("draw", FIGURES, ids=_name)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
@@ -14,11 +13,10 @@ from matplotlib.figure import Figure
 
 from pipeline.errors import BadInput
 from pipeline.figures.jumps import contributions, errors, example, maxima, settings, tables, trajectories
-from pipeline.figures.style import save, style
 from pipeline.stages.draw import draw as draw_stage
 from pipeline.trajectory import Campaign
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of, write_tables
 
-Draw = Callable[[Path], Figure]
 Content = dict[str, pd.DataFrame]
 FIGURES: list[Draw] = [
     trajectories.predicted_detachment,
@@ -132,12 +130,8 @@ def explained(rng: np.random.Generator) -> Content:
 
 
 def write(folder: Path, content: Content) -> Path:
-    target = folder / "tables" / "jumps"
-    target.mkdir(parents=True)
-    for name, table in content.items():
-        table.to_parquet(target / f"{name}.parquet", index=False)
     campaign().write(folder / "features" / "cam_follower")
-    return folder
+    return write_tables(folder, "jumps", content)
 
 
 @pytest.fixture(scope="module")
@@ -149,10 +143,6 @@ def content() -> Content:
 @pytest.fixture(scope="module")
 def folder(content: Content, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write(tmp_path_factory.mktemp("data"), content)
-
-
-def name_of(draw: Draw) -> str:
-    return draw.__name__
 
 
 def texts(figure: Figure) -> str:
@@ -171,18 +161,12 @@ def test_axes_with_numbers_carry_units_and_the_caption_is_a_sentence(draw: Draw,
             if any(tick.get_visible() and tick.get_text() for tick in axis.get_ticklabels()):
                 text = axis.get_label_text() or shared
                 assert "(" in text and text.endswith(")"), f"{text!r} has no unit"
-    caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
-    assert caption.endswith(".")
-    assert len(note) > 80
+    check_caption(draw)
 
 
 @pytest.mark.parametrize("draw", FIGURES, ids=name_of)
 def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
-    paths = [tmp_path / "one.svg", tmp_path / "two.svg"]
-    for path in paths:
-        save(draw(folder), path)
-    assert paths[0].read_bytes() == paths[1].read_bytes()
-    assert paths[0].stat().st_size < 1_000_000
+    check_file(draw, folder, tmp_path)
 
 
 def networks_only(content: Content) -> Content:
@@ -211,11 +195,7 @@ def test_missing_parts_leave_a_figure(
 ) -> None:
     folder = write(tmp_path, less(content))
     for draw in FIGURES:
-        figure = draw(folder)
-        image = io.BytesIO()
-        with style():
-            figure.savefig(image, format="svg", metadata={"Date": None})
-        assert b"</svg>" in image.getvalue(), draw.__name__
+        figure = check_rendered(draw, folder)
         assert "nan" not in texts(figure), draw.__name__
 
 

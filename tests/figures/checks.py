@@ -1,0 +1,53 @@
+"""What every figure must do, whatever its chapter."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from pipeline.figures.style import save, style
+
+Draw = Callable[[Path], Figure]
+
+
+def write_tables(folder: Path, chapter: str, tables: Mapping[str, pd.DataFrame]) -> Path:
+    """Tables of one chapter where figures look for them; the data folder."""
+    target = folder / "tables" / chapter
+    target.mkdir(parents=True)
+    for name, table in tables.items():
+        table.to_parquet(target / f"{name}.parquet", index=False)
+    return folder
+
+
+def name_of(draw: Draw) -> str:
+    return draw.__name__
+
+
+def check_caption(draw: Draw) -> None:
+    """A sentence, and a note that explains."""
+    caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
+    assert caption.endswith(".")
+    assert len(note) > 80
+
+
+def check_file(draw: Draw, folder: Path, out: Path) -> None:
+    """Small, and the same every time."""
+    paths = [out / "one.svg", out / "two.svg"]
+    for path in paths:
+        save(draw(folder), path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert paths[0].stat().st_size < 1_000_000
+
+
+def check_rendered(draw: Draw, folder: Path) -> Figure:
+    """The figure, which can be written as SVG."""
+    figure = draw(folder)
+    image = io.BytesIO()
+    with style():
+        figure.savefig(image, format="svg", metadata={"Date": None})
+    assert b"</svg>" in image.getvalue(), draw.__name__
+    return figure
