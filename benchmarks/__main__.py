@@ -14,7 +14,7 @@ from benchmarks.timing import PeerMissing
 from pipeline.files import write_json
 from pipeline.revision import revision
 
-HARNESS = {"timing", "slider_crank", "keras_peer", "__main__"}
+HARNESS = {"timing", "slider_crank", "keras", "__main__"}
 COMMON = {"ours", "peer", "ratio", "ratio_low", "ratio_high", "peer_version", "threads"}
 
 

@@ -1,37 +1,26 @@
 """A training step through 300 integration steps: the compiled kernel against a Keras RNN of the same model.
 
-TensorFlow asks for an older h5py than constraints.txt pins, so Keras runs in a program of its own
-(`keras_peer.py`), with the Python that BENCH_KERAS_PYTHON names and else with this one:
-
-    python3.11 -m venv keras && keras/bin/pip install keras tensorflow-cpu
-    BENCH_KERAS_PYTHON=keras/bin/python make bench
-
-Without constraints.txt the extra `bench` of pyproject.toml installs them beside the pipeline.
+Keras runs in a program of its own, see `keras`.
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks import keras
 from benchmarks.slider_crank import BATCH, EPOCH, PERIOD, check_same_work, epoch, gradient, problem, settings
-from benchmarks.timing import PeerMissing, side_by_side
+from benchmarks.timing import side_by_side
 from pipeline.learning.windows import Problem, Progress, weighting
 
 Array = NDArray[np.float64]
 
 HORIZON = 300
 PEER = "RNN of a custom cell in a tf.function, float32"
-PYTHON = os.environ.get("BENCH_KERAS_PYTHON", sys.executable)
 
 
 def run() -> dict[str, object]:
@@ -48,10 +37,10 @@ def run() -> dict[str, object]:
         np.savez(folder / "given.npz", allow_pickle=False, **_given(single))
         found = {}
         for how in ("plain", "xla"):
-            with _started(folder, how) as peer:
-                version = _answer(peer)
+            with keras.started("keras_rnn", folder, how) as peer:
+                version = keras.answer(peer)
                 check_same_work(expected, np.load(folder / "gradient.npy"))
-                step = partial(_step, peer)
+                step = partial(keras.step, peer)
                 found[how] = side_by_side(lambda: epoch(long, windows, state), step, steps=EPOCH)
     xla = {f"{name}_xla": found["xla"][name] for name in ("ours", "peer", "ratio")}
     return {**found["plain"], **xla, "peer_version": f"{version}, {PEER}", "threads": 1}
@@ -79,33 +68,3 @@ def _given(task: Problem) -> dict[str, Array]:
         "u": data.u[first + steps],
         "C_x": weighting(data, task.runs[0], HORIZON),
     }
-
-
-@contextmanager
-def _started(folder: Path, how: str) -> Iterator[subprocess.Popen[str]]:
-    command = [PYTHON, str(Path(__file__).with_name("keras_peer.py")), str(folder), how]
-    if subprocess.run([PYTHON, "-c", "import keras, tensorflow"], capture_output=True).returncode:
-        raise PeerMissing(
-            f"{PYTHON} has no Keras with TensorFlow: set BENCH_KERAS_PYTHON to a Python that has"
-        )
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as peer:
-        try:
-            yield peer
-        finally:
-            if peer.stdin:
-                peer.stdin.close()
-
-
-def _step(peer: subprocess.Popen[str]) -> None:
-    assert peer.stdin is not None
-    peer.stdin.write("\n")
-    peer.stdin.flush()
-    _answer(peer)
-
-
-def _answer(peer: subprocess.Popen[str]) -> str:
-    assert peer.stdout is not None
-    answer = peer.stdout.readline().strip()
-    if not answer:
-        raise RuntimeError("the Keras peer ended early; its own message stands above")
-    return answer

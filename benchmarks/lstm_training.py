@@ -2,17 +2,13 @@
 
 As the text does it, 32 runs of up to 200 samples make a mini-batch, 32 units an LSTM. The kernel also gathers
 its mini-batches from the data; the peers get theirs ready. Keras runs in a program of its own, see
-`keras_rnn`.
+`keras`.
 """
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,8 +17,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from benchmarks import keras
 from benchmarks.slider_crank import one_thread
-from benchmarks.timing import PeerMissing, side_by_side
+from benchmarks.timing import side_by_side
 from pipeline.learning.sequence import passes
 from pipeline.learning.sequence.arrays import room, views
 from pipeline.learning.sequence.kernel import gradient
@@ -36,7 +33,6 @@ Array = NDArray[np.float64]
 BATCH, STEPS, BATCHES, LEAST = 32, 200, 10, 90
 INPUTS = SequenceInputs(tuple(f"feature {k}" for k in range(8)), ("m", "H", "beta"))
 PEER = "LSTM, Dense, Dropout, Dense in a tf.function, float32"
-PYTHON = os.environ.get("BENCH_KERAS_PYTHON", sys.executable)
 
 
 @dataclass(frozen=True)
@@ -78,10 +74,10 @@ def run() -> dict[str, object]:
         folder = Path(scratch)
         np.savez(folder / "given.npz", allow_pickle=False, **_given(single))
         for how in ("plain", "xla"):
-            with _started(folder, how) as peer:
-                version = _answer(peer)
+            with keras.started("keras_lstm", folder, how) as peer:
+                version = keras.answer(peer)
                 _check_same_work(expected, np.load(folder / "gradient.npy"))
-                found[how] = side_by_side(ours, partial(_step, peer), steps=BATCHES)
+                found[how] = side_by_side(ours, partial(keras.step, peer), steps=BATCHES)
     others = {
         f"{name}_{how}": found[how][name] for how in ("xla", "nn_lstm") for name in ("ours", "peer", "ratio")
     }
@@ -149,33 +145,3 @@ def _check_same_work(ours: Array, peer: Array) -> None:
     error = float(np.linalg.norm(peer - ours) / np.linalg.norm(ours))
     if not error < 1e-3:
         raise ArithmeticError(f"the peer's gradient differs from ours by {error:.1e} of its norm")
-
-
-@contextmanager
-def _started(folder: Path, how: str) -> Iterator[subprocess.Popen[str]]:
-    command = [PYTHON, str(Path(__file__).parent / "peers" / "keras_lstm.py"), str(folder), how]
-    if subprocess.run([PYTHON, "-c", "import keras, tensorflow"], capture_output=True).returncode:
-        raise PeerMissing(
-            f"{PYTHON} has no Keras with TensorFlow: set BENCH_KERAS_PYTHON to a Python that has"
-        )
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as peer:
-        try:
-            yield peer
-        finally:
-            if peer.stdin:
-                peer.stdin.close()
-
-
-def _step(peer: subprocess.Popen[str]) -> None:
-    assert peer.stdin is not None
-    peer.stdin.write("\n")
-    peer.stdin.flush()
-    _answer(peer)
-
-
-def _answer(peer: subprocess.Popen[str]) -> str:
-    assert peer.stdout is not None
-    answer = peer.stdout.readline().strip()
-    if not answer:
-        raise RuntimeError("the Keras peer ended early; its own message stands above")
-    return answer

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -93,6 +95,7 @@ def test_failure_of_one_data_set_ends_the_work() -> None:
 
     def failing(y: Array, seed: int) -> Identification:
         calls.append(seed)
+        time.sleep(1e-3)  # gives the thread that waits for the failure time to see it
         raise BadInput("data set cannot be used")
 
     with pytest.raises(BadInput, match="data set cannot be used"):

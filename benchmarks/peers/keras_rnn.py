@@ -87,7 +87,7 @@ class Training:
 
 
 def main() -> None:
-    """`python keras_peer.py FOLDER plain|xla`."""
+    """`python keras_rnn.py FOLDER plain|xla`."""
     folder, how = Path(sys.argv[1]), sys.argv[2]
     tf.config.threading.set_intra_op_parallelism_threads(1)
     tf.config.threading.set_inter_op_parallelism_threads(1)
