@@ -1,7 +1,7 @@
 """Keras in a program of its own, which does one training step for every line that it is sent.
 
-TensorFlow asks for an older h5py than constraints.txt pins, so the programs in `peers` run with the Python that
-BENCH_KERAS_PYTHON names and else with this one:
+TensorFlow asks for an older h5py than constraints.txt pins, so the programs in `peers` run with the Python
+that BENCH_KERAS_PYTHON names and else with this one:
 
     python3.11 -m venv keras && keras/bin/pip install keras tensorflow-cpu
     BENCH_KERAS_PYTHON=keras/bin/python make bench
