@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -14,7 +13,9 @@ from numpy.typing import NDArray
 from pipeline.errors import BadInput
 from pipeline.files import read_json
 from pipeline.measurements.angles import wrapped
-from pipeline.measurements.clock import Kind, check_time, common_period, read_at, shifted, uniform_clock
+from pipeline.measurements.clock import Kind, check_time, common_period, read_at, uniform_clock
+from pipeline.measurements.constants import logged, with_constants
+from pipeline.measurements.inputs import acting
 from pipeline.measurements.logs import Logs, names
 from pipeline.measurements.states import estimate
 from pipeline.measurements.table import NUMBER, Columns, check_header, number, read_columns, read_rows
@@ -27,20 +28,25 @@ def read_logs(folder: Path, system: System) -> Logs:
     """The experiments in `folder`, a log folder or a store that `Logs.write` wrote.
 
     Args:
-        folder: with experiments.csv (one row per experiment: `id`, `file`, the operating point, optionally
-            `group`, anything else) and the CSV or Parquet files it names, with `t` in s and the columns of
-            inputs and outputs. An optional provenance.json says where the data come from.
-        system: what the columns mean. A store must have been written for a system with the same names.
+        folder: with experiments.csv (one row per experiment: `id`, `file`, the operating point where the
+            system file does not give it, optionally `group`, anything else) and the CSV or Parquet files it
+            names, with `t` in s and the columns of inputs and outputs. An optional provenance.json says where
+            the data come from.
+        system: what the columns mean. A store must have been written for a system with the same inputs and
+            outputs.
 
     Raises:
         BadInput: one line that names file, row and column.
     """
-    if not folder.is_dir():
+    try:
+        there = folder.is_dir()
+    except OSError as error:
+        raise BadInput(f"{folder}: cannot be read ({error.strerror})") from None
+    if not there:
         raise BadInput(f"{folder}: no such folder")
     if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
         return Logs.read(folder, system)
-    constants = [constant.name for constant in system.operating_point]
-    experiments = _experiments(folder / "experiments.csv", constants)
+    experiments, notes = _experiments(folder / "experiments.csv", system)
     columns = list(
         dict.fromkeys(["t", *(i.column for i in system.inputs), *(o.column for o in system.outputs)])
     )
@@ -48,10 +54,12 @@ def read_logs(folder: Path, system: System) -> Logs:
     for log in logs:
         check_time(log)
         _check_alive(log, system)
-    return _assembled(system, experiments, logs, _provenance(folder))
+    return _assembled(system, experiments, logs, notes, _provenance(folder))
 
 
-def _experiments(path: Path, constants: Sequence[str]) -> pd.DataFrame:
+def _experiments(path: Path, system: System) -> tuple[pd.DataFrame, list[str]]:
+    """The table, and notes."""
+    constants = logged(system)
     header, rows = read_rows(path)
     check_header(path, header, ["id", "file", *constants])
     if not rows:
@@ -73,7 +81,7 @@ def _experiments(path: Path, constants: Sequence[str]) -> pd.DataFrame:
     for name in set(table) - {"id", "file", "group", *constants}:
         if all(NUMBER.fullmatch(cell) for cell in table[name]):
             table[name] = [float(cell) for cell in table[name]]
-    return pd.DataFrame(table)
+    return with_constants(system, pd.DataFrame(table), [f"{path}: row {row}: column id" for row, _ in rows])
 
 
 def _check_file(path: Path, row: int, file: str) -> None:
@@ -113,7 +121,11 @@ def _provenance(folder: Path) -> dict[str, Any]:
 
 
 def _assembled(
-    system: System, experiments: pd.DataFrame, logs: Sequence[Columns], provenance: dict[str, Any]
+    system: System,
+    experiments: pd.DataFrame,
+    logs: Sequence[Columns],
+    notes: list[str],
+    provenance: dict[str, Any],
 ) -> Logs:
     ids = tuple(experiments["id"])
     period = common_period(logs)
@@ -121,7 +133,7 @@ def _assembled(
     offsets = np.concatenate([[0], np.cumsum([len(clock) for clock in clocks])]).astype(np.int64)
     pairs = list(zip(logs, clocks, strict=True))
     y, u = np.empty((offsets[-1], len(system.outputs))), np.empty((offsets[-1], len(system.inputs)))
-    notes = _moved(ids, moves, period)
+    notes = [*notes, *_moved(ids, moves, period)]
     for j, output in enumerate(system.outputs):
         columns = [log.values[output.column] for log in logs]
         turning = [output.unit.strip() == "rad" and wrapped(column) for column in columns]
@@ -131,9 +143,8 @@ def _assembled(
             notes.append(f"{output.name} was unwrapped")
     for j, item in enumerate(system.inputs):
         u[:, j] = _read([log.values[item.column] for log in logs], pairs, "linear")
-        if item.delay != 0.0:
-            for a, b in pairwise(offsets):
-                u[a:b, j] = shifted(u[a:b, j], period, -item.delay, "linear")
+    delays = tuple(item.delay for item in system.inputs)
+    u = acting(system, ids, u, offsets, period, delays)
     c = experiments[[constant.name for constant in system.operating_point]].to_numpy(np.float64)
     found = estimate(system, ids, period, offsets, y, u, c)
     return Logs(
@@ -150,6 +161,7 @@ def _assembled(
         measured=found.measured,
         notes=(*notes, *found.notes),
         provenance=provenance,
+        delays=delays,
     )
 
 

@@ -13,6 +13,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
+from pipeline.measurements.constants import logged, with_constants
+from pipeline.measurements.inputs import acting
 from pipeline.measurements.states import estimate
 from pipeline.physics.system.model import System
 from pipeline.trajectory import Campaign
@@ -41,6 +43,7 @@ class Logs:
         x: (M, states) estimated. measured: per state, whether the data show it (`States`).
         notes: what was done to the data.
         provenance: where the data come from; `data` is "measured" or "virtual".
+        delays: of the inputs, s, after which `u` acts; () where nobody knows.
     """
 
     outputs: tuple[str, ...]
@@ -59,6 +62,7 @@ class Logs:
     measured: tuple[bool, ...]
     notes: tuple[str, ...]
     provenance: Mapping[str, Any]
+    delays: tuple[float, ...] = ()
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -98,7 +102,9 @@ class Logs:
         return replace(self, states=states, x=found.x, measured=found.measured, notes=notes)
 
     def write(self, folder: Path) -> None:
-        """Write a store that `read_logs` reads back exactly: see `Campaign.write`."""
+        """Write a store that `read_logs` reads back exactly, and for a system with other states, delays and
+        values of constants as well: see `Campaign.write`.
+        """
         signals = {"t": self.t}
         for kind, group in zip("yux", (self.outputs, self.inputs, self.states), strict=True):
             signals |= {f"{kind}.{name}": getattr(self, kind)[:, j] for j, name in enumerate(group)}
@@ -107,44 +113,64 @@ class Logs:
         header = {
             **{name: list(getattr(self, name)) for name in GROUPS},
             **{"period": self.period, "measured": list(self.measured), "notes": list(self.notes)},
+            "delays": list(self.delays),
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:
-        """Read what `write` wrote.
+        """Read what `write` wrote; the states are those of `system`.
 
         Raises:
-            BadInput: when it is damaged or was written for another system.
+            BadInput: when it is damaged, was written for a system with other inputs, outputs or constants, or
+                lacks a constant.
         """
         store = Campaign.read(folder)
         provenance = dict(store.provenance)
-        header = provenance.pop(HEADER, {})
-        groups = names(system)
-        if [list(group) for group in groups] != [header.get(name) for name in GROUPS]:
+        header, groups = provenance.pop(HEADER, {}), names(system)
+        if not _written_for(system, header):
             raise BadInput(f"{folder}: provenance.json: was not written for the system {system.name}")
         table = store.experiments.drop(columns=list(OWN))
         table = table.rename(columns={f"columns.{name}": name for name in OWN})
-        total = int(store.offsets[-1])
-        y, u, x = (
-            np.array([store.signals[f"{kind}.{name}"] for name in group]).reshape(-1, total).T.copy()
-            for kind, group in zip("yux", groups[:3], strict=True)
+        rows = [f"{folder}: experiments.parquet: row {i + 1}: column id" for i in range(len(table))]
+        table, notes = with_constants(system, table, rows)
+        ids, period = tuple(table["id"]), header["period"]
+        y, u = (
+            np.array([store.signals[f"{kind}.{name}"] for name in group])
+            .reshape(-1, int(store.offsets[-1]))
+            .T.copy()
+            for kind, group in zip("yu", groups[:2], strict=True)
         )
+        delays = tuple(item.delay for item in system.inputs)
+        before = header.get("delays") or delays
+        more = [new - old for new, old in zip(delays, before, strict=True)]
+        u = acting(system, ids, u, store.offsets, period, more)
+        c = table[list(groups[3])].to_numpy(np.float64)
+        found = estimate(system, ids, period, store.offsets, y, u, c)
         return cls(
             *groups,
-            ids=tuple(table["id"]),
+            ids=ids,
             experiments=table,
-            period=header["period"],
+            period=period,
             offsets=store.offsets,
             t=np.asarray(store.signals["t"], np.float64),
             y=y,
             u=u,
-            x=x,
-            c=table[list(groups[3])].to_numpy(np.float64),
-            measured=tuple(header["measured"]),
-            notes=tuple(header["notes"]),
+            x=found.x,
+            c=c,
+            measured=found.measured,
+            notes=tuple(dict.fromkeys([*header["notes"], *notes, *found.notes])),
             provenance=provenance,
+            delays=delays,
         )
+
+
+def _written_for(system: System, header: Mapping[str, Any]) -> bool:
+    """Whether a store has the inputs, outputs and constants of `system`, save those that its file gives."""
+    outputs, inputs, _, constants = names(system)
+    own = logged(system)
+    stored = [name for name in header.get("constants", []) if name in own or name not in constants]
+    return (header.get("outputs"), header.get("inputs"), stored) == (list(outputs), list(inputs), own)
 
 
 def names(system: System) -> tuple[Names, Names, Names, Names]:

@@ -2,20 +2,45 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from pipeline.physics.effects.effect import ActuatorEffect
 from pipeline.physics.effects.law import Law, Shape, share
 from pipeline.physics.effects.place import Site
 
+#: Of the largest input: limits that are tried.
+_LIMITS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9)
 
-class ActuatorSaturation(ActuatorEffect):
-    """The same limit on both sides."""
 
+class _Saturation(ActuatorEffect):
     family = "actuator_saturation"
-    complexity = 2.0
+
+    @abstractmethod
+    def limited(self) -> tuple[str, float]:
+        """What is left of the input, and the highest limit that has an influence, in largest inputs."""
 
     def law(self, at: Site) -> Law:
-        largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
-        grid = tuple(largest * k for k in (0.2, 0.35, 0.5, 0.65, 0.8, 0.9))
-        limited = "clip(u, -u_max, u_max)"
+        limited, most = self.limited()
+        largest = most * max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
+        grid = tuple(largest * k for k in _LIMITS)
         shapes = {"u_max": Shape("u", grid, (0.01 * largest, largest))}
         return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
+
+
+class HardSaturation(_Saturation):
+    """The same limit on both sides."""
+
+    complexity = 2.0
+
+    def limited(self) -> tuple[str, float]:
+        return "clip(u, -u_max, u_max)", 1.0
+
+
+class SoftSaturation(_Saturation):
+    """A limit that is approached gradually."""
+
+    variant = "soft"
+    complexity = 2.2
+
+    def limited(self) -> tuple[str, float]:
+        return "u_max*tanh(u/u_max)", 5.0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pipeline.physics.effects.columns import Order
 from pipeline.physics.effects.effect import ParameterEffect, PortEffect
-from pipeline.physics.effects.law import Law, signed
+from pipeline.physics.effects.grids import geometric
+from pipeline.physics.effects.law import Law, Shape, signed
 from pipeline.physics.effects.place import Site
 
 
@@ -31,6 +32,35 @@ class ParameterDriftByOrder(ParameterEffect):
         step = f"{at.place.name}_step"
         amplitude = signed("experiment_number", 0.1 * at["p"].rms)
         return Law(f"p + {step}*experiment_number", {step: amplitude}, columns={"experiment_number": Order()})
+
+
+class ParameterDriftThatSettles(ParameterEffect):
+    """A parameter that goes to another value as the machine warms up, over experiments and along each of them.
+
+    It warms up while an experiment is logged, and between experiments for a time that no log tells: rho, in
+    time constants from the start of one experiment to that of the next.
+    """
+
+    family = "drift"
+    variant = "parameter_settling"
+    complexity = 3.2
+
+    def law(self, at: Site) -> Law:
+        change = f"{at.place.name}_change"
+        warm = "(1 - exp(-rho*experiment_number - t/T_w))"
+        return Law(
+            f"p + {change}*{warm}",
+            {change: signed(warm, 0.1 * at["p"].rms)},
+            {
+                "rho": Shape("1", (0.1, 0.5, 2.0), (0.0, 10.0)),
+                "T_w": Shape("t", geometric(0.5 * at.duration, 20.0 * at.duration, 3), _times(at)),
+            },
+            columns={"experiment_number": Order()},
+        )
+
+
+def _times(at: Site) -> tuple[float, float]:
+    return 0.05 * at.duration, 1e3 * at.duration
 
 
 class LoadDrift(PortEffect):

@@ -9,7 +9,7 @@ from pipeline.physics.effects.law import Law, Shape, positive
 from pipeline.physics.effects.place import Site
 
 #: Where a stop may begin, in parts of the half travel before its end.
-_DEPTHS = (0.01, 0.03, 0.1)
+_DEPTHS = (0.01, 0.03, 0.1, 0.3, 0.6)
 #: Of the half travel: the depth that a stop is dented by.
 _DENT = 0.01
 
@@ -45,7 +45,7 @@ class UpperStop(_EndStop):
     """At the upper end."""
 
     variant = "upper"
-    complexity = 3.0
+    complexity = 2.5
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -56,7 +56,7 @@ class LowerStop(_EndStop):
     """At the lower end."""
 
     variant = "lower"
-    complexity = 3.0
+    complexity = 2.5
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -67,7 +67,7 @@ class BothStops(_EndStop):
     """At both ends, alike."""
 
     variant = "both"
-    complexity = 4.0
+    complexity = 3.5
 
     @property
     def ends(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ class Scatter(ParameterEffect):
     """
 
     family = "scatter"
-    complexity = 3.0
+    complexity = 4.5
 
     def law(self, at: Site) -> Law:
         deviation = f"{at.place.name}_deviation"

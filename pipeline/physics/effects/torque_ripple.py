@@ -26,18 +26,20 @@ class TorqueRipple(PortEffect):
         return Law("A_s*sin(k_x*x) + A_c*cos(k_x*x)", amplitudes, {"k_x": frequency})
 
 
-class TorqueRippleWithOvertone(PortEffect):
-    """A wave and the one of twice its frequency."""
+class TorqueRippleWithOvertones(PortEffect):
+    """A wave and those of twice and three times its frequency."""
 
     family = "torque_ripple"
-    variant = "with_overtone"
-    complexity = 5.0
+    variant = "with_overtones"
+    complexity = 6.0
     needs = ("position",)
     power = "stored"
 
     def law(self, at: Site) -> Law:
-        grid = waves(at, _MOST // 2)
-        parts = {"A_s": "sin(k_x*x)", "A_c": "cos(k_x*x)", "B_s": "sin(2*k_x*x)", "B_c": "cos(2*k_x*x)"}
+        grid = waves(at, _MOST // 3)
+        parts = {"A_s": "sin(k_x*x)", "A_c": "cos(k_x*x)"}
+        for letter, k in (("B", 2), ("C", 3)):
+            parts |= {f"{letter}_s": f"sin({k}*k_x*x)", f"{letter}_c": f"cos({k}*k_x*x)"}
         return Law(
             " + ".join(f"{name}*{wave}" for name, wave in parts.items()),
             {name: signed(wave, at.effort) for name, wave in parts.items()},

@@ -110,10 +110,7 @@ def _unit(node: Node) -> Unit:
 
 
 def _delay(entries: dict[str, Node]) -> float:
-    delay = entries["delay"].number() if "delay" in entries else 0.0
-    if delay < 0:
-        raise entries["delay"].wrong(f"must not be negative, got {delay:g}")
-    return delay
+    return entries["delay"].number() if "delay" in entries else 0.0
 
 
 def _column(name: str, entries: dict[str, Node]) -> str:
@@ -148,19 +145,28 @@ def _output(found: Declarations, name: str, node: Node) -> None:
         raise node.wrong("needs an expression, because no state has this name")
     checked_name(name, node)
     unit = found.output_units[name] = _unit(entries["unit"])
-    column = _column(name, entries)
+    column, delay = _column(name, entries), _delay(entries)
+    if delay < 0:
+        raise entries["delay"].wrong(f"must not be negative, got {delay:g}: a sensor shows no future")
     if column in {o.column for o in found.outputs}:
         raise node.wrong(f"the column {shown(column)} is already an output")
-    found.outputs.append(Output(name, unit.text, column, symbol(name), _delay(entries)))
+    found.outputs.append(Output(name, unit.text, column, symbol(name), delay))
 
 
 def _constant(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("unit",))
+    entries = node.fields(("unit",), ("values", "other"))
     if name in _LOG_COLUMNS:
         raise node.wrong(f"the name {shown(name)} is a column of its own in experiments.csv")
     found.names.add(name, "operating point", node)
     unit = found.units[name] = _unit(entries["unit"])
-    found.operating_point.append(Constant(name, unit.text))
+    given = entries["values"].entries() if "values" in entries else None
+    other = entries["other"].number() if "other" in entries else None
+    if given is None and other is not None:
+        raise entries["other"].wrong("needs values beside it: without them it is a column of experiments.csv")
+    if given is not None and not given and other is None:
+        raise entries["values"].wrong("at least one is needed, or other")
+    values = None if given is None else {key: value.number() for key, value in given.items()}
+    found.operating_point.append(Constant(name, unit.text, values, other))
 
 
 def _parameter(found: Declarations, name: str, node: Node) -> None:

@@ -17,7 +17,8 @@ from pipeline.physics.system.syntax import shown
 
 _LARGEST = 1_000_000
 _DEEPEST = 6
-_MOST_KEYS = 1000
+# What a file may declare; deeper down there can be a value for every experiment.
+_MOST_KEYS, _MOST_VALUES, _DECLARING = 1000, 100_000, 2
 _EMPTY = ("", "~", "null", "Null", "NULL")
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\x80-\x9f\u2028\u2029\ufffe\uffff]")
@@ -217,6 +218,7 @@ class _Events:
 
     def _mapping(self, place: str, depth: int) -> dict[str, Node]:
         entries: dict[str, Node] = {}
+        most = _MOST_KEYS if depth <= _DECLARING else _MOST_VALUES
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             line = event.start_mark.line + 1
             if not isinstance(event, yaml.ScalarEvent):
@@ -228,6 +230,6 @@ class _Events:
             word = name if re.fullmatch(r"\w{1,60}", name) else shown(name)
             inner = f"{place}.{word}" if place else word
             entries[name] = self._node(next(self.events), line, inner, depth + 1)
-            if len(entries) > _MOST_KEYS:
-                raise key.wrong(f"too many entries, at most {_MOST_KEYS}")
+            if len(entries) > most:
+                raise key.wrong(f"too many entries, at most {most}")
         return entries

@@ -30,7 +30,7 @@ class State:
 
 @dataclass(frozen=True)
 class Input:
-    """A logged input; it acts `delay` seconds later."""
+    """A logged input; it acts `delay` seconds later, or earlier where the delay is negative."""
 
     name: str
     unit: str
@@ -51,10 +51,18 @@ class Output:
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant of one experiment, a column of experiments.csv."""
+    """A constant of one experiment.
+
+    Attributes:
+        name, unit: of the constant.
+        values: by id of the experiment; None where it is a column of experiments.csv.
+        other: of experiments that `values` lacks, if it is known.
+    """
 
     name: str
     unit: str
+    values: Mapping[str, float] | None = None
+    other: float | None = None
 
 
 @dataclass(frozen=True)

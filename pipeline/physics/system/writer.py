@@ -14,7 +14,7 @@ import sympy as sp
 from pipeline.errors import BadInput
 from pipeline.files import replacing
 from pipeline.physics.system.grammar import parse
-from pipeline.physics.system.model import Event, Output, Parameter, Port, State, System, symbol
+from pipeline.physics.system.model import Constant, Event, Output, Parameter, Port, State, System, symbol
 from pipeline.physics.system.printing import printed
 from pipeline.physics.system.scope import Scope, scope_of
 from pipeline.physics.system.tables import Table
@@ -23,6 +23,8 @@ from pipeline.physics.system.tables import Table
 _PLAIN = re.compile(
     r"(?!(?:null|Null|NULL|true|false)$)[A-Za-z0-9_(.][\w .+*/()^-]*(?<! )|-[\w(][\w .+*/()^-]*(?<! )"
 )
+# What JSON leaves as it is and a system file must not hold.
+_UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 
 
 def write_system(system: System, path: Path) -> None:
@@ -60,7 +62,7 @@ class _Text:
             "states": {s.name: _braces(_state(s)) for s in system.states},
             "inputs": {u.name: _braces(_signal(u.unit, u.column, u.delay)) for u in system.inputs},
             "outputs": {y.name: _braces(self._output(y)) for y in system.outputs},
-            "operating_point": {c.name: _braces({"unit": _quoted(c.unit)}) for c in system.operating_point},
+            "operating_point": {c.name: _braces(_constant(c)) for c in system.operating_point},
             "parameters": {p.name: _braces(_parameter(p)) for p in system.parameters},
             "signals": {name: self._expression(f"signals.{name}", e) for name, e in system.signals.items()},
             "ports": {p.name: _braces(self._port(p)) for p in system.ports},
@@ -121,7 +123,9 @@ class _Text:
 
 
 def _quoted(text: str) -> str:
-    return text if _PLAIN.fullmatch(text) else json.dumps(text, ensure_ascii=False)
+    if _PLAIN.fullmatch(text):
+        return text
+    return _UNPRINTED.sub(lambda found: f"\\u{ord(found.group()):04x}", json.dumps(text, ensure_ascii=False))
 
 
 def _braces(entries: Mapping[str, str]) -> str:
@@ -136,6 +140,14 @@ def _state(state: State) -> dict[str, str]:
 def _signal(unit: str, column: str, delay: float) -> dict[str, str]:
     entries = {"unit": _quoted(unit), "column": _quoted(column)}
     return entries | {"delay": repr(float(delay))} if delay else entries
+
+
+def _constant(constant: Constant) -> dict[str, str]:
+    entries = {"unit": _quoted(constant.unit)}
+    if constant.values is not None:
+        given = {_quoted(name): repr(float(value)) for name, value in constant.values.items()}
+        entries["values"] = _braces(given)
+    return entries if constant.other is None else entries | {"other": repr(float(constant.other))}
 
 
 def _parameter(parameter: Parameter) -> dict[str, str]:

@@ -1,0 +1,89 @@
+"""A fitted hypothesis as a model of its own, with its numbers, judged on the held-out experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.diagnosis.diagnosis import Model
+from pipeline.diagnosis.fit import fit
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.floor import floor
+from pipeline.diagnosis.free_runs import free_runs
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.simulation import Simulation
+from pipeline.diagnosis.study import Study
+from pipeline.evaluation.gap import Gap
+from pipeline.measurements.inputs import acting
+from pipeline.measurements.logs import Logs
+from pipeline.physics.effects.added import with_numbers
+from pipeline.physics.effects.columns import extended, in_columns
+from pipeline.physics.system.model import System
+
+Array = NDArray[np.float64]
+
+
+def known(study: Study) -> Model:
+    """The system as it was given."""
+    return Model("known", study.system, study.logs, judged(study.system, study.logs, study))
+
+
+def model(label: str, fitted: Fitted) -> Model:
+    """A hypothesis with its fitted numbers."""
+    study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
+    system = with_numbers(fitted.hypothesis.full, effects, fitted.fit.values)
+    system = _timed(system, {u: fitted.fit.values[name] for name, u in fitted.hypothesis.timing.items()})
+    logs = study.logs
+    for effect in effects:
+        logs = extended(logs, effect.columns)
+    own = own_values(fitted)
+    if own:
+        system = in_columns(system, own)
+        logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
+    logs = _read(system, logs, study.system).for_system(system)
+    return Model(label, system, logs, judged(system, logs, study))
+
+
+def judged(system: System, logs: Logs, study: Study) -> Gap:
+    """Its gap on the held-out experiments."""
+    return free_runs(system, logs, study.horizon, study.held_out)
+
+
+def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
+    """By name and id: the numbers that every experiment has for itself, of the held-out ones too.
+
+    These can be known from the experiment itself only: they are fitted there, with all that is shared as it
+    is.
+    """
+    if not fitted.fit.own:
+        return {}
+    study, shared = fitted.hypothesis.study, fitted.fit.values
+    unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
+    held = Recording.of(study.logs, study.horizon, study.held_out, study.latest)
+    system = with_numbers(fitted.hypothesis.full, (), shared)
+    simulation = fitted.hypothesis.simulation(held)
+    simulation = Simulation(system, held, simulation.delays, simulation.c)
+    found = fit(simulation, unknowns, substeps=fitted.fit.substeps).own
+    return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
+
+
+def noise_floor(model: Model, study: Study) -> float:
+    """The gap that noise would leave on the held-out experiments if this model were the truth."""
+    latest = max((output.delay for output in model.system.outputs), default=0.0)
+    recording = Recording.of(model.logs, study.horizon, study.held_out, latest)
+    simulation = Simulation(model.system, recording)
+    return floor(simulation, simulation.values[None, None], model.gap.substeps).value
+
+
+def _timed(system: System, late: Mapping[str, float]) -> System:
+    inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)
+    return replace(system, inputs=tuple(inputs))
+
+
+def _read(system: System, logs: Logs, before: System) -> Logs:
+    """Logs with the inputs as they act with the delays of `system`."""
+    delays = [new.delay - old.delay for new, old in zip(system.inputs, before.inputs, strict=True)]
+    return replace(logs, u=acting(system, logs.ids, logs.u, logs.offsets, logs.period, delays))

@@ -1,0 +1,76 @@
+"""A network in every port: what a flexible model could still explain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.physics.effects.added import Added
+from pipeline.physics.effects.law import REACH
+from pipeline.physics.effects.place import Place
+from pipeline.physics.effects.scales import Scales, Spread
+from pipeline.physics.effects.substitution import with_law
+from pipeline.physics.system.model import Parameter, Port, System, symbol
+
+Array = NDArray[np.float64]
+
+#: Hidden units of the network in one port.
+HIDDEN = 16
+#: How steep they are where inputs reach from -1 to 1: from nearly straight to nearly a step.
+STEEPNESS = 0.5, 30.0
+
+
+def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
+    """`base` with a network of position, velocity and the system's inputs in every port that it has.
+
+    The hidden layer is drawn once and only the output layer is fitted (a random-feature network), so that its
+    fit has no local minima and the same seed gives the same network.
+    """
+    for number, port in enumerate(base.system.ports):
+        added = _network(base.system, port, base.study.scales, np.random.default_rng([seed, 1, number]))
+        base = Hypothesis(base.study, added.system, (*base.effects, added))
+    return base
+
+
+def _network(system: System, port: Port, scales: Scales, rng: np.random.Generator) -> Added:
+    seen = [*port.coordinates, *(i.name for i in system.inputs)]
+    scaled = [_scaled(system.expression(name), scales.of[name]) for name in seen]
+    weights, biases = _drawn(len(seen), rng)
+    units = [
+        sp.tanh(sum((float(w) * q for w, q in zip(row, scaled, strict=True)), sp.Float(bias)))
+        for row, bias in zip(weights.tolist(), biases.tolist(), strict=True)
+    ]
+    names = tuple(f"network_{port.name}_{k + 1}" for k in range(HIDDEN))
+    size = scales.effort[port.name]
+    bounds = (-REACH * size, REACH * size)
+    law = sum((symbol(n) * unit for n, unit in zip(names, units, strict=True)), sp.S.Zero)
+    grown = with_law(system, port, law, " + ".join(names))
+    numbers = tuple(Parameter(name, port.unit, 0.0, True, bounds) for name in names)
+    return Added(
+        *("network", "", Place("port", port.name)),
+        replace(grown, parameters=(*grown.parameters, *numbers)),
+        law=f"network of {', '.join(seen)}",
+        amplitudes=names,
+        regressors=tuple(units),
+        bounds=dict.fromkeys(names, bounds),
+        scales=dict.fromkeys(names, size),
+        units=dict.fromkeys(names, port.unit),
+    )
+
+
+def _scaled(expression: sp.Expr, spread: Spread) -> sp.Expr:
+    return (expression - spread.middle) / spread.half
+
+
+def _drawn(inputs: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Weights (HIDDEN, inputs) in any direction, and biases (HIDDEN,) that put the steps within reach."""
+    directions = rng.standard_normal((HIDDEN, inputs))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    # half of the units look along one input only: laws of a single coordinate are the rule
+    directions[::2] = np.eye(inputs)[np.arange(len(directions[::2])) % inputs]
+    steep = np.geomspace(*STEEPNESS, HIDDEN)[rng.permutation(HIDDEN)]
+    return steep[:, None] * directions, steep * rng.uniform(-0.8, 0.8, HIDDEN)

@@ -1,0 +1,116 @@
+"""Least squares with bounds over experiments, for very many selections of the same columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Relative to the curvature: keeps columns that are alike apart, and says which of them is not there at all.
+RIDGE, UNSEEN = 1e-9, 1e-12
+
+
+@dataclass(frozen=True)
+class Products:
+    """Of columns with each other and with the errors, which are the last column.
+
+    Attributes:
+        gram: (experiments, columns + 1, columns + 1). low, high: (columns,) bounds of the coefficients.
+    """
+
+    gram: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(
+        cls,
+        columns: Array,
+        r: Array,
+        starts: Array,
+        moved: Array,
+        owner: Indices,
+        bounds: tuple[Array, Array],
+    ) -> Products:
+        """Of weighted errors of windows whose starts go along with the columns.
+
+        Args:
+            columns: (windows, columns, samples) change of the errors per unit of the coefficients.
+            r: (windows, samples) the errors.
+            starts: (windows, states, samples) change by the starts, in units of their spread.
+            moved: (windows, states) by how much they are moved so far.
+            owner: (windows,) number of the experiment. bounds: of the coefficients, (columns,) each.
+        """
+        half = np.linalg.inv(np.linalg.cholesky(starts @ starts.swapaxes(1, 2) + np.eye(starts.shape[1])))
+        grams = []
+        for i in np.unique(owner):
+            mine = owner == i
+            rows = np.concatenate([columns[mine], r[mine][:, None]], axis=1)
+            across = rows @ starts[mine].swapaxes(1, 2)
+            across[:, -1] += moved[mine]
+            follow = (across @ half[mine].swapaxes(1, 2)).swapaxes(0, 1).reshape(rows.shape[1], -1)
+            flat = rows.swapaxes(0, 1).reshape(rows.shape[1], -1)
+            gram = flat @ flat.T - follow @ follow.T
+            gram[-1, -1] += np.sum(moved[mine] ** 2)
+            grams.append(gram)
+        return cls(np.stack(grams), *bounds)
+
+    def selected(self, shared: Sequence[int], own: Sequence[int], members: Indices | None = None) -> Products:
+        """Columns `shared` by all experiments, and others that only count in the experiments `members`."""
+        k = np.array([*shared, *own])
+        gram = self.gram[:, np.append(k, -1)[:, None], np.append(k, -1)]
+        if members is not None:
+            mine = slice(len(shared), len(k))
+            others = np.setdiff1d(np.arange(len(gram)), members)
+            gram[others, mine] = 0.0
+            gram[others, :, mine] = 0.0
+        return Products(gram, self.low[k], self.high[k])
+
+    def split(self, shared: int) -> Products:
+        """With a coefficient for every experiment in place of each column after the first `shared`."""
+        count, k = len(self.gram), len(self.low) - shared
+        size = shared + k * count
+        gram = np.zeros((count, size + 1, size + 1))
+        for i in range(count):
+            at = np.array([*range(shared), *range(shared + i * k, shared + (i + 1) * k), size])
+            gram[i][np.ix_(at, at)] = self.gram[i]
+        low, high = (np.concatenate([b[:shared], np.tile(b[shared:], count)]) for b in (self.low, self.high))
+        return Products(gram, low, high)
+
+    def solved(self, leave_out: Indices | None = None) -> tuple[Array, float]:
+        """Coefficients (columns,) from some experiments, and by how much half their sum of squares falls."""
+        gram = self.gram.sum(0)
+        if leave_out is not None:
+            gram = gram - self.gram[leave_out].sum(0)
+        H, g = gram[:-1, :-1], gram[:-1, -1]
+        diagonal = np.diag(H)
+        d = np.zeros(len(g))
+        free = diagonal > UNSEEN * max(diagonal.max(initial=0.0), 1e-300)
+        for _ in range(len(d) + 1):
+            if free.any():
+                unit = 1.0 / np.sqrt(diagonal[free])
+                rest = g[free] + H[np.ix_(free, ~free)] @ d[~free]
+                A = H[np.ix_(free, free)] * unit * unit[:, None] + RIDGE * np.eye(len(unit))
+                d[free] = -unit * np.linalg.solve(A, unit * rest)
+            out = free & ((d < self.low) | (d > self.high))
+            if not out.any():
+                break
+            d[out] = np.clip(d[out], self.low[out], self.high[out])
+            free &= ~out
+        return d, float(-(g @ d + 0.5 * d @ H @ d))
+
+    def gain(self, folds: int) -> float:
+        """By how much half the sum of squares falls where the coefficients come from other experiments."""
+        experiments = np.arange(len(self.gram))
+        total = 0.0
+        for fold in range(min(folds, len(experiments))):
+            mine = experiments[experiments % folds == fold]
+            d, _ = self.solved(mine)
+            gram = self.gram[mine].sum(0)
+            total -= float(gram[:-1, -1] @ d + 0.5 * d @ gram[:-1, :-1] @ d)
+        return total

@@ -1,0 +1,221 @@
+"""Which effects are worth a fit: a linear look at all of them, along the free runs of a fitted model.
+
+A small amount of an effect changes the free-run errors of every window in proportion. Least squares of the
+errors by these changes, base parameters and starts of the windows going along, says how far the loss would
+fall: the score test of an output-error model. It takes one simulation a starting point and differentiates no
+measurement, and it treats ports, actuators, sensors and effects with memory alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.diagnosis import loops
+from pipeline.diagnosis.choose import PARSIMONY
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.diagnosis.levels import levels
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.regression import Products
+from pipeline.diagnosis.residuals import Errors, spread, weights
+from pipeline.diagnosis.unknowns import Unknowns
+from pipeline.physics.effects.effect import Effect
+from pipeline.physics.effects.library import effects
+from pipeline.physics.effects.place import Place
+
+Array = NDArray[np.float64]
+
+#: Of its plausible size: how much of an effect is tried.
+AMOUNT = 0.1
+#: Starting points of an effect that are looked at, and that a fit is to start from; parts of the experiments.
+POINTS, STARTS, FOLDS = 24, 3, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """One candidate at one starting point of its shapes.
+
+    Attributes:
+        effect, hypothesis: the candidate, and the model with it. values: of its shapes.
+        names: of its amplitudes, or of a delay. size: (names,) what was tried, SI.
+        slopes: (windows, names, most steps, outputs) change of the errors by that.
+        bounds: (2, names) in units of `size`.
+    """
+
+    effect: Effect
+    hypothesis: Hypothesis
+    values: dict[str, float]
+    names: tuple[str, ...]
+    size: Array
+    slopes: Array
+    bounds: Array
+
+    def start(self, base: dict[str, float], amounts: Array) -> dict[str, float]:
+        """Values to start a fit from, of coefficients (names,) in units of `size`."""
+        added = self.hypothesis.effects[-1]
+        found = {**base, **self.values}
+        for name, amount, size in zip(self.names, amounts, self.size, strict=True):
+            if name in added.delays:
+                found[name] = max(amount, 0.5) * size
+            elif name not in added.shares:
+                found[name] = amount * size
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """A candidate: the model with it, by how much the cross-validated loss falls, and values to start a fit
+    from, the best first.
+    """
+
+    hypothesis: Hypothesis
+    gain: float
+    starts: tuple[dict[str, float], ...]
+
+
+def screen(base: Fitted, recording: Recording, workers: int) -> list[Screened]:
+    """All candidates on top of a fitted model, the most promising first.
+
+    Args:
+        base: the model. recording: some of the windows that it was fitted to.
+        workers: threads.
+    """
+    look = _Look(base, recording)
+    asked = [(e, p) for e in effects() for p in _free(base.hypothesis, e)]
+    with ThreadPoolExecutor(workers) as pool:
+        points = [point for found in pool.map(lambda one: list(look.points(*one)), asked) for point in found]
+    return look.ranked(points)
+
+
+def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
+    """Where it can be added: numbers of other effects have no effects of their own."""
+    taken = {e.place.channel for e in base.effects if e.family == effect.family}
+    known = set(effect.places(base.study.system))
+    for place in effect.places(base.system):
+        if place in known and place.channel not in taken:
+            yield place
+
+
+class _Look:
+    """Errors of a fitted model over some windows, and how they change."""
+
+    def __init__(self, base: Fitted, recording: Recording) -> None:
+        self.base, self.recording = base, recording
+        self.unknowns = Unknowns(base.hypothesis.simulation(recording), base.hypothesis.unknowns)
+        self.moved, sigma = base.moved(recording)
+        self.z = base.vector(self.unknowns)
+        self.errors = Errors(self.unknowns, sigma, base.fit.substeps)
+        around = self.errors(*self.errors.around(self.z, self.moved))
+        self.r = around[:, 0]
+        self.slopes = self.errors.slopes(self.z, around)
+        self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
+
+    def points(self, effect: Effect, place: Place) -> Iterator[Point]:
+        """One candidate at all its starting points."""
+        hypothesis = self.base.hypothesis.plus(effect, place)
+        added = hypothesis.effects[-1]
+        names = added.amplitudes or tuple(added.delays)
+        grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*added.shapes.values())]
+        chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(POINTS, len(grid))).astype(int)]
+        sizes = np.array([[self._amount(hypothesis, n, values) for n in names] for values in chosen])
+        slopes = self._slopes(
+            hypothesis,
+            [
+                {**values, n: size}
+                for values, row in zip(chosen, sizes, strict=True)
+                for n, size in zip(names, row, strict=True)
+            ],
+        )
+        for k, (values, size) in enumerate(zip(chosen, sizes, strict=True)):
+            bounds = np.array([(0.0, 1.0) if n in added.delays else added.bounds[n] for n in names]).T
+            scaled = bounds if added.delays else bounds / size
+            which = slice(k * len(names), (k + 1) * len(names))
+            yield Point(effect, hypothesis, values, names, size, slopes[:, which], scaled)
+
+    def _amount(self, hypothesis: Hypothesis, name: str, values: dict[str, float]) -> float:
+        added = hypothesis.effects[-1]
+        if name in added.delays:
+            return values[name]
+        return 1.0 if name in added.shares else AMOUNT * added.scales[name]
+
+    def _slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
+        """(windows, sets, most steps, outputs) change of the errors by numbers of the candidate."""
+        simulation = hypothesis.simulation(self.recording)
+        known = self.unknowns.simulation.names
+        fitted = self.unknowns.numbers(self.z[None])
+        own = dict(zip((p.name for p in hypothesis.system.parameters), hypothesis.system.values, strict=True))
+        values = np.zeros((len(fitted), len(sets), len(simulation.names)))
+        for k, name in enumerate(simulation.names):
+            if name in known:
+                values[:, :, k] = fitted[:, :, known.index(name)]
+            else:
+                values[:, :, k] = [given.get(name, own.get(name, 0.0)) for given in sets]
+        moved = np.repeat((self.moved * self.errors.sigma)[:, None], len(sets), axis=1)
+        runs = simulation(values, moved, self.base.fit.substeps)
+        recording, largest = self.recording, self.errors.largest
+        r = loops.cut_errors(runs.y, runs.measured, recording.noise, largest, recording.steps)
+        both = np.concatenate([self.r[:, None], r], axis=1)
+        return np.asarray(loops.slopes(both, largest, np.ones((len(r), len(sets)))))
+
+    def ranked(self, points: Sequence[Point]) -> list[Screened]:
+        """Candidates with their best starting points, in all experiments or at one level."""
+        first = len(self.unknowns.each)
+        products = self._products(points)
+        at = first + np.cumsum([0, *(len(p.names) for p in points)])
+        shared = list(range(first))
+        without = products.selected(shared, ()).gain(FOLDS)
+        found: dict[tuple[Effect, Place], list[tuple[float, Point, Array]]] = {}
+        for k, point in enumerate(points):
+            own = list(range(at[k], at[k + 1]))
+            for place, members in self._places(point):
+                part = products.selected(shared, own, members)
+                if point.hypothesis.effects[-1].per_experiment:
+                    gain, amounts = part.split(first).solved()[1], np.zeros(len(own))
+                    gain -= products.selected(shared, ()).solved()[1]
+                else:
+                    gain, amounts = part.gain(FOLDS) - without, part.solved()[0][first:]
+                found.setdefault((point.effect, place), []).append((gain, point, amounts))
+        ranked = [self._screened(place, tries) for (_, place), tries in found.items()]
+        price = PARSIMONY * int(self.recording.steps.sum()) * self.r.shape[2]
+        return sorted(ranked, key=lambda s: price * s.hypothesis.complexity - s.gain)
+
+    def _products(self, points: Sequence[Point]) -> Products:
+        count, unknowns = len(self.r), self.unknowns
+        first = len(unknowns.each)
+        columns = np.concatenate([self.slopes[:, :first], *(p.slopes for p in points)], axis=1)
+        limits = np.stack(unknowns.bounds) - self.z
+        shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
+        bounds = np.concatenate([shared, *(p.bounds for p in points)], axis=1)
+        columns *= self.root[:, None]
+        starts = self.slopes[:, first:] * self.root[:, None]
+        return Products.of(
+            columns.reshape(count, columns.shape[1], -1),
+            (self.r * self.root).reshape(count, -1),
+            starts.reshape(count, starts.shape[1], -1),
+            self.moved,
+            self.recording.owner,
+            (bounds[0], bounds[1]),
+        )
+
+    def _places(self, point: Point) -> Iterator[tuple[Place, NDArray[np.int64] | None]]:
+        place = point.hypothesis.effects[-1].place
+        yield place, None
+        if place.kind == "port":
+            study = self.base.hypothesis.study
+            for factor, level, members in levels(study.logs.experiments.iloc[sorted(self.recording.runs)]):
+                yield Place("port", place.name, factor, level), members
+
+    def _screened(self, place: Place, tries: list[tuple[float, Point, Array]]) -> Screened:
+        best = sorted(tries, key=lambda one: -one[0])[:STARTS]
+        point = best[0][1]
+        hypothesis = point.hypothesis
+        if place != hypothesis.effects[-1].place:
+            hypothesis = self.base.hypothesis.plus(point.effect, place)
+        base = dict(self.base.fit.values)
+        return Screened(hypothesis, best[0][0], tuple(p.start(base, amounts) for _, p, amounts in best))

@@ -1,0 +1,86 @@
+"""Fits of the candidates that a screen found promising: singles, pairs, triples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+from pipeline.diagnosis.choose import AT_FLOOR, Scores, above_floor
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.diagnosis.screen import Screened, screen
+from pipeline.diagnosis.study import Study
+from pipeline.physics.effects.added import Added
+from pipeline.physics.effects.library import effects
+
+#: Simulated samples that a screen and a fit look at, about.
+SCREENED, FITTED = 6000, 20_000
+#: At each depth: how many models an effect is added to, and how many candidates are fitted on top of each.
+DEPTHS = (1, 14), (2, 5), (1, 5)
+
+
+@dataclass
+class Search:
+    """Models that were fitted so far, the known physics first.
+
+    Attributes:
+        study: the experiments. workers: threads. progress: is told what is being done.
+        fits: by what their effects are.
+    """
+
+    study: Study
+    workers: int = 1
+    progress: Callable[[str], None] = lambda _: None
+    fits: dict[frozenset[object], Fitted] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.progress("re-identify the known physics")
+        recording = self.study.recording
+        length = float(recording.steps.mean())
+        self.screened = recording.thinned(max(8, round(SCREENED / length)))
+        self.fitted = recording.thinned(max(8, round(FITTED / length)))
+        base = Fitted.of(Hypothesis.known(self.study), self.fitted)
+        self.fits[base.hypothesis.key] = base
+
+    @property
+    def base(self) -> Fitted:
+        """The known physics, re-identified."""
+        return self.fits[frozenset()]
+
+    def run(self) -> Scores:
+        """Add effects as long as it pays and something is left to explain."""
+        for depth, (parents, count) in enumerate(DEPTHS):
+            scores = Scores(tuple(self.fits.values()))
+            named = scores.fits[scores.chosen()]
+            if len(named.hypothesis.effects) < depth or (depth and above_floor(named) <= AT_FLOOR):
+                break
+            for parent in (scores.fits[k] for k in scores.ranked(depth)[:parents]):
+                self.progress(f"screen effects on top of {parent.hypothesis}")
+                found = screen(parent, self.screened, self.workers)
+                self.progress(f"fit effects on top of {parent.hypothesis}")
+                self.fit([s for s in found if s.gain > 0.0][:count])
+        return Scores(tuple(self.fits.values()))
+
+    def fit(self, candidates: Iterable[Screened]) -> None:
+        """Fit what was not fitted yet."""
+        new = {c.hypothesis.key: c for c in candidates if c.hypothesis.key not in self.fits}
+        with ThreadPoolExecutor(self.workers) as pool:
+            for fitted in pool.map(self._fit, new.values()):
+                self.fits[fitted.hypothesis.key] = fitted
+
+    def _fit(self, candidate: Screened) -> Fitted:
+        return Fitted.of(candidate.hypothesis, self.fitted, candidate.starts)
+
+    def fitted_with(self, before: Hypothesis, added: Added) -> Fitted:
+        """The fit of `before` with an effect that belongs to another hypothesis, from where it was fitted."""
+        (effect,) = (e for e in effects() if (e.family, e.variant) == (added.family, added.variant))
+        hypothesis = before.plus(effect, added.place)
+        if hypothesis.key not in self.fits:
+            found = next(
+                s
+                for s in screen(self.fits[before.key], self.screened, self.workers)
+                if s.hypothesis.key == hypothesis.key
+            )
+            self.fits[hypothesis.key] = self._fit(found)
+        return self.fits[hypothesis.key]

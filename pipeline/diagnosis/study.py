@@ -1,0 +1,84 @@
+"""The experiments of a diagnosis: which of them are learned from, and which are held out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from pipeline.diagnosis.recording import Recording
+from pipeline.measurements.logs import Logs
+from pipeline.physics.effects.scales import Scales
+from pipeline.physics.system.model import System
+
+#: Share of the experiments that is held out, at least one.
+HELD_OUT = 0.25
+#: The longest delay of a sensor that is looked for, in samples and as a share of the shortest experiment.
+LATEST, LATEST_SHARE = 64, 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What a diagnosis sees.
+
+    Attributes:
+        system: the known physics. logs: all experiments. horizon: of the free-run windows, s.
+        held_out: numbers of the experiments that take no part in fitting or choosing.
+    """
+
+    system: System
+    logs: Logs
+    horizon: float
+    held_out: tuple[int, ...]
+
+    @classmethod
+    def of(cls, system: System, logs: Logs, horizon: float, seed: int) -> Study:
+        """Hold out a quarter of the experiments by chance, such that the others still show every level."""
+        return cls(system, logs, horizon, held_out(logs.experiments, seed))
+
+    @property
+    def learned(self) -> tuple[int, ...]:
+        """Numbers of the experiments that models are fitted to."""
+        return tuple(i for i in range(len(self.logs)) if i not in self.held_out)
+
+    @cached_property
+    def latest(self) -> float:
+        """Room for delays of outputs, s."""
+        shortest = int(np.diff(self.logs.offsets).min())
+        return self.logs.period * min(LATEST, int(LATEST_SHARE * shortest))
+
+    @cached_property
+    def recording(self) -> Recording:
+        """The windows that models are fitted to."""
+        return Recording.of(self.logs, self.horizon, self.learned, self.latest)
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Sizes along the experiments that are learned from."""
+        logs = self.logs
+        rows = np.concatenate([np.arange(logs.offsets[i], logs.offsets[i + 1]) for i in self.learned])
+        lengths = [int(logs.offsets[i + 1] - logs.offsets[i]) for i in self.learned]
+        offsets = np.concatenate([[0], np.cumsum(lengths)])
+        c = logs.c[list(self.learned)]
+        return Scales.measured(self.system, logs.period, offsets, logs.t[rows], logs.x[rows], logs.u[rows], c)
+
+
+def held_out(experiments: pd.DataFrame, seed: int) -> tuple[int, ...]:
+    """Rows of the table of experiments; no level of a factor loses its only one if that can be helped."""
+    count = len(experiments)
+    many = max(1, round(HELD_OUT * count))
+    factors = [name for name in experiments.columns if name not in ("id", "file")]
+    remaining = {name: experiments[name].value_counts().to_dict() for name in factors}
+    chosen: list[int] = []
+    order = np.random.default_rng([seed, 0]).permutation(count).tolist()
+    # first those whose levels are all seen in others, the most seen first
+    while len(chosen) < many:
+        left = [i for i in order if i not in chosen]
+        rarest = [min((remaining[n][experiments[n].iloc[i]] for n in factors), default=count) for i in left]
+        best = left[int(np.argmax(rarest))]
+        chosen.append(best)
+        for name in factors:
+            remaining[name][experiments[name].iloc[best]] -= 1
+    return tuple(sorted(chosen))
