@@ -27,9 +27,9 @@ SIGNIFICANT, PER_COMPLEXITY = 40.0, 3.0
 FURTHER = 0.5
 #: Square errors, relative to the noise, beyond 1: what is at the floor, and what is well above it, in all or
 #: as a share of what the known physics leaves.
-AT_FLOOR, ABOVE_FLOOR, ABOVE_SHARE = 0.05, 0.25, 0.04
+AT_FLOOR, ABOVE_FLOOR, ABOVE_SHARE = 0.05, 0.15, 0.04
 #: Losses that cannot be told apart: in all, per value, and per value if experiments disagree (t < ALIKE_T).
-ALIKE, ALIKE_EACH, ALIKE_MIXED, ALIKE_T = 10.0, 0.001, 0.003, 2.0
+ALIKE, ALIKE_EACH, ALIKE_MIXED, ALIKE_T = 10.0, 0.003, 0.005, 2.0
 #: A model that is more complex than the named one is listed if it is better by so much, and at most so many.
 BETTER, LISTED = 6.0, 3
 
@@ -68,9 +68,14 @@ class Scores:
         return np.asarray(self.losses.sum(1) + PARSIMONY * self.count * self.complexity)
 
     def ranked(self, effects: int) -> list[int]:
-        """Numbers of the models with so many effects, the best first."""
-        order = np.argsort(self.total, kind="stable").tolist()
-        return [k for k in order if len(self.fits[k].hypothesis.effects) == effects]
+        """Numbers of the models with so many effects, the best first.
+
+        As long as something is missing, what is missing is the noise in which they are compared.
+        """
+        mine = [k for k, f in enumerate(self.fits) if len(f.hypothesis.effects) == effects]
+        missing = min((max(above_floor(self.fits[k]), 0.0) for k in mine), default=0.0)
+        price = PARSIMONY * self.count * (1.0 + missing)
+        return sorted(mine, key=lambda k: float(self.losses[k].sum() + price * self.complexity[k]))
 
     def pays(self, now: int, more: int) -> bool:
         """Whether a model with one effect more is worth it."""
@@ -84,7 +89,18 @@ class Scores:
         return bool(self.total[more] < self.total[now] and above > AT_FLOOR and gained > FURTHER * above)
 
     def chosen(self) -> int:
-        """The number of the model that is named."""
+        """The number of the model that is named.
+
+        Effects are added as long as it pays; then a model that is simpler, though it may have more effects,
+        takes the place of one that explains no more than its numbers are worth.
+        """
+        now = self._grown()
+        if not self.fits[now].hypothesis.effects:
+            return now
+        simpler = [k for k in range(1, len(self.fits)) if self.complexity[k] < self.complexity[now]]
+        return min([now, *simpler], key=lambda k: float(self.total[k]))
+
+    def _grown(self) -> int:
         now = 0
         while more := self.ranked(len(self.fits[now].hypothesis.effects) + 1):
             if not self.pays(now, more[0]):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from pipeline.evaluation.gap import Gap
@@ -93,7 +93,7 @@ class Diagnosis:
         held_out: numbers of the experiments that took no part in fitting or choosing.
         parameters: the uncertain parameters of the system by name.
         candidates: all models that were fitted in the end, the best first.
-        notes: what a reader must know.
+        notes: what a reader must know. signs: what the confidence comes from, see `confidence.Signs`.
     """
 
     system: System
@@ -116,3 +116,4 @@ class Diagnosis:
     parameters: Mapping[str, Estimate]
     candidates: tuple[Candidate, ...]
     notes: tuple[str, ...]
+    signs: Mapping[str, float] = field(default_factory=dict)

@@ -117,10 +117,9 @@ class Hypothesis:
         found = [
             Unknown(n, *effect.bounds[n], effect.scales[n], own=n in effect.per_experiment) for n in names
         ]
-        longest = self.study.latest
+        known = {o.name: o.delay for o in self.study.system.outputs}
+        late = {n: place.name for n, place in effect.delays.items() if place.kind == "sensor"}
         return [
-            replace(u, high=min(u.high, longest)) if self._shown_late(effect, u.name) else u for u in found
+            replace(u, high=min(u.high, self.study.latest - known[late[u.name]])) if u.name in late else u
+            for u in found
         ]
-
-    def _shown_late(self, effect: Added, name: str) -> bool:
-        return name in effect.delays and effect.delays[name].kind == "sensor"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -34,8 +33,7 @@ def known(study: Study) -> Model:
 def model(label: str, fitted: Fitted) -> Model:
     """A hypothesis with its fitted numbers."""
     study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
-    system = with_numbers(fitted.hypothesis.full, effects, fitted.fit.values)
-    system = _timed(system, {u: fitted.fit.values[name] for name, u in fitted.hypothesis.timing.items()})
+    system = _shared(fitted)
     logs = study.logs
     for effect in effects:
         logs = extended(logs, effect.columns)
@@ -60,13 +58,11 @@ def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
     """
     if not fitted.fit.own:
         return {}
-    study, shared = fitted.hypothesis.study, fitted.fit.values
+    study, system = fitted.hypothesis.study, _shared(fitted)
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
-    held = Recording.of(study.logs, study.horizon, study.held_out, study.latest)
-    system = with_numbers(fitted.hypothesis.full, (), shared)
-    simulation = fitted.hypothesis.simulation(held)
-    simulation = Simulation(system, held, simulation.delays, simulation.c)
-    found = fit(simulation, unknowns, substeps=fitted.fit.substeps).own
+    logs = _read(system, study.logs, study.system)
+    held = Recording.of(logs, study.horizon, study.held_out, study.latest)
+    found = fit(Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps).own
     return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
 
 
@@ -78,7 +74,11 @@ def noise_floor(model: Model, study: Study) -> float:
     return floor(simulation, simulation.values[None, None], model.gap.substeps).value
 
 
-def _timed(system: System, late: Mapping[str, float]) -> System:
+def _shared(fitted: Fitted) -> System:
+    """The system with the numbers and delays that all experiments share."""
+    hypothesis, values = fitted.hypothesis, fitted.fit.values
+    system = with_numbers(hypothesis.full, hypothesis.effects, values)
+    late = {u: values[name] for name, u in hypothesis.timing.items()}
     inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)
     return replace(system, inputs=tuple(inputs))
 

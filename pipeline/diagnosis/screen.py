@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 #: Of its plausible size: how much of an effect is tried.
 AMOUNT = 0.1
 #: Starting points of an effect that are looked at, and that a fit is to start from; parts of the experiments.
-POINTS, STARTS, FOLDS = 24, 3, 4
+POINTS, STARTS, FOLDS = 48, 3, 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +121,9 @@ class _Look:
         hypothesis = self.base.hypothesis.plus(effect, place)
         added = hypothesis.effects[-1]
         names = added.amplitudes or tuple(added.delays)
-        grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*added.shapes.values())]
+        highest = {u.name: u.high for u in hypothesis.unknowns}
+        within = [dict.fromkeys(min(v, highest[n]) for v in values) for n, values in added.shapes.items()]
+        grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
         chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(POINTS, len(grid))).astype(int)]
         sizes = np.array([[self._amount(hypothesis, n, values) for n in names] for values in chosen])
         slopes = self._slopes(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -18,6 +18,8 @@ from pipeline.physics.effects.library import effects
 SCREENED, FITTED = 6000, 20_000
 #: At each depth: how many models an effect is added to, and how many candidates are fitted on top of each.
 DEPTHS = (1, 14), (2, 5), (1, 5)
+#: A complexity up to which a model is not expected to stand for a simpler one with more effects.
+SIMPLE = 4.0
 
 
 @dataclass
@@ -53,13 +55,13 @@ class Search:
         for depth, (parents, count) in enumerate(DEPTHS):
             scores = Scores(tuple(self.fits.values()))
             named = scores.fits[scores.chosen()]
-            if len(named.hypothesis.effects) < depth or (depth and above_floor(named) <= AT_FLOOR):
+            if len(named.hypothesis.effects) < depth or (depth and _settled(named)):
                 break
             for parent in (scores.fits[k] for k in scores.ranked(depth)[:parents]):
                 self.progress(f"screen effects on top of {parent.hypothesis}")
                 found = screen(parent, self.screened, self.workers)
                 self.progress(f"fit effects on top of {parent.hypothesis}")
-                self.fit([s for s in found if s.gain > 0.0][:count])
+                self.fit(_promising(found, count))
         return Scores(tuple(self.fits.values()))
 
     def fit(self, candidates: Iterable[Screened]) -> None:
@@ -84,3 +86,23 @@ class Search:
             )
             self.fits[hypothesis.key] = self._fit(found)
         return self.fits[hypothesis.key]
+
+
+def _settled(named: Fitted) -> bool:
+    """Whether there is nothing left to explain, and nothing much simpler to hope for."""
+    return above_floor(named) <= AT_FLOOR and named.hypothesis.complexity <= SIMPLE
+
+
+def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
+    """The first ones; what acts at one level of a factor is to be compared with the same everywhere."""
+    first = [s for s in found if s.gain > 0.0][:count]
+    local = {_everywhere(s) for s in first if s.hypothesis.effects[-1].place.factor is not None}
+    more = [
+        s for s in found[count:] if s.hypothesis.effects[-1].place.factor is None and _everywhere(s) in local
+    ]
+    return [*first, *more]
+
+
+def _everywhere(screened: Screened) -> tuple[str, str, str]:
+    effect = screened.hypothesis.effects[-1]
+    return effect.family, effect.variant, effect.place.channel

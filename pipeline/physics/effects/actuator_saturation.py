@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from pipeline.physics.effects.effect import ActuatorEffect
+from pipeline.physics.effects.grids import geometric
 from pipeline.physics.effects.law import Law, Shape, share
 from pipeline.physics.effects.place import Site
 
-#: Of the largest input: limits that are tried.
-_LIMITS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.9)
+#: How many limits are tried, from this part of the largest input on.
+_LIMITS, _LEAST = 6, 0.15
 
 
 class _Saturation(ActuatorEffect):
@@ -21,9 +22,9 @@ class _Saturation(ActuatorEffect):
 
     def law(self, at: Site) -> Law:
         limited, most = self.limited()
-        largest = most * max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
-        grid = tuple(largest * k for k in _LIMITS)
-        shapes = {"u_max": Shape("u", grid, (0.01 * largest, largest))}
+        largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
+        grid = geometric(_LEAST * largest, 0.9 * most * largest, _LIMITS)
+        shapes = {"u_max": Shape("u", grid, (0.01 * largest, most * largest))}
         return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
 
 
@@ -43,4 +44,4 @@ class SoftSaturation(_Saturation):
     complexity = 2.2
 
     def limited(self) -> tuple[str, float]:
-        return "u_max*tanh(u/u_max)", 5.0
+        return "u_max*tanh(u/u_max)", 4.0

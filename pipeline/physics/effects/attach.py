@@ -140,7 +140,7 @@ class _Parts:
         for n, amplitude in law.amplitudes.items():
             yield Parameter(names[n], units[n], 0.0, not amplitude.share, amplitude.bounds)
         for n, shape in law.shapes.items():
-            yield Parameter(names[n], units[n], shape.scale, True, shape.bounds)
+            yield Parameter(names[n], units[n], shape.grid[len(shape.grid) // 2], True, shape.bounds)
         for n, fixed in law.fixed.items():
             yield Parameter(names[n], units[n], fixed.value)
 

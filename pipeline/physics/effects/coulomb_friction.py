@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pipeline.physics.effects.effect import PortEffect
-from pipeline.physics.effects.grids import creep
-from pipeline.physics.effects.law import Law, positive
+from pipeline.physics.effects.grids import creep, geometric
+from pipeline.physics.effects.law import Law, Shape, positive
 from pipeline.physics.effects.place import Site
 
 
@@ -18,6 +18,22 @@ class CoulombFriction(PortEffect):
 
     def law(self, at: Site) -> Law:
         return Law("F_c*sign(v)", {"F_c": positive("tanh(v/v_c)", at.effort)}, {"v_c": creep(at)})
+
+
+class GradualFriction(PortEffect):
+    """It comes about gradually, as where many contacts slide one after the other."""
+
+    family = "coulomb_friction"
+    variant = "gradual"
+    complexity = 1.8
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        speed = at["v"].rms
+        shape = Shape("v", geometric(0.003 * speed, speed, 4), (1e-4 * speed, 10.0 * speed))
+        rise = "atan(v/v_g)*2/pi"
+        return Law(f"F_c*{rise}", {"F_c": positive(rise, at.effort)}, {"v_g": shape})
 
 
 class CoulombFrictionByDirection(PortEffect):

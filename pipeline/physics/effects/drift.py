@@ -35,7 +35,7 @@ class ParameterDriftByOrder(ParameterEffect):
 
 
 class ParameterDriftThatSettles(ParameterEffect):
-    """A parameter that goes to another value as the machine warms up, over experiments and along each of them.
+    """A parameter that goes to another value as the machine warms up, over experiments and along each.
 
     It warms up while an experiment is logged, and between experiments for a time that no log tells: rho, in
     time constants from the start of one experiment to that of the next.

@@ -5,17 +5,19 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from pipeline.physics.effects.effect import PortEffect
-from pipeline.physics.effects.law import Law, Shape, positive
+from pipeline.physics.effects.law import Fixed, Law, Shape, positive
 from pipeline.physics.effects.place import Site
 
 #: Where a stop may begin, in parts of the half travel before its end.
 _DEPTHS = (0.01, 0.03, 0.1, 0.3, 0.6)
-#: Of the half travel: the depth that a stop is dented by.
-_DENT = 0.01
+#: Of the half travel: the depth that forces are given for.
+_DENT = 0.1
 
 
 class _EndStop(PortEffect):
-    """Hunt and Crossley's contact: stiffness, and damping in proportion to the depth, which never pulls."""
+    """Hunt and Crossley's contact: a force that grows with a power of the depth, from a straight line to Hertz
+    and beyond, and damping in proportion to the depth.
+    """
 
     family = "end_stop"
     needs = ("position", "velocity")
@@ -29,16 +31,17 @@ class _EndStop(PortEffect):
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half
         starts = {
-            "x_l": Shape("x", tuple(low + depth * half for depth in _DEPTHS), (low - half, low + half)),
-            "x_h": Shape("x", tuple(high - depth * half for depth in _DEPTHS), (high - half, high + half)),
+            "x_l": Shape("x", tuple(low + depth * half for depth in _DEPTHS), (low - half, high)),
+            "x_h": Shape("x", tuple(high - depth * half for depth in _DEPTHS), (low, high + half)),
         }
-        beyond = {"x_l": "min(x - x_l, 0)", "x_h": "max(x - x_h, 0)"}
-        depth = " + ".join(beyond[end] for end in self.ends)
-        depth = f"({depth})" if len(self.ends) > 1 else depth
-        damped = f"abs({depth})*v"
-        stiffness = at.effort / (_DENT * half)
-        amplitudes = {"k": positive(depth, stiffness), "d": positive(damped, stiffness / at["v"].rms)}
-        return Law(f"k*{depth} + d*{damped}", amplitudes, {end: starts[end] for end in self.ends})
+        depth = {"x_l": "max(x_l - x, 0)/x_d", "x_h": "max(x - x_h, 0)/x_d"}
+        sign = {"x_l": "-", "x_h": ""}
+        force = " + ".join(f"{sign[end]}({depth[end]})**n" for end in self.ends)
+        damped = f"({' + '.join(depth[end] for end in self.ends)})*v"
+        amplitudes = {"F_s": positive(f"({force})", at.effort), "d": positive(damped, at.effort / at["v"].rms)}
+        shapes = {end: starts[end] for end in self.ends} | {"n": Shape("1", (1.2,), (1.0, 3.0))}
+        fixed = {"x_d": Fixed("x", _DENT * half)}
+        return Law(f"F_s*({force}) + d*{damped}", amplitudes, shapes, fixed)
 
 
 class UpperStop(_EndStop):
@@ -67,7 +70,7 @@ class BothStops(_EndStop):
     """At both ends, alike."""
 
     variant = "both"
-    complexity = 3.5
+    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:

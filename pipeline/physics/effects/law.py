@@ -69,8 +69,8 @@ class Shape:
 
     @property
     def scale(self) -> float:
-        """A plausible size, SI."""
-        return self.grid[len(self.grid) // 2]
+        """A plausible size, SI: positive."""
+        return abs(self.grid[len(self.grid) // 2]) or max(map(abs, self.bounds))
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ class PolynomialSpring(_Spring):
     """Any smooth curve: a polynomial of order four about the middle of the travel."""
 
     variant = "polynomial"
-    complexity = 5.0
+    complexity = 4.0
 
     def law(self, at: Site) -> Law:
         s = "((x - x_m)/x_r)"

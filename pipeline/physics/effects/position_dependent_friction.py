@@ -78,6 +78,22 @@ class PeriodicFriction(_PositionDependentFriction):
         return f"F_0 + F_1*{wave}", {"F_0": "", "F_1": f"{wave}*"}, shapes, {}
 
 
+class FrictionOverAnArc(_PositionDependentFriction):
+    """A level, and more over a part of every turn or wave: all of it for c near -1, little for c near 1."""
+
+    variant = "arc"
+    complexity = 4.2
+
+    def level(self, at: Site) -> Level:
+        wave, grid = "max((cos(k_x*x - phi) - c)/(1 - c), 0)", waves(at, 2)
+        shapes = {
+            "k_x": Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1])),
+            "phi": Shape("1", _PHASES, (-2.0 * pi, 4.0 * pi)),
+            "c": Shape("1", (0.1,), (-0.95, 0.95)),
+        }
+        return f"F_0 + F_1*{wave}", {"F_0": "", "F_1": f"{wave}*"}, shapes, {}
+
+
 class TightSpot(_PositionDependentFriction):
     """Friction around one position."""
 

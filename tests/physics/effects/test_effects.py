@@ -70,7 +70,7 @@ def test_new_numbers_are_parameters_within_bounds_with_units(case: Case) -> None
         grid = added.shapes.get(name, (0.0,))
         assert low <= min(grid) <= max(grid) <= high
         assert len(set(grid)) == len(grid)
-        assert 0.0 < abs(added.scales[name]) < np.inf
+        assert 0.0 < added.scales[name] < np.inf
         parse_unit(added.units[name])
         if name in new:
             assert (new[name].bounds, new[name].unit) == (added.bounds[name], added.units[name])

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import BadInput
-from pipeline.physics.system.model import symbol
+from pipeline.physics.system.model import Constant, symbol
 from pipeline.physics.system.reader import read_system
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
@@ -147,6 +147,15 @@ def test_slider_crank_is_the_one_of_chapter_4() -> None:
         ("  M:  {value", "  été: {value", "a name is a letter"),
         ("  m: {unit: kg}", "  file: {unit: kg}", "is a column of its own in experiments.csv"),
         ("effort: F_rail", "effort: u", "the name 'u' is taken by the input"),
+        # constants that the file gives
+        ("  m: {unit: kg}", "  m: {unit: kg, values: [1]}", "values: must be a mapping"),
+        ("  m: {unit: kg}", "  m: {unit: kg, values: {}}", "values: at least one is needed, or other"),
+        ("  m: {unit: kg}", "  m: {unit: kg, values: {a: heavy}}", "values.a: must be a number, got 'heavy'"),
+        ("  m: {unit: kg}", "  m: {unit: kg, values: {a: }}", "values.a: must be a number, got nothing"),
+        ("  m: {unit: kg}", "  m: {unit: kg, values: {a: 1, a: 2}}", "the key 'a' is written twice"),
+        ("  m: {unit: kg}", "  m: {unit: kg, other: 1}", "other: needs values beside it"),
+        ("  m: {unit: kg}", "  m: {unit: kg, values: {a: 1}, other: a}", "other: must be a number"),
+        ("  m: {unit: kg}", "  m: {unit: kg, value: {a: 1}}", "unknown key 'value'; did you mean 'values'?"),
         # numbers
         ("value: 8.5", "value: heavy", "parameters.M.value: must be a number, got 'heavy'"),
         ("value: 8.5", "value: .inf", "must be a number"),
@@ -159,7 +168,8 @@ def test_slider_crank_is_the_one_of_chapter_4() -> None:
         ("bounds: [5, 90]", "bounds: 5", "must be two numbers [low, high], got '5'"),
         ("identify: true", "identify: yes please", "identify: must be true or false"),
         ("identify: true", "identfy: true", "unknown key 'identfy'; did you mean 'identify'?"),
-        ("unit: V, column: u", "unit: V, column: u, delay: -0.1", "inputs.u.delay: must not be negative"),
+        ("unit: V, column: u", "unit: V, column: u, delay: early", "inputs.u.delay: must be a number"),
+        ("column: v, unit: m/s", "column: v, unit: m/s, delay: -0.1", "v.delay: must not be negative"),
         ("  v: {unit: m/s} ", "  v: {unit: m/s, initial: fast} ", "states.v.initial: must be a number"),
         ("column: u}", "column: t}", "other than the time t"),
         ("column: v, unit", "column: x, unit", "the column 'x' is already an output"),
@@ -248,6 +258,22 @@ def test_the_line_is_the_right_one(tmp_path: Path, old: str, new: str, part: str
     text = changed(old, new)
     path = written(tmp_path, text)
     assert complaint(path).startswith(f"{path}: line {line_of(text, part)}: ")
+
+
+def test_constants_that_the_file_gives_and_an_input_that_is_logged_late(tmp_path: Path) -> None:
+    text = changed("  m: {unit: kg}", "  m: {unit: kg, values: {7: 0.5, a b: -1e-3}, other: 2}").replace(
+        "column: u}", "column: u, delay: -0.0005}"
+    )
+    system = read_system(written(tmp_path, text))
+    assert system.operating_point == (Constant("m", "kg", {"7": 0.5, "a b": -0.001}, 2.0),)
+    assert system.inputs[0].delay == -0.0005
+
+
+def test_there_may_be_a_value_for_every_experiment_of_a_large_campaign(tmp_path: Path) -> None:
+    values = ", ".join(f"run{i}: {i}" for i in range(3000))
+    text = changed("  m: {unit: kg}", f"  m: {{unit: kg, values: {{{values}}}}}")
+    (constant,) = read_system(written(tmp_path, text)).operating_point
+    assert constant.values is not None and constant.values["run2999"] == 2999.0
 
 
 def test_an_effort_hidden_in_a_signal_is_found(tmp_path: Path) -> None:

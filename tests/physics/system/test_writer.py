@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import sympy as sp
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from pipeline.physics.system import functions as f
-from pipeline.physics.system.model import Output, State, System, symbol
+from pipeline.physics.system.model import Constant, Output, State, System, symbol
 from pipeline.physics.system.printing import printed
 from pipeline.physics.system.reader import read_system
 from pipeline.physics.system.tables import Table
@@ -33,6 +36,7 @@ outputs:
   yes: {unit: '', expression: 'min(y, 0.1, sin(t))'}
 operating_point:
   m: {unit: kg}
+  c: {unit: '1', values: {run1: 0.30000000000000004, "2": -1e-17, "a: 'b', {c}": 5e-324}, other: -0.5}
 parameters:
   k: {value: 123.45678901234567, unit: N/m, identify: true, bounds: [1e-300, 1e+17]}
   kf: {value: -1e-05, unit: N/V}
@@ -87,6 +91,18 @@ def test_every_field_survives(rich: System, tmp_path: Path) -> None:
 def test_the_systems_that_come_along_survive(name: str, tmp_path: Path) -> None:
     system = read_system(SYSTEMS / f"{name}.yaml")
     assert again(system, tmp_path) == system
+
+
+@given(values=st.dictionaries(st.text(min_size=1, max_size=8), st.floats(allow_nan=False), max_size=4))
+@example(values={"\u2028\x85\ufeff\ufffe\x00": 1.0, "null": 2.0, "-": 3.0, "<<": 4.0})
+@settings(max_examples=80, deadline=None)
+def test_values_of_experiments_survive_whatever_their_ids_are(
+    tmp_path_factory: pytest.TempPathFactory, values: dict[str, float]
+) -> None:
+    finite = {name: value for name, value in values.items() if math.isfinite(value)}
+    constant = Constant("c", "kg", finite, 1.5)
+    system = replace(read_system(SYSTEMS / "pendulum.yaml"), operating_point=(constant,))
+    assert again(system, tmp_path_factory.getbasetemp()).operating_point == (constant,)
 
 
 def test_without_text_expressions_are_printed(tmp_path: Path) -> None:
