@@ -86,7 +86,9 @@ class Scores:
             return True
         above = above_floor(self.fits[now])
         gained = above - above_floor(self.fits[more])
-        return bool(self.total[more] < self.total[now] and above > AT_FLOOR and gained > FURTHER * above)
+        return bool(
+            self.total[more] < self.total[now] and not settled(self.fits[now]) and gained > FURTHER * above
+        )
 
     def chosen(self) -> int:
         """The number of the model that is named.
@@ -134,6 +136,11 @@ def above_floor(fitted: Fitted) -> float:
     noise = fitted.recording.noise / fitted.recording.scale
     left = np.array(list(fitted.fit.left.per_output.values()))
     return float(np.mean((left / noise) ** 2)) - 1.0
+
+
+def settled(fitted: Fitted) -> bool:
+    """Whether nothing is left that a further effect could explain; a third one has to have a good reason."""
+    return above_floor(fitted) <= (AT_FLOOR if len(fitted.hypothesis.effects) < 2 else ABOVE_FLOOR)
 
 
 def explained(base: Fitted, fitted: Fitted) -> bool:

@@ -64,6 +64,20 @@ class Hypothesis:
         return frozenset((e.family, e.variant, e.place) for e in self.effects)
 
     @property
+    def is_local(self) -> bool:
+        """Whether the last effect acts at one level of a factor only."""
+        return self.effects[-1].place.factor is not None
+
+    @property
+    def widened(self) -> frozenset[tuple[str, str, Place]]:
+        """The key of the same with the last effect in all experiments."""
+        *others, last = self.effects
+        everywhere = replace(last.place, factor=None, level=None)
+        return frozenset(
+            [*((e.family, e.variant, e.place) for e in others), (last.family, last.variant, everywhere)]
+        )
+
+    @property
     def complexity(self) -> float:
         """How much it takes to believe in it: that of the effects together."""
         known = {p.name for p in self.study.system.parameters if not p.identify}

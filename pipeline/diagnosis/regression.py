@@ -105,8 +105,13 @@ class Products:
         return d, float(-(g @ d + 0.5 * d @ H @ d))
 
     def gain(self, folds: int) -> float:
-        """By how much half the sum of squares falls where the coefficients come from other experiments."""
+        """By how much half the sum of squares falls where the coefficients come from other experiments.
+
+        A single experiment has no others: its own coefficients have to do.
+        """
         experiments = np.arange(len(self.gram))
+        if len(experiments) < 2:
+            return self.solved()[1]
         total = 0.0
         for fold in range(min(folds, len(experiments))):
             mine = experiments[experiments % folds == fold]

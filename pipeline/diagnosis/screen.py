@@ -220,4 +220,8 @@ class _Look:
         if place != hypothesis.effects[-1].place:
             hypothesis = self.base.hypothesis.plus(point.effect, place)
         base = dict(self.base.fit.values)
-        return Screened(hypothesis, best[0][0], tuple(p.start(base, amounts) for _, p, amounts in best))
+        starts = [p.start(base, amounts) for _, p, amounts in best]
+        if hypothesis.effects[-1].memory:
+            # what remembers is hardly in proportion to a small amount of it
+            starts += [p.start(base, np.ones(len(amounts)) / AMOUNT) for _, p, amounts in best]
+        return Screened(hypothesis, best[0][0], tuple(starts))

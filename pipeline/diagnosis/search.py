@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
-from pipeline.diagnosis.choose import AT_FLOOR, Scores, above_floor
+import numpy as np
+
+from pipeline.diagnosis.choose import Scores, settled
 from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.screen import Screened, screen
@@ -28,13 +30,14 @@ class Search:
 
     Attributes:
         study: the experiments. workers: threads. progress: is told what is being done.
-        fits: by what their effects are.
+        fits: by what their effects are. widened: those at one level that were tried everywhere.
     """
 
     study: Study
     workers: int = 1
     progress: Callable[[str], None] = lambda _: None
     fits: dict[frozenset[object], Fitted] = field(default_factory=dict)
+    widened: set[frozenset[object]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -62,6 +65,7 @@ class Search:
                 found = screen(parent, self.screened, self.workers)
                 self.progress(f"fit effects on top of {parent.hypothesis}")
                 self.fit(_promising(found, count))
+                self._widen()
         return Scores(tuple(self.fits.values()))
 
     def fit(self, candidates: Iterable[Screened]) -> None:
@@ -70,6 +74,19 @@ class Search:
         with ThreadPoolExecutor(self.workers) as pool:
             for fitted in pool.map(self._fit, new.values()):
                 self.fits[fitted.hypothesis.key] = fitted
+
+    def _widen(self) -> None:
+        """Where an effect explains more at one level than everywhere, the fit everywhere may have gone
+        astray: it is done again from where the other one ended.
+        """
+        for local in [f for f in self.fits.values() if f.hypothesis.effects and f.hypothesis.is_local]:
+            wide = self.fits.get(local.hypothesis.widened)
+            if wide is None or local.hypothesis.key in self.widened:
+                continue
+            self.widened.add(local.hypothesis.key)
+            again = Fitted.of(wide.hypothesis, self.fitted, [local.fit.values])
+            tries = Scores((wide, again))
+            self.fits[wide.hypothesis.key] = tries.fits[int(np.argmin(tries.losses.sum(1)))]
 
     def _fit(self, candidate: Screened) -> Fitted:
         return Fitted.of(candidate.hypothesis, self.fitted, candidate.starts)
@@ -90,7 +107,7 @@ class Search:
 
 def _settled(named: Fitted) -> bool:
     """Whether there is nothing left to explain, and nothing much simpler to hope for."""
-    return above_floor(named) <= AT_FLOOR and named.hypothesis.complexity <= SIMPLE
+    return settled(named) and named.hypothesis.complexity <= SIMPLE
 
 
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:

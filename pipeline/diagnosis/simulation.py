@@ -109,7 +109,7 @@ class Simulation:
         if self.hidden:
             x0[:, :, self.hidden] = self._integrated(tables, p)
         windows = Windows(
-            tables.u.reshape(-1, tables.u.shape[2]),
+            tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
         )
         y = simulated(self.program, windows, p, self.c, x0, substeps, record.logs.period)

@@ -45,9 +45,10 @@ class Study:
 
     @cached_property
     def latest(self) -> float:
-        """Room for delays of outputs, s."""
-        shortest = int(np.diff(self.logs.offsets).min())
-        return self.logs.period * min(LATEST, int(LATEST_SHARE * shortest))
+        """Room for delays of outputs, s: for the known ones, and for more that are looked for."""
+        known = max((output.delay for output in self.system.outputs), default=0.0)
+        shortest = int(np.diff(self.logs.offsets).min()) - known / self.logs.period
+        return known + self.logs.period * min(LATEST, int(LATEST_SHARE * shortest))
 
     @cached_property
     def recording(self) -> Recording:
@@ -73,11 +74,11 @@ def held_out(experiments: pd.DataFrame, seed: int) -> tuple[int, ...]:
     remaining = {name: experiments[name].value_counts().to_dict() for name in factors}
     chosen: list[int] = []
     order = np.random.default_rng([seed, 0]).permutation(count).tolist()
-    # first those whose levels are all seen in others, the most seen first
     while len(chosen) < many:
         left = [i for i in order if i not in chosen]
-        rarest = [min((remaining[n][experiments[n].iloc[i]] for n in factors), default=count) for i in left]
-        best = left[int(np.argmax(rarest))]
+        seen = {i: [remaining[n][experiments[n].iloc[i]] for n in factors] for i in left}
+        # as few levels as possible are lost; of the others, the most seen go first
+        best = max(left, key=lambda i: (-seen[i].count(1), min((n for n in seen[i] if n > 1), default=count)))
         chosen.append(best)
         for name in factors:
             remaining[name][experiments[name].iloc[best]] -= 1

@@ -14,9 +14,11 @@ def training_seconds(fits: Path) -> float:
     return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
 
 
-def write_table(path: Path, table: pd.DataFrame, chapter: int, title: str, protocol: str) -> None:
-    """Write `path`.csv and `path`.json (title, caption, protocol, chapter)."""
+def write_table(
+    path: Path, table: pd.DataFrame, chapter: int | None, title: str, protocol: str, data: str = ""
+) -> None:
+    """Write `path`.csv and `path`.json (title, caption, protocol, chapter if it belongs to one, kind of data)."""
     with replacing(path.with_suffix(".csv")) as temporary:
         table.to_csv(temporary, index=False, float_format="%.6g")
     about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}
-    write_json(path.with_suffix(".json"), about)
+    write_json(path.with_suffix(".json"), about | ({"data": data} if data else {}))

@@ -53,14 +53,14 @@ def campaign() -> Campaign:
     rows, logs = [], []
     for k, label in enumerate(LABELS):
         lowest = 2.0 if label == "contact" or k == len(LABELS) - 1 else -3.0
-        rows.append((k + 1, label, 7.0 + k, 0.7, 0.03, np.pi, lowest, lowest))
+        rows.append((k + 1, label, 7.0 + k, 0.7, 0.03, np.pi, lowest))
         h, eps = 0.015 * (1.0 - np.cos(10.0 * t)), 1e-3 * k * np.sin(10.0 * t) ** 2
         log = {"t": t, "theta": 20.0 * t, "omega": 20.0 + t, "alpha": np.cos(t), "eps": eps, "h": h}
         others = ("dh", "d2h", "h_dot", "h_ddot")
         logs.append(
             log | {"F_dagger": lowest + 1.0 + np.sin(9.0 * t)} | {name: np.sin(9.0 * t) for name in others}
         )
-    columns = ["exp", "label", "V", "m", "H", "beta", "f_min", "f_bar_min"]
+    columns = ["exp", "label", "V", "m", "H", "beta", "f_min"]
     signals = {name: np.concatenate([log[name] for log in logs]) for name in logs[0]}
     offsets = STEPS * np.arange(len(LABELS) + 1)
     return Campaign(pd.DataFrame(rows, columns=columns), signals, offsets, {"data": "virtual"})
@@ -243,6 +243,25 @@ def test_false_alarms_and_missed_jumps_are_counted_and_marked(folder: Path) -> N
     assert (right, false, missed) == (10, 1, 1)
 
 
+def test_every_row_of_maxima_says_how_many_runs_were_tested(folder: Path) -> None:
+    figure = maxima.mean_maxima(folder)
+    rows = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert rows == ["stroke H unseen,\n12 runs", "rise β unseen,\n12 runs"]
+
+
+def test_columns_say_what_predicts(content: Content, folder: Path, tmp_path: Path) -> None:
+    titles = [axes.get_title() for axes in trajectories.predicted_detachment(folder).axes[:2]]
+    assert titles == ["networks", "with a simulation of impacts"]
+    alone = write(tmp_path, networks_only(content))
+    assert {axes.get_title() for axes in trajectories.predicted_detachment(alone).axes} == {"networks", ""}
+
+
+def test_a_simulation_shows_where_the_network_on_top_changes_nothing(folder: Path) -> None:
+    lines = trajectories.predicted_detachment(folder).axes[1].lines
+    order = {line.get_color(): line.get_zorder() for line in lines}
+    assert order[tables.LOOKS["bounce"].colour] > order[tables.LOOKS["tau4_bounce"].colour]
+
+
 def test_lines_are_the_quartiles_of_the_change(content: Content, folder: Path) -> None:
     runs = content["runs"]
     jumps = runs[runs["label"] == "jump"].set_index(["split", "fold", "model", "exp"])["mse"].sort_index()
@@ -271,6 +290,21 @@ def test_the_areas_add_up_to_the_line(folder: Path) -> None:
 def test_bars_add_up_to_all_contributions(folder: Path) -> None:
     for axes in contributions.relative_contributions(folder).axes:
         assert sum(bar.get_width() for bar in axes.patches) == pytest.approx(100.0)  # type: ignore[attr-defined]
+
+
+def test_the_legend_counts_networks_and_runs(folder: Path) -> None:
+    legend = contributions.relative_contributions(folder).legends[0]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "DeepSHAP, 3 networks",
+        "DeepSHAP, one network, 3 runs",
+        "exact Shapley values of the same",
+    ]
+
+
+def test_the_range_of_an_input_stands_closer_together_than_to_the_next(folder: Path) -> None:
+    heights = [float(text.xy[1]) for text in example.jump_with_inputs(folder).axes[-1].texts]  # type: ignore[attr-defined]
+    low, high = heights[::2], heights[1::2]
+    assert max(np.subtract(high, low)) < min(np.subtract(low[:-1], high[1:]))
 
 
 def test_the_title_holds_the_share_of_the_settings(content: Content, folder: Path) -> None:

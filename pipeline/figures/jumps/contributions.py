@@ -17,8 +17,8 @@ from pipeline.figures.style import BLACK, GREY, halo, new_figure, styled
 
 #: Methods on the same few runs.
 METHODS: dict[str, dict[str, Any]] = {
-    "deep_shap": {"marker": "o", "mfc": "white", "label": "DeepSHAP, few runs"},
-    "exact": {"marker": "D", "mfc": BLACK, "label": "exact Shapley values, the same runs"},
+    "deep_shap": {"marker": "o", "mfc": "white"},
+    "exact": {"marker": "D", "mfc": BLACK},
 }
 #: Rank correlations of the two.
 KINDS = {"shares": "of the shares", "trajectories": "over time"}
@@ -29,10 +29,11 @@ MARK: dict[str, Any] = {"color": BLACK, "mec": BLACK, "linestyle": "", "markersi
 def relative_contributions(data: Path) -> Figure:
     """Share of every input in all contributions to predicted jumps, by DeepSHAP and exactly.
 
-    Bars: share of the sum of |Φ| over all steps of jump runs that were not trained on, mean over the repeats,
-    whose range the line spans; sine and cosine of the angle add up to one bar. Markers: some of the runs by
-    one network, explained by DeepSHAP and by exact Shapley values, with the angle as one input. In the title,
-    the share of the settings m, H and β, hatched.
+    Networks trained on 30 % of the runs, jump runs that were not trained on against contact runs that were.
+    Bars: share of the sum of |Φ| over all steps and runs, mean over the repeats, whose range the line spans;
+    sine and cosine of the angle add up to one bar. Markers: some of the runs by one network, explained by
+    DeepSHAP and by exact Shapley values, with the angle as one input. In the title, the share of the settings
+    m, H and β, hatched.
     """
     overall, exact = table(data, "overall"), table(data, "exact")
     names = models(overall, FEATURE_SETS)
@@ -55,9 +56,12 @@ def relative_contributions(data: Path) -> Figure:
     panels[0].set_yticks(range(len(rows)), [INPUTS[name].label for name in rows])
     panels[0].invert_yaxis()
     panels[0].set_ylabel("input (-)")
+    count = exact["exp"].nunique()
+    labels = (f"DeepSHAP, one network, {count} runs", "exact Shapley values of the same")
+    marks = zip(labels, METHODS.values(), strict=True)
     handles = [
-        Patch(color=GREY, label="DeepSHAP, all repeats"),
-        *(Line2D([], [], **MARK, **style) for style in METHODS.values()),
+        Patch(color=GREY, label=f"DeepSHAP, {overall['repeat'].nunique()} networks"),
+        *(Line2D([], [], **MARK, **look, label=label) for label, look in marks),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure

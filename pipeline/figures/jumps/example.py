@@ -93,10 +93,10 @@ def _lanes(axes: Axes, log: Mapping[str, Array], names: list[str]) -> None:
         axes.plot(log["t"], foot + (log[name] - low) / span, color=INPUTS[name].colour, linewidth=1.6)
         if name == "F_dagger" and low < 0.0 < high:
             axes.axhline(foot - low / span, color=BLACK, linestyle=":", linewidth=1.2)
-        for value, height in ((low, foot + 0.08), (high, foot + 0.92)):
+        for value, height in ((low, foot + 0.25), (high, foot + 0.75)):
             # a rounding error beside the range is zero
             text = f"{0.0 if abs(value) < 1e-4 * span else value:.3g}".replace("-", "−")
-            axes.annotate(text, (1.01, height), xycoords=("axes fraction", "data"), va="center", fontsize=8)
+            axes.annotate(text, (1.01, height), xycoords=("axes fraction", "data"), va="center", fontsize=9)
     labels = [f"{INPUTS[name].label} ({INPUTS[name].unit})" for name in names]
     axes.set_yticks([0.5 - ROOM * k for k in range(len(names))], labels)
     axes.tick_params(axis="y", length=0)

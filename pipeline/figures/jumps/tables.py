@@ -49,7 +49,7 @@ class Input:
         label, unit: name on axes and in legends.
         colour: of lines and areas.
         hatch: of areas; tells greys from greens where those look alike.
-        marker: of points.
+        marker: of points; one a kind, for who cannot tell the hues.
     """
 
     label: str
@@ -65,12 +65,12 @@ INPUTS = {
     "cos(theta)": Input("cos θ", "-", "#B8860B"),
     "omega": Input("ω", "rad/s", ORANGE),
     "alpha": Input("dω/dt", "rad/s²", "#F0C75E"),
-    "F_dagger": Input("$F^†$", "N", INDIGO),
-    "h": Input("h", "m", "#007A58"),
-    "dh": Input("dh/dθ", "m/rad", "#2FB088"),
-    "d2h": Input("d²h/dθ²", "m/rad²", "#96DCC3"),
-    "h_dot": Input("dh/dt", "m/s", "#AA4499"),
-    "h_ddot": Input("d²h/dt²", "m/s²", "#D79BCB"),
+    "F_dagger": Input("$F^†$", "N", INDIGO, marker="D"),
+    "h": Input("h", "m", "#007A58", marker="^"),
+    "dh": Input("dh/dθ", "m/rad", "#2FB088", marker="^"),
+    "d2h": Input("d²h/dθ²", "m/rad²", "#96DCC3", marker="^"),
+    "h_dot": Input("dh/dt", "m/s", "#AA4499", marker="v"),
+    "h_ddot": Input("d²h/dt²", "m/s²", "#D79BCB", marker="v"),
     "m": Input("m", "kg", "#444444", "////", "s"),
     "H": Input("H", "m", "#888888", "////", "s"),
     "beta": Input("β", "rad", "#BDBDBD", "////", "s"),

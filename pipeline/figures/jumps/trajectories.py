@@ -25,6 +25,9 @@ from pipeline.figures.jumps.tables import (
 )
 from pipeline.figures.style import BLACK, MM, new_figure, styled
 
+#: Title of a column -> its models.
+COLUMNS = {"networks": FEATURE_SETS, "with a simulation of impacts": SIMULATED}
+
 
 @styled
 def predicted_detachment(data: Path) -> Figure:
@@ -39,18 +42,21 @@ def predicted_detachment(data: Path) -> Figure:
     rows = of_fold(table(data, "examples"), UNIFORM, SCARCE)
     if rows.empty:
         return nothing("there is no run to show")
-    columns = [names for names in (models(rows, FEATURE_SETS), models(rows, SIMULATED)) if names]
+    columns = {title: models(rows, among) for title, among in COLUMNS.items()}
+    columns = {title: names for title, names in columns.items() if names}
     exps, runs = list(dict.fromkeys(rows["exp"])), experiments(data)
     figure = new_figure(1.0 + 1.75 * len(exps))
     grid = figure.subplots(len(exps), len(columns), sharex=True, sharey="row", squeeze=False)
     for line, exp in zip(grid, exps, strict=True):
-        for axes, names in zip(line, columns, strict=True):
+        for axes, names in zip(line, columns.values(), strict=True):
             draw_predictions(axes, rows[rows["exp"] == exp], names)
         line[0].set(ylabel="ε (mm)")
         line[0].set_title(run_title(runs, exp), loc="left")
-    for axes in grid[-1]:
-        axes.set_xlabel("time (s)")
-    handles = [MEASURED, *(line_handle(LOOKS[name]) for names in columns for name in names)]
+    for top, bottom, title in zip(grid[0], grid[-1], columns, strict=True):
+        top.set_title(title, y=1.18, fontweight="bold")  # above that of the run
+        bottom.set_xlabel("time (s)")
+    figure.align_ylabels(grid[:, 0])
+    handles = [MEASURED, *(line_handle(LOOKS[name]) for names in columns.values() for name in names)]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure
 
@@ -62,4 +68,6 @@ def draw_predictions(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
     axes.plot(first["t"], MM * first["measured"], color=BLACK, linewidth=2.6)
     for name in names:
         own, look = rows[rows["model"] == name], LOOKS[name]
-        axes.plot(own["t"], MM * own["predicted"], color=look.colour, linestyle=look.line, linewidth=1.4)
+        # a dashed line shows on a solid one that it coincides with, not below it
+        order = 3 if look.line == "--" else 2
+        axes.plot(own["t"], MM * own["predicted"], look.line, color=look.colour, lw=1.4, zorder=order)

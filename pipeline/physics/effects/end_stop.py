@@ -15,8 +15,8 @@ _DENT = 0.1
 
 
 class _EndStop(PortEffect):
-    """Hunt and Crossley's contact: a force that grows with a power of the depth, from a straight line to Hertz
-    and beyond, and damping in proportion to the depth.
+    """Hunt and Crossley's contact: a force that grows with a power of the depth, 1.5 after Hertz, and damping
+    in proportion to the depth.
     """
 
     family = "end_stop"
@@ -38,7 +38,10 @@ class _EndStop(PortEffect):
         sign = {"x_l": "-", "x_h": ""}
         force = " + ".join(f"{sign[end]}({depth[end]})**n" for end in self.ends)
         damped = f"({' + '.join(depth[end] for end in self.ends)})*v"
-        amplitudes = {"F_s": positive(f"({force})", at.effort), "d": positive(damped, at.effort / at["v"].rms)}
+        amplitudes = {
+            "F_s": positive(f"({force})", at.effort),
+            "d": positive(damped, at.effort / at["v"].rms),
+        }
         shapes = {end: starts[end] for end in self.ends} | {"n": Shape("1", (1.2,), (1.0, 3.0))}
         fixed = {"x_d": Fixed("x", _DENT * half)}
         return Law(f"F_s*({force}) + d*{damped}", amplitudes, shapes, fixed)
@@ -48,7 +51,7 @@ class UpperStop(_EndStop):
     """At the upper end."""
 
     variant = "upper"
-    complexity = 2.5
+    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -59,7 +62,7 @@ class LowerStop(_EndStop):
     """At the lower end."""
 
     variant = "lower"
-    complexity = 2.5
+    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -70,7 +73,7 @@ class BothStops(_EndStop):
     """At both ends, alike."""
 
     variant = "both"
-    complexity = 3.0
+    complexity = 4.0
 
     @property
     def ends(self) -> tuple[str, ...]:

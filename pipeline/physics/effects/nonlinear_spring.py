@@ -47,7 +47,7 @@ class PolynomialSpring(_Spring):
 class _OneSided(_Spring):
     """A spring that is touched beyond a position within the travel."""
 
-    complexity = 2.6
+    complexity = 2.9
 
     @property
     @abstractmethod

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pipeline.physics.effects.effect import PortEffect
-from pipeline.physics.effects.law import Law, positive
+from pipeline.physics.effects.grids import geometric
+from pipeline.physics.effects.law import Law, Shape, positive
 from pipeline.physics.effects.place import Site
 
 
@@ -17,6 +18,23 @@ class ViscousFriction(PortEffect):
 
     def law(self, at: Site) -> Law:
         return Law("d*v", {"d": positive("v", at.effort / at["v"].rms)})
+
+
+class ShearThinning(PortEffect):
+    """Eyring's law: less and less in proportion beyond the speed v_e, as in thin films of oil."""
+
+    family = "viscous_friction"
+    variant = "shear_thinning"
+    complexity = 1.8
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        speed = at["v"].rms
+        # the inverse hyperbolic sine
+        thinned = "v_e*log(v/v_e + sqrt((v/v_e)**2 + 1))"
+        shape = Shape("v", geometric(0.05 * speed, 2.0 * speed, 4), (1e-3 * speed, 20.0 * speed))
+        return Law(f"d*{thinned}", {"d": positive(thinned, at.effort / speed)}, {"v_e": shape})
 
 
 class ViscousFrictionByDirection(PortEffect):

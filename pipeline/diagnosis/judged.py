@@ -1,0 +1,92 @@
+"""A fitted model on the experiments that were held out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.diagnosis.fit import fit
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.floor import floor
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.unknowns import Unknown
+from pipeline.evaluation.gap import LARGEST_ERROR
+
+Array = NDArray[np.float64]
+
+#: Of the floor: the least that an effect must contribute to the gap to be seen.
+SEEN = 0.25
+#: How many times as large as the floor a gap must be, which is not known better than that.
+BEYOND = 1.2
+#: Draws of the bootstrap.
+DRAWS = 1000
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How far free runs of a model lie from held-out measurements.
+
+    Attributes:
+        square: (windows,) square error, mean over samples and outputs, in variances of the outputs.
+        samples: (windows,) their numbers. floor: of the gap.
+    """
+
+    square: Array
+    samples: Array
+    floor: float
+
+    @classmethod
+    def of(cls, fitted: Fitted) -> Judged:
+        """From windows that start at the measured states; see `deviation.gap`."""
+        study = fitted.hypothesis.study
+        recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest)
+        simulation = fitted.hypothesis.simulation(recording)
+        numbers = _numbers(fitted, recording)
+        runs = simulation(numbers, substeps=fitted.fit.substeps)
+        with np.errstate(all="ignore"):
+            error = np.abs(runs.y[:, 0] - runs.measured[:, 0]) / recording.scale
+        square = np.where(error <= LARGEST_ERROR, error, LARGEST_ERROR) ** 2 * recording.counted[:, :, None]
+        samples = recording.steps.astype(np.float64)
+        left = floor(simulation, numbers, fitted.fit.substeps).value
+        return cls(square.sum(axis=1).mean(axis=1) / samples, samples, left)
+
+    @property
+    def gap(self) -> float:
+        """Root mean square over windows, samples and outputs."""
+        return float(np.sqrt(np.average(self.square, weights=self.samples)))
+
+    @property
+    def has_gap(self) -> bool:
+        """Whether it is worse than noise explains."""
+        return self.gap > BEYOND * self.floor
+
+    def is_worse_than(self, other: Judged) -> bool:
+        """Whether the other model is better by more than chance and by more than a part of the noise.
+
+        Its mean square error is lower by more than the square of a quarter of the floor, and by more than
+        zero in 97.5 % of the bootstrap samples of the windows.
+        """
+        rise = self.square - other.square
+        drawn = np.random.default_rng(0).integers(0, len(rise), (DRAWS, len(rise)))
+        means = np.sum((rise * self.samples)[drawn], axis=1) / np.sum(self.samples[drawn], axis=1)
+        large = np.average(rise, weights=self.samples) > (SEEN * other.floor) ** 2
+        return bool(large and np.quantile(means, 0.025) > 0.0)
+
+
+def _numbers(fitted: Fitted, recording: Recording) -> Array:
+    """(experiments, 1, numbers) of the fit, and of every held-out experiment the values of its own.
+
+    What differs from experiment to experiment is to be known from the experiment itself only: there it is
+    fitted, with all that is shared as it was.
+    """
+    if not fitted.fit.own:
+        return fitted.fit.numbers
+    shared = fitted.fit.values
+    unknowns: list[Unknown] = [
+        u if u.own else replace(u, low=shared[u.name], high=shared[u.name])
+        for u in fitted.hypothesis.unknowns
+    ]
+    simulation = fitted.hypothesis.simulation(recording)
+    return fit(simulation, unknowns, [shared], substeps=fitted.fit.substeps).numbers

@@ -1,0 +1,124 @@
+"""diagnosis.json (`diagnosis/1`, shared/contracts/diagnosis.md) of a diagnosis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found
+from pipeline.diagnosis.where import Where
+from pipeline.physics.effects.added import Added
+
+SCHEMA = "diagnosis/1"
+#: Significant digits of a number.
+DIGITS = 8
+
+
+def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
+    """What diagnosis.json holds: plain numbers, texts, lists and mappings; null for a number that is none.
+
+    Beside what the contract asks for: `variant` of an effect that has several; `values` by experiment of a
+    number that differs from one to the next, whose `value` and `interval` are their mean and the range of
+    95 % of them; `signs` that the confidence comes from; `partial` here and in each effect when they explain
+    only part of the gap. The `evidence` of a candidate is the logarithm of its likelihood beside the best
+    one's, complexity counted in: 0 or below.
+    """
+    partial: dict[str, Any] = {"partial": True} if diagnosis.partial else {}
+    content = {
+        "schema": SCHEMA,
+        "system": diagnosis.system.name,
+        "seed": diagnosis.seed,
+        "verdict": diagnosis.verdict,
+        "confidence": diagnosis.confidence,
+        "signs": diagnosis.signs,
+        **partial,
+        "effects": [_effect(found) | partial for found in diagnosis.effects],
+        "where": {
+            name: list(getattr(where, name)) for name in ("channels", "regions", "factors", "experiments")
+        },
+        "gap": _gap(diagnosis),
+        "parameters": {
+            name: {"known": e.known, "identified": e.value, "interval": e.interval}
+            for name, e in diagnosis.parameters.items()
+        },
+        "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
+        "notes": list(diagnosis.notes),
+    }
+    return {name: _plain(value) for name, value in content.items()}
+
+
+def _effect(found: Found) -> dict[str, Any]:
+    numbers = {name: _estimate(estimate) for name, estimate in found.estimates.items()}
+    own = {name: _own(found.added.units[name], values) for name, values in found.own.items()}
+    return _named(found.added) | {
+        "law": found.added.law,
+        "parameters": numbers | own,
+        "confidence": found.confidence,
+        "shrink": found.shrink,
+        "indistinguishable": [_named(added) for added in found.indistinguishable],
+    }
+
+
+def _named(added: Added) -> dict[str, Any]:
+    """Which effect it is and where it acts."""
+    place = added.place
+    named: dict[str, Any] = {"family": added.family, "port": place.channel}
+    if added.variant:
+        named["variant"] = added.variant
+    if place.factor is not None:
+        named |= {"factor": place.factor, "level": place.level}
+    return named
+
+
+def _estimate(estimate: Estimate) -> dict[str, Any]:
+    return {"value": estimate.value, "unit": estimate.unit, "interval": estimate.interval}
+
+
+def _own(unit: str, values: Mapping[str, float]) -> dict[str, Any]:
+    each = np.array(list(values.values()))
+    interval = np.quantile(each, [0.025, 0.975]).tolist()
+    return {"value": each.mean(), "unit": unit, "interval": interval, "values": dict(values)}
+
+
+def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
+    models = ("known", "reidentified", "augmented", "neural")
+    return {name: getattr(diagnosis, name).gap.value for name in models} | {
+        "floor": diagnosis.floor,
+        "shrink": diagnosis.shrink,
+        "interval": diagnosis.interval,
+        "held_out": [diagnosis.logs.ids[i] for i in diagnosis.held_out],
+    }
+
+
+def _candidate(candidate: Candidate) -> dict[str, Any]:
+    """Several effects at once have their names joined, and are listed besides; no effect has no name."""
+    effects = [_named(added) for added in candidate.effects]
+    if len(effects) == 1:
+        named = effects[0]
+    else:
+        named = {"family": _joined(e["family"] for e in effects), "port": _joined(e["port"] for e in effects)}
+        named |= {"effects": effects} if effects else {}
+    return named | {"gap": candidate.gap, "evidence": 0.0 - abs(candidate.evidence)}
+
+
+def _joined(names: Iterable[str]) -> str | None:
+    return " + ".join(names) or None
+
+
+def _plain(value: Any) -> Any:
+    """`value` as JSON knows it."""
+    match value:
+        case Mapping():
+            return {str(key): _plain(item) for key, item in value.items()}
+        case list() | tuple():
+            return [_plain(item) for item in value]
+        case bool() | int() | str() | None:
+            return value
+        case np.integer():
+            return int(value)
+        case _:
+            number = float(value)
+            return float(f"{number:.{DIGITS}g}") + 0.0 if math.isfinite(number) else None

@@ -1,0 +1,1 @@
+"""The withheld check: diagnoses of machines whose faults are known, judged."""

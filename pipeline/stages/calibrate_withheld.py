@@ -1,0 +1,43 @@
+"""How often verdicts with the same signs were right: the weights of the confidence of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline.diagnosis.confidence import Signs
+from pipeline.errors import BadInput
+from pipeline.evaluation.channels import parameter_channels
+from pipeline.evaluation.withheld.folders import SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.evaluation.withheld.judging import judged
+from pipeline.evaluation.withheld.weights import fitted_weights
+from pipeline.files import read_json, write_json
+from pipeline.physics.system.reader import read_system
+
+
+def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) -> None:
+    """Write the weights of `confidence` to the file `out`, from cases that no reported number uses.
+
+    Args:
+        cases: folder of campaigns of withheld cases, a kind each.
+        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+        out: file; pipeline/diagnosis/calibration.json is what diagnoses read.
+
+    Raises:
+        BadInput: when an input is missing, or a verdict does not occur.
+    """
+    rows = []
+    for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
+        place = case.relative_to(cases).with_suffix(".json")
+        said = read_json(diagnoses / place)
+        acts_at = parameter_channels(read_system(case / SYSTEM))
+        row = judged(read_json(case / TRUTH), said, read_json(refits / place), acts_at)
+        rows.append({"verdict": said["verdict"], "right": row["right"], **said["signs"]})
+    table = pd.DataFrame(rows)
+    for verdict in ("effect", "no_gap", "unknown"):
+        if verdict not in set(table["verdict"]):
+            raise BadInput(f"{diagnoses}: no case has the verdict {verdict}: weights need all of them")
+    write_json(out, fitted_weights(table, [sign.name for sign in fields(Signs)]))
+    print(table.groupby("verdict")["right"].agg(["size", "mean"]).to_string())
