@@ -10,11 +10,11 @@ help:            ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
 
 report: $(VENV)/ready  ## run the whole graph on the virtual campaign and build reports/index.html
-	@$(call choose,virtual,quick)
+	@$(call choose,virtual,quick,)
 	@$(MAKE) --no-print-directory repro
 
-measured: $(VENV)/ready  ## the same on the measured data: DATASET=<folder or zip>, PROFILE=full|quick
-	@$(call choose,measured,$(PROFILE))
+measured: $(VENV)/ready  ## the same on the measured data: DATASET=<folder or zip>, EMPS=<folder>, PROFILE=full|quick
+	@$(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 	@$(MAKE) --no-print-directory repro
 
 .PHONY: repro
@@ -44,6 +44,8 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true
 	@touch $@
 
-# params.yaml says which campaign and which profile; it is written only if it changes
-choose = sed -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' params.yaml > params.yaml.tmp \
+# params.yaml says which campaign, which profile and whether real machines are diagnosed; it is written only if it
+# changes
+choose = sed -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' -e 's/^real:.*/real: [$(3)]/' \
+	params.yaml > params.yaml.tmp \
 	&& (cmp -s params.yaml params.yaml.tmp && rm params.yaml.tmp || mv params.yaml.tmp params.yaml)

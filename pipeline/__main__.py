@@ -11,12 +11,15 @@ import os
 import sys
 import traceback
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 CONF = Path(__file__).parent.parent / "conf"
+
+#: Options of Hydra that no value follows, unlike that of --cfg job.
+FLAGS = {"-m", "--multirun", "--resolve"}
 
 HELP = """usage: python -m pipeline <verb> [key=value ...]
 
@@ -25,7 +28,9 @@ verbs:
 
   python -m pipeline <verb> --help     the verb's configuration, every key of which can be given as key=value
   python -m pipeline <verb> --cfg job  the configuration after your changes, nothing is run
-  python -m pipeline <verb> -m key=a,b one run for every combination; EXP_LAUNCHER=joblib: side by side
+  python -m pipeline <verb> -m key=a,b one run for every combination, under outputs/; with EXP_LAUNCHER=joblib
+                                       side by side, with EXP_LAUNCHER=slurm on a cluster
+  python -m pipeline compare <folder>  the runs of a sweep as one table and figure
 
 exit codes: 0 done; 2 bad input (one line on standard error, nothing written); 1 a fault of the program"""
 
@@ -50,7 +55,23 @@ def main(arguments: list[str]) -> int:
     if "-h" in rest or "--help" in rest:
         print(_about(verb))
         rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
-    return _run(verb, rest)
+    return _run(verb, _options_last(verb, rest))
+
+
+def _options_last(verb: str, rest: list[str]) -> list[str]:
+    """Keys before options, as Hydra needs them; a bare word after `compare` stands for runs=<folder>."""
+    options: list[str] = []
+    keys: list[str] = []
+    for before, word in zip(["", *rest], rest, strict=False):
+        is_value = before.startswith("-") and before not in FLAGS and "=" not in word
+        if word.startswith("-") or is_value:
+            options.append(word)
+        elif verb == "compare" and "=" not in word and not any(key.startswith("runs=") for key in keys):
+            # quoted, for Hydra gives commas and brackets a meaning
+            keys.append("runs='" + word.replace("'", "\\'") + "'")
+        else:
+            keys.append(word)
+    return [*keys, *options]
 
 
 def _about(verb: str) -> str:
@@ -69,18 +90,25 @@ def _run(verb: str, rest: list[str]) -> int:
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
 
+    from pipeline.errors import BadInput
+
+    if _sweeps(rest) and any(r.startswith("out=") for r in rest):
+        return _refuse("out: every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>")
     # without this Hydra prints its own traceback and exits
     os.environ["HYDRA_FULL_ERROR"] = "1"
-    sys.argv = [f"{sys.argv[0]} {verb}", *rest, *_hydra_settings(rest)]
+    sys.argv = [f"{sys.argv[0]} {verb}", *_hydra_settings(rest), *rest]
     try:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=verb)(_call)()
-    except (HydraException, OmegaConfBaseException) as error:
+    except (HydraException, OmegaConfBaseException, BadInput) as error:
         return _refuse(" ".join(str(error).split()))
     return 0
 
 
-def _call(config: DictConfig) -> None:
-    """Call the stage that `config` names; leave with exit code 2 on bad input, 1 on a fault."""
+def _call(config: DictConfig) -> Any:
+    """Call the stage that `config` names and return what it returns: a sweeper may minimise it.
+
+    Leave with exit code 2 on bad input, 1 on a fault.
+    """
     import hydra
     from hydra.errors import InstantiationException
     from omegaconf import OmegaConf
@@ -89,11 +117,13 @@ def _call(config: DictConfig) -> None:
 
     function = hydra.utils.get_method(config["_target_"])
     if missing := sorted(OmegaConf.missing_keys(config)):
-        sys.exit(_refuse(f"{missing[0]} must be given: {missing[0]}=..."))
+        _leave(BadInput(f"{missing[0]} must be given: {missing[0]}=..."))
     given = inspect.signature(function).parameters
+    if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
+        _leave(BadInput(f"unknown key {unknown[0]!r}, must be one of {', '.join(given)}"))
     for name, parameter in given.items():
         if parameter.annotation == "Path" and config[name] is None:
-            sys.exit(_refuse(f"{name} must be given: {name}=..."))
+            _leave(BadInput(f"{name} must be given: {name}=..."))
     kinds = {name: str(p.annotation) for name, p in given.items()}
     try:
         OmegaConf.resolve(config)
@@ -102,27 +132,54 @@ def _call(config: DictConfig) -> None:
             for name, kind in kinds.items()
             if kind.split(" | ")[0] == "Path" and config[name] is not None
         }
-        hydra.utils.call(config, **paths)
+        return hydra.utils.call(config, **paths)
     except InstantiationException as error:
-        # Hydra wraps what the stage raised; a SystemExit passes through its job runner without a second line
-        cause: BaseException | None = error
+        # Hydra wraps what the stage raised
+        cause: BaseException = error
         while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
             cause = cause.__cause__
-        if isinstance(cause, BadInput | InstantiationException):
-            sys.exit(_refuse(" ".join(str(cause).split())))
-        traceback.print_exception(cause)
-        sys.exit(1)
+        bad = isinstance(cause, BadInput | InstantiationException)
+        _leave(BadInput(" ".join(str(cause).split())) if bad else cause)
+
+
+def _leave(error: BaseException) -> NoReturn:
+    """End a single run; end one run of a sweep and let the others go on."""
+    from hydra.core.hydra_config import HydraConfig
+    from hydra.types import RunMode
+
+    from pipeline.errors import BadInput
+
+    if not isinstance(error, BadInput):
+        traceback.print_exception(error)
+    if HydraConfig.get().mode == RunMode.MULTIRUN:
+        from pipeline.sweep.runs import FAILURE
+
+        line = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        (Path(HydraConfig.get().runtime.output_dir) / FAILURE).write_text(f"{line}\n")
+        # a worker can send every BadInput home, but not every exception
+        raise error if isinstance(error, BadInput) else RuntimeError(line)
+    # a SystemExit passes through Hydra's job runner without a second line
+    sys.exit(_refuse(str(error)) if isinstance(error, BadInput) else 1)
+
+
+def _sweeps(rest: list[str]) -> bool:
+    return "-m" in rest or "--multirun" in rest
 
 
 def _hydra_settings(rest: list[str]) -> list[str]:
-    settings = ["hydra/job_logging=none", "hydra/hydra_logging=none"]
-    if "-m" in rest or "--multirun" in rest:
-        sweep = "hydra.sweep.dir=outputs/${hydra.job.config_name}/${now:%Y-%m-%d_%H-%M-%S}"
-        launcher = [f"hydra/launcher={os.environ['EXP_LAUNCHER']}"] if "EXP_LAUNCHER" in os.environ else []
-        return [*settings, sweep, *launcher]
-    # a stage writes where `out` says and nowhere else; without `out` a folder of its own
-    own = "." if any(r.startswith("out=") for r in rest) else "outputs/${hydra.job.config_name}/last"
-    return [*settings, "hydra.output_subdir=null", f"hydra.run.dir={own}"]
+    """What is set unless the command line says otherwise."""
+    if not _sweeps(rest):
+        # a stage writes where `out` says and nowhere else; without `out` a folder of its own
+        own = "." if any(r.startswith("out=") for r in rest) else "outputs/${hydra.job.config_name}/last"
+        quiet = ["hydra/job_logging=none", "hydra/hydra_logging=none"]
+        return [*quiet, "hydra.output_subdir=null", f"hydra.run.dir={own}"]
+    settings = ["hydra/job_logging=none", "hydra/hydra_logging=sweep"]
+    settings += ["hydra.sweep.dir=outputs/${hydra.job.config_name}/${now:%Y-%m-%d_%H-%M-%S}"]
+    if launcher := os.environ.get("EXP_LAUNCHER"):
+        settings += [f"hydra/launcher={launcher}"]
+        # says how many runs are done and how long the others take
+        settings += ["hydra.launcher.verbose=10"] if launcher == "joblib" else []
+    return settings
 
 
 def _refuse(line: str) -> int:

@@ -82,6 +82,8 @@ class Campaign:
             raise BadInput(f"{error.filename or folder}: no such file") from None
         except (pa.ArrowInvalid, OSError) as error:
             raise BadInput(f"{folder}: damaged store ({str(error).splitlines()[0]})") from None
+        if missing := {"exp", "samples"} - set(experiments.columns):
+            raise BadInput(f"{folder}: damaged store (experiments.parquet has no column {min(missing)})")
         offsets = np.concatenate([[0], np.cumsum(experiments["samples"].to_numpy())]).astype(np.int64)
         if offsets[-1] != table.num_rows:
             raise BadInput(f"{folder}: signals.parquet has {table.num_rows} rows, must have {offsets[-1]}")

@@ -22,6 +22,8 @@ from pipeline.physics.effects.added import Added
 Array = NDArray[np.float64]
 
 FOLDER, ABOUT = "tables", "about.json"
+#: What kinds of places are called.
+KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 #: Stretches into which the time of an experiment is divided.
 STRETCHES = 25
 
@@ -146,8 +148,10 @@ def _label(effects: tuple[Added, ...]) -> str:
 
 def readable(effect: Added) -> str:
     """Its name in words."""
-    head, rest = named(effect).split(f" at {effect.place.channel}", 1)
-    return f"{head.replace('_', ' ')} at {effect.place.channel}{rest}"
+    place = effect.place
+    head, rest = named(effect).split(f" at {place.channel}", 1)
+    at = f"{KINDS[place.kind]} {place.name}".strip()
+    return f"{head.replace('_', ' ')} at {at}{rest}"
 
 
 def _time(diagnosis: Diagnosis) -> Iterator[pd.DataFrame]:

@@ -20,7 +20,7 @@ BINS, FEWEST = 24, 30
 #: A region has so many times the share that its samples have, and is that by so many standard errors.
 DENSE, CLEARLY = 1.5, 2.0
 #: Regions that are told, at most, and the least share of one.
-MOST, LEAST = 6, 0.05
+MOST, LEAST = 6, 0.1
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,11 @@ def _along(signal: Coordinate, values: Array, excess: Array, group: Indices) -> 
     sums, counts = (
         _table(bins, group, weights, len(edges) - 1) for weights in (excess, np.ones_like(excess))
     )
-    dense = _dense(sums, counts)
+    dense = _bridged(_dense(sums, counts), sums, counts)
     found = []
     ends = np.flatnonzero(np.diff(np.concatenate([[0], dense, [0]])))
     for first, last in ends.reshape(-1, 2).tolist():
-        share, samples = (float(t[:, first:last].sum() / t.sum()) for t in (sums, counts))
+        share, samples = _held(sums, counts, first, last)
         if share >= LEAST:
             low, high = float(edges[first]), float(edges[last])
             found.append(_Region(signal.name, low, high, min(share, 1.0), samples))
@@ -92,6 +92,21 @@ def _table(bins: Indices, group: Indices, weights: Array, count: int) -> Array:
     groups = int(group.max(initial=-1)) + 1
     found = np.bincount(group * count + bins, weights, groups * count)
     return np.asarray(found.reshape(groups, count), np.float64)
+
+
+def _held(sums: Array, counts: Array, first: int, last: int) -> tuple[float, float]:
+    """Share of some bins in the sum, and in the samples."""
+    share, samples = (float(table[:, first:last].sum() / table.sum()) for table in (sums, counts))
+    return share, samples
+
+
+def _bridged(dense: Indices, sums: Array, counts: Array) -> Indices:
+    """With single bins between dense ones, where a force changes its sign for instance, if all three are."""
+    found = dense.copy()
+    for k in range(1, len(dense) - 1):
+        share, samples = _held(sums, counts, k - 1, k + 2)
+        found[k] |= dense[k - 1] & dense[k + 1] & (share >= DENSE * samples)
+    return found
 
 
 def _dense(sums: Array, counts: Array) -> Indices:

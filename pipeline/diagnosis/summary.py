@@ -8,9 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.diagnosis.channels import channel
 from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found
 from pipeline.diagnosis.where import Where
 from pipeline.physics.effects.added import Added
+from pipeline.physics.effects.place import Place
+
+Ports = Mapping[Place, str]
 
 SCHEMA = "diagnosis/1"
 #: Significant digits of a number.
@@ -20,13 +24,15 @@ DIGITS = 8
 def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
     """What diagnosis.json holds: plain numbers, texts, lists and mappings; null for a number that is none.
 
-    Beside what the contract asks for: `variant` of an effect that has several; `values` by experiment of a
-    number that differs from one to the next, whose `value` and `interval` are their mean and the range of
-    95 % of them; `signs` that the confidence comes from; `partial` here and in each effect when they explain
-    only part of the gap. The `evidence` of a candidate is the logarithm of its likelihood beside the best
-    one's, complexity counted in: 0 or below.
+    Beside what the contract asks for: `variant` of an effect that has several; `parameter` of one that
+    changes a parameter, whose port is where that parameter acts; `values` by experiment of a number that
+    differs from one to the next, whose `value` and `interval` are their mean and the range of 95 % of them;
+    `signs` that the confidence comes from; `partial` here and in each effect when they explain only part of
+    the gap. The `evidence` of a candidate is the logarithm of its likelihood beside the best one's,
+    complexity counted in: 0 or below.
     """
     partial: dict[str, Any] = {"partial": True} if diagnosis.partial else {}
+    ports = _ports(diagnosis)
     content = {
         "schema": SCHEMA,
         "system": diagnosis.system.name,
@@ -35,7 +41,7 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
         "confidence": diagnosis.confidence,
         "signs": diagnosis.signs,
         **partial,
-        "effects": [_effect(found) | partial for found in diagnosis.effects],
+        "effects": [_effect(found, ports) | partial for found in diagnosis.effects],
         "where": {
             name: list(getattr(where, name)) for name in ("channels", "regions", "factors", "experiments")
         },
@@ -44,28 +50,37 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
             name: {"known": e.known, "identified": e.value, "interval": e.interval}
             for name, e in diagnosis.parameters.items()
         },
-        "candidates": [_candidate(candidate) for candidate in diagnosis.candidates],
+        "candidates": [_candidate(candidate, ports) for candidate in diagnosis.candidates],
         "notes": list(diagnosis.notes),
     }
     return {name: _plain(value) for name, value in content.items()}
 
 
-def _effect(found: Found) -> dict[str, Any]:
+def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
+    """Where effects act: that of a parameter at the port, input or sensor that the parameter belongs to."""
+    added = [e for found in diagnosis.effects for e in (found.added, *found.indistinguishable)]
+    places = {e.place for e in (*added, *(e for c in diagnosis.candidates for e in c.effects))}
+    return {place: channel(diagnosis.reidentified, place) for place in places}
+
+
+def _effect(found: Found, ports: Ports) -> dict[str, Any]:
     numbers = {name: _estimate(estimate) for name, estimate in found.estimates.items()}
     own = {name: _own(found.added.units[name], values) for name, values in found.own.items()}
-    return _named(found.added) | {
+    return _named(found.added, ports) | {
         "law": found.added.law,
         "parameters": numbers | own,
         "confidence": found.confidence,
         "shrink": found.shrink,
-        "indistinguishable": [_named(added) for added in found.indistinguishable],
+        "indistinguishable": [_named(added, ports) for added in found.indistinguishable],
     }
 
 
-def _named(added: Added) -> dict[str, Any]:
+def _named(added: Added, ports: Ports) -> dict[str, Any]:
     """Which effect it is and where it acts."""
     place = added.place
-    named: dict[str, Any] = {"family": added.family, "port": place.channel}
+    named: dict[str, Any] = {"family": added.family, "port": ports[place]}
+    if place.kind == "parameter":
+        named["parameter"] = place.name
     if added.variant:
         named["variant"] = added.variant
     if place.factor is not None:
@@ -93,9 +108,9 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _candidate(candidate: Candidate) -> dict[str, Any]:
+def _candidate(candidate: Candidate, ports: Ports) -> dict[str, Any]:
     """Several effects at once have their names joined, and are listed besides; no effect has no name."""
-    effects = [_named(added) for added in candidate.effects]
+    effects = [_named(added, ports) for added in candidate.effects]
     if len(effects) == 1:
         named = effects[0]
     else:

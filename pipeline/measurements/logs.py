@@ -126,8 +126,10 @@ class Logs:
                 lacks a constant.
         """
         store = Campaign.read(folder)
-        provenance = dict(store.provenance)
+        provenance = dict(store.provenance) if isinstance(store.provenance, dict) else {}
         header, groups = provenance.pop(HEADER, {}), names(system)
+        if not (isinstance(header, dict) and {"period", "notes"} <= header.keys()):
+            raise BadInput(f"{folder}: provenance.json: is not that of a store of logs")
         if not _written_for(system, header):
             raise BadInput(f"{folder}: provenance.json: was not written for the system {system.name}")
         table = store.experiments.drop(columns=list(OWN))

@@ -59,6 +59,38 @@ PAGES = (
         metrics=("cam_labels",),
     ),
     Page("chapter_6", "Chapter 6", "Beyond nominal operation", chapter=6),
+    Page(
+        "emps",
+        "EMPS",
+        "A real positioning axis: what its model leaves out",
+        summary="Public measurements of a carriage on a ball screw. Withheld from the known physics is its "
+        "dry friction, its viscous friction, or nothing: what the diagnosis finds, and what it cannot explain.",
+        campaign="emps",
+        tables=("emps", "emps_numbers", "emps_left_over"),
+        metrics=("real",),
+    ),
+    Page(
+        "cam_drivetrain",
+        "Cam drivetrain",
+        "The measured drivetrain of the cam-follower: what its model leaves out",
+        summary="Sixteen of the dissertation's contact runs. Withheld from the known physics is the friction "
+        "of the follower's guide, the follower's inertia, or nothing: what the diagnosis finds, and what it "
+        "cannot explain.",
+        campaign="cam_drivetrain",
+        tables=("cam_drivetrain", "cam_drivetrain_numbers", "cam_drivetrain_left_over"),
+        metrics=("real",),
+    ),
+    Page(
+        "withheld",
+        "Withheld check",
+        "Diagnoses of virtual machines with planted faults",
+        summary="Five virtual machines that share no code with the models, with faults that the diagnosis is "
+        "not told. Every miss is listed.",
+        campaign="withheld/single",
+        figures=("fig_W_1", "fig_W_2", "fig_W_3", "fig_W_4", "fig_W_5"),
+        tables=("withheld", "withheld_misses"),
+        metrics=("withheld",),
+    ),
     Page("data", "Data & provenance", "Data & provenance", "data.html.j2"),
     Page("runs", "Runs", "Runs", "runs.html.j2"),
 )

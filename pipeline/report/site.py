@@ -47,10 +47,14 @@ def read(metrics: Path, claims: Path, tables: Path, figures: Path, provenance: P
     """
     return Results(
         _claims(claims),
-        _figures(figures) if (figures / "figures.json").exists() else [],
+        read_figures(figures) if (figures / "figures.json").exists() else [],
         [_table(path) for path in sorted(tables.glob("*.csv"))],
         {path.stem: _metrics(path) for path in sorted(metrics.glob("*.json"))},
-        {path.parent.name: _provenance(path) for path in sorted(provenance.glob("*/provenance.json"))},
+        {
+            path.parent.relative_to(provenance).as_posix(): _provenance(path)
+            for depth in ("*", "*/*")
+            for path in sorted(provenance.glob(f"{depth}/provenance.json"))
+        },
         {
             path.parent.relative_to(runs).as_posix(): _object(path)
             for path in sorted(runs.glob("**/fit.json"))
@@ -84,8 +88,9 @@ def build(results: Results, out: Path) -> None:
         (site / "search.js").write_text(f"window.SEARCH = {json.dumps(_index(every, shown), indent=0)};\n")
 
 
-def _render(page: Page, every: list[Page], shown: dict[str, Contents], results: Results) -> str:
-    templates = Environment(
+def templates() -> Environment:
+    """The templates of all pages."""
+    return Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
         undefined=StrictUndefined,
@@ -93,6 +98,9 @@ def _render(page: Page, every: list[Page], shown: dict[str, Contents], results: 
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+
+
+def _render(page: Page, every: list[Page], shown: dict[str, Contents], results: Results) -> str:
     root = "site/" if page.id == "index" else ""
 
     def address(file: str) -> str:
@@ -101,21 +109,25 @@ def _render(page: Page, every: list[Page], shown: dict[str, Contents], results: 
 
     campaign = results.campaign(page)
     origin = campaign.get("data", "")
-    return templates.get_template(page.template).render(
-        page=page,
-        pages=every,
-        shown=shown,
-        here=shown[page.id],
-        results=results,
-        campaign=campaign,
-        runs=runs_table(results.runs),
-        root=root,
-        address=address,
-        origin=origin,
-        banner=ORIGINS[origin],
-        mixed=sorted(shown[page.id].origins - {origin}),
-        verdicts=VERDICTS,
-        number=number,
+    return (
+        templates()
+        .get_template(page.template)
+        .render(
+            page=page,
+            pages=every,
+            shown=shown,
+            here=shown[page.id],
+            results=results,
+            campaign=campaign,
+            runs=runs_table(results.runs),
+            root=root,
+            address=address,
+            origin=origin,
+            banner=ORIGINS[origin],
+            mixed=sorted(shown[page.id].origins - {origin}),
+            verdicts=VERDICTS,
+            number=number,
+        )
     )
 
 
@@ -189,7 +201,12 @@ def _claims(folder: Path) -> list[dict[str, Any]]:
     return sorted(found, key=lambda row: row["chapter"])
 
 
-def _figures(folder: Path) -> list[Figure]:
+def read_figures(folder: Path) -> list[Figure]:
+    """What `folder`/figures.json lists, by chapter and number.
+
+    Raises:
+        BadInput: when it is damaged, or names a file that does not exist.
+    """
     path = folder / "figures.json"
     found = []
     for row in _rows(path, ("id", "number", "chapter", "caption")):

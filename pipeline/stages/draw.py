@@ -20,17 +20,18 @@ def draw(
     only: list[str] | None,
     data: Path,
     raw: Path,
-    campaigns: Mapping[int, str],
+    campaigns: Mapping[int | str, str],
     out: Path,
 ) -> None:
     """Write `out`/<name>.svg for every figure and `out`/figures.json with their captions.
 
     Args:
-        figures: name (fig_<number> with underscores) -> function of the data folder.
+        figures: name (fig_<number> with underscores) -> function of the data folder. The number begins with
+            the chapter, or with a letter where the figure belongs to none.
         only: the names to draw; all of them if empty.
         data: folder with the tables.
         raw: folder of <campaign>/provenance.json.
-        campaigns: chapter -> the campaign that its figures show.
+        campaigns: chapter or letter -> the campaign that its figures show.
         out: folder, replaced as a whole.
 
     Raises:
@@ -51,7 +52,8 @@ def draw(
                 raise BadInput(f"{error.filename}: no such file, {name} needs it") from None
             figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
             entry = _entry(name, function)
-            origin = read_json(raw / campaigns[entry["chapter"]] / "provenance.json")
+            first = entry["chapter"] or entry["number"].split(".")[0]
+            origin = read_json(raw / campaigns[first] / "provenance.json")
             index.append({**entry, "data": origin["data"]})
         write_json(folder / "figures.json", index)
 
@@ -60,10 +62,11 @@ def _entry(name: str, function: Callable[[Path], Figure]) -> dict[str, Any]:
     number = name.removeprefix("fig_").replace("_", ".")
     inner = function.func if isinstance(function, functools.partial) else function
     caption, _, note = (inner.__doc__ or "").strip().partition("\n\n")
+    first = number.split(".")[0]
     return {
         "id": name,
         "number": number,
-        "chapter": int(number.split(".")[0]),
+        "chapter": int(first) if first.isdigit() else None,
         "caption": " ".join(caption.split()),
         "note": " ".join(note.split("Args:")[0].split()),
         "command": f"python -m pipeline draw 'only=[{name}]'",

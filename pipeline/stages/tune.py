@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from pipeline.errors import BadInput
 from pipeline.evaluation.simulate import simulate_tests
 from pipeline.evaluation.splits import Split
 from pipeline.files import replacing
@@ -24,9 +25,10 @@ def tune(
     model: Recipe,
     split: Split,
     profile: Mapping[str, Any],
+    hidden: int | Sequence[int],
     seed: int,
     out: Path,
-) -> None:
+) -> float:
     """Write `out`: columns hidden, repeat, omega_mse, the median over the validation runs, (rad/s)^2.
 
     Args:
@@ -34,20 +36,32 @@ def tune(
         mechanism: constants of the bench.
         model: recipe whose dynamics take `hidden`.
         split: one fold to train and validate on.
-        profile: `repeats` and the numbers of hidden units `widths`.
+        profile: `repeats` models for every number of hidden units.
+        hidden: numbers of hidden units n_h to try, or one of them.
         seed: of everything random.
         out: Parquet file.
+
+    Returns:
+        The error of the best n_h, median over its repeats: what a sweeper minimises.
+
+    Raises:
+        BadInput: when `hidden` is not a whole number from 1 up, or several.
     """
+    widths = [hidden] if isinstance(hidden, int | str) else list(hidden)
+    if not widths or not all(isinstance(width, int) and width > 0 for width in widths):
+        raise BadInput(f"hidden: must be whole numbers from 1 up, got {hidden}")
     campaign = Campaign.read(features, ["t", "theta", "omega"])
     dataset = Dataset.of(campaign, mechanism)
     folds, repeats = split.folds(campaign.experiments), profile["repeats"]
     stack = [fold.train for fold in folds for _ in range(repeats)]
     exp = campaign.experiments["exp"].to_numpy()
     tables = []
-    for hidden in profile["widths"]:
-        recipe = Recipe(partial(model.dynamics, hidden=hidden), model.fit)
+    for width in widths:
+        recipe = Recipe(partial(model.dynamics, hidden=width), model.fit)
         fitted = recipe.train(dataset, stack, seed)
         errors = simulate_tests(fitted, dataset, folds, repeats, exp).errors
-        tables.append(errors.groupby("repeat")["omega_mse"].median().reset_index().assign(hidden=hidden))
+        tables.append(errors.groupby("repeat")["omega_mse"].median().reset_index().assign(hidden=width))
+    tried = pd.concat(tables, ignore_index=True)
     with replacing(out) as temporary:
-        pd.concat(tables, ignore_index=True).to_parquet(temporary, index=False)
+        tried.to_parquet(temporary, index=False)
+    return float(tried.groupby("hidden")["omega_mse"].median().min())

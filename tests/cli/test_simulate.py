@@ -158,6 +158,21 @@ def test_a_folder_that_holds_something_else_is_not_replaced(case: Path, out: str
     assert (case / "logs" / "fast.csv").exists() and (case / "system.yaml").exists()
 
 
+def test_some_of_the_experiments(case: Path) -> None:
+    simulate(case / "system.yaml", case / "logs", 0.1, case / "all")
+    simulate(case / "system.yaml", case / "logs", 0.1, case / "one", [7])  # type: ignore[list-item]
+    summary = read_json(case / "one" / "simulation.json")
+    table = pd.read_parquet(case / "one" / "simulation.parquet")
+    assert [e["id"] for e in summary["experiments"]] == ["7"]
+    assert summary["gap"]["known"] == summary["experiments"][0]["known"]
+    assert summary["outputs"]["x"]["std"] == pytest.approx(np.std(table["x_measured"]))
+    both = pd.read_parquet(case / "all" / "simulation.parquet")
+    pd.testing.assert_frame_equal(table, both[both["experiment"] == "7"].reset_index(drop=True))
+    for only, words in (("8", "only: there is no experiment '8'"), ([], "only: names no experiment")):
+        with pytest.raises(BadInput, match=words):
+            simulate(case / "system.yaml", case / "logs", 0.1, case / "none", only)
+
+
 def test_a_diverging_system_gives_finite_numbers(case: Path) -> None:
     (case / "system.yaml").write_text(SYSTEM.replace("value: 0.0, unit: N/m^3", "value: 1e9, unit: N/m^3"))
     simulate(case / "system.yaml", case / "logs", 0.1, case / "out")

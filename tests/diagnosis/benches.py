@@ -66,7 +66,9 @@ class Bench:
     Attributes:
         friction: of all runs, or one for each. ripple: torque with twelve periods per turn, N m.
         memory: stiffness (N m/rad) of a spring, and time (s) after which it gives way.
-        noise: of the angle, rad. delay: of the sensor, in samples.
+        dead_zone: of the torque, N m. noise: of the angle, rad. delay: of the sensor, in samples.
+        missed: angle that the sensor loses from the middle of a run on, rad.
+        groups: of the runs, if they are in groups.
     """
 
     b: float = 0.015
@@ -75,9 +77,12 @@ class Bench:
     creep: float = 0.05
     ripple: float = 0.0
     memory: tuple[float, float] = (0.0, 1.0)
+    dead_zone: float = 0.0
     noise: float = 2e-4
     gain: float = 1.0
     delay: int = 0
+    missed: float = 0.0
+    groups: tuple[str, ...] = ()
     runs: int = 4
     samples: int = 500
     seed: int = 0
@@ -94,13 +99,17 @@ class Bench:
         shown = self.gain * theta[: self.samples] + self.noise * rng.standard_normal(
             (self.samples, self.runs)
         )
+        shown[self.samples // 2 :] -= self.missed
         folder.mkdir(parents=True, exist_ok=True)
         ids = [f"run{k}" for k in range(self.runs)]
         for k, name in enumerate(ids):
             log = {"t": t[: self.samples], "theta": shown[:, k], "torque": u[self.delay :, k]}
             pd.DataFrame(log).to_csv(folder / f"{name}.csv", index=False)
         files = [f"{name}.csv" for name in ids]
-        pd.DataFrame({"id": ids, "file": files}).to_csv(folder / "experiments.csv", index=False)
+        table = pd.DataFrame({"id": ids, "file": files})
+        if self.groups:
+            table["group"] = self.groups
+        table.to_csv(folder / "experiments.csv", index=False)
         return read_logs(folder, system)
 
     def rates(self, x: Array, u: Array) -> Array:
@@ -109,6 +118,7 @@ class Bench:
         stiffness, time = self.memory
         load = np.asarray(self.friction) * np.tanh(omega / self.creep) + self.ripple * np.sin(12 * theta)
         load = load + sum(stiffness * (theta - z) for z in memory)
+        u = u - np.clip(u, -self.dead_zone, self.dead_zone)
         rates = [omega, (u - self.b * omega - self.mgl * np.sin(theta) - load) / 0.02]
         return np.stack([*rates, *((theta - z) / time for z in memory)])
 

@@ -101,7 +101,7 @@ def test_what_is_not_there_is_not_drawn(folder: Callable[[Verdict], Path], tmp_p
     source = folder("effect")
     cases = {
         "candidates": lambda table: table.iloc[:0],
-        "windows": lambda table: table.assign(rate=np.nan, acceleration=np.nan, law=np.nan),
+        "windows": lambda table: table.assign(level=np.nan, acceleration=np.nan, law=np.nan),
         "laws": lambda table: table.iloc[:0],
         "trajectory": lambda table: table.assign(known=np.nan, augmented=np.nan),
     }

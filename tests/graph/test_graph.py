@@ -28,6 +28,12 @@ SLIDER = """_target_: pipeline.rigs.slider_crank.SliderCrankCampaign
 profiles: [1, 6, 9]
 samples: 300
 spring: """
+#: A hoist with Stribeck friction, and one without any fault.
+WITHHELD = """defaults: [withheld]
+count: 1
+seed: 19
+"""
+PLANTED = ["single", "null"]
 PROFILE = """repeats: 2
 steps: 30
 hybrid_steps: 3
@@ -82,10 +88,12 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "conf" / "profile" / "quick.yaml").write_text(PROFILE)
     for name, spring in (("slider_crank", "true"), ("slider_crank_bare", "false")):
         (folder / "conf" / "source" / f"{name}.yaml").write_text(f"{SLIDER}{spring}\n")
+    (folder / "conf" / "source" / "withheld_quick.yaml").write_text(WITHHELD)
     normal = folder / "conf" / "uncertainty" / "clipped_normal.yaml"
     normal.write_text(normal.read_text().replace(*SEARCH))
     params = yaml.safe_load((ROOT / "params.yaml").read_text())
     params |= {"source": "virtual", "profile": "quick", "hybrids": HYBRIDS, "horizons": [1, 5, 10]}
+    params |= {"planted": PLANTED}
     (folder / "params.yaml").write_text(yaml.safe_dump(params))
     # no git in the copy, as in a tarball
     dvc(folder, "config", "--local", "core.no_scm", "true")
@@ -120,6 +128,8 @@ def test_every_result_exists(project: Path) -> None:
     assert all(features <= set(chapter["split"][factor]) for factor in ("H", "beta", "m"))
     assert set(chapter["attribution"]["share"]) == features
     assert chapter["baseline"]["bounce"]["accuracy"] and chapter["hybrid"]["accuracy"]
+    withheld = json.loads((project / "reports/metrics/withheld.json").read_text())
+    assert withheld["null"]["correct"]["n"] == 1 and set(withheld["systems"]) == {"hoist"}
     claims = json.loads((project / "reports/claims.json").read_text())
     assert {row["chapter"] for row in claims} == {3, 4, 5, 6}
     page = (project / "reports/index.html").read_text()

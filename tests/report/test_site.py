@@ -16,7 +16,8 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500.5 300"><path d="
 EVIL = "<script>alert('x')</script>"
 PAGES = {
     "index.html",
-    *(f"site/{name}.html" for name in ("chapter_3", "chapter_4", "chapter_5", "chapter_6", "data", "runs")),
+    *(f"site/chapter_{number}.html" for number in (3, 4, 5, 6)),
+    *(f"site/{name}.html" for name in ("emps", "cam_drivetrain", "withheld", "data", "runs")),
 }
 
 
@@ -190,14 +191,26 @@ def test_missing_inputs_are_said_to_be_missing(tmp_path: Path) -> None:
 def test_results_without_a_page_of_their_own_get_one(inputs: Path, tmp_path: Path) -> None:
     put(inputs / "bench" / "claims.json", [claim(chapter=3)])
     put(
-        inputs / "metrics" / "real.json",
-        {"data": "measured", "emps": {"verdict": {"value": "found", "unit": "-"}}},
+        inputs / "metrics" / "robot.json",
+        {"data": "measured", "arm": {"verdict": {"value": "found", "unit": "-"}}},
     )
     put(inputs / "tables" / "extra.csv", "a\n1\n")
     pages = make(inputs, tmp_path / "out")
     assert set(pages) == PAGES | {"site/chapter_3.html", "site/other.html"}
     check_addresses(tmp_path / "out", pages)
-    assert "extra" in pages["site/other.html"] and "emps · verdict" in pages["site/other.html"]
+    assert "extra" in pages["site/other.html"] and "arm · verdict" in pages["site/other.html"]
+
+
+@pytest.mark.parametrize("machine", ["emps", "cam_drivetrain"])
+def test_a_measured_machine_has_a_page(machine: str, inputs: Path, tmp_path: Path) -> None:
+    leaf = {"value": "effect", "n": 3}
+    put(inputs / "metrics" / "real.json", {"data": "measured", machine: {"nothing": {"verdict": leaf}}})
+    put(inputs / "tables" / f"{machine}_left_over.csv", "withheld,where\nnothing,q from 0 to 1\n")
+    put(inputs / "tables" / f"{machine}_left_over.json", {"title": "What is left", "data": "measured"})
+    pages = make(inputs, tmp_path / "out")
+    assert set(pages) == PAGES
+    page = pages[f"site/{machine}.html"]
+    assert f"{machine} · nothing · verdict" in page and "q from 0 to 1" in page and "measured" in page
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""Figures of the diagnosis of a gap; their tables lie beside them in the output folder."""

@@ -1,0 +1,44 @@
+"""What the figures of the withheld check share: tables, and one look for every machine and finder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline.figures.palette import Look
+from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY
+
+INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
+
+MACHINES = {
+    "slider_crank": Look("slider-crank", ORANGE, "s"),
+    "cam_drive": Look("cam drive", SKY, "o"),
+    "hoist": Look("hoist", GREEN, "^"),
+    "belt_axis": Look("belt axis", INDIGO, "D"),
+    "pendulum": Look("pendulum", PURPLE, "v"),
+}
+#: Who finds an effect, see `scores.detection`.
+FINDERS = {
+    "oracle": Look("can be seen (oracle)", BLACK, "o", "--"),
+    "in_set": Look("named, or said to be indistinguishable", WINE, "s"),
+    "top1": Look("named first", INDIGO, "^"),
+    "sparse_regression": Look("sparse regression", GREY, "X"),
+}
+KINDS = {
+    "single": "one effect",
+    "local": "one effect in some of the runs",
+    "pair": "two effects",
+    "null": "none",
+    "outside": "an effect of no family",
+}
+
+
+def table(data: Path, name: str) -> pd.DataFrame:
+    """A table written by tabulate_withheld, from the data folder."""
+    return pd.read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
+
+
+def readable(name: str) -> str:
+    """A family or verdict as words."""
+    return name.replace("_", " ")

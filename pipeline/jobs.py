@@ -1,0 +1,121 @@
+"""Many independent jobs side by side; those that are done survive a kill."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import BadInput
+from pipeline.files import read_json, write_json
+from pipeline.progress import Counter
+
+#: What numerical libraries read when they are loaded: how many threads they may use.
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+IDENTITY = "identity.json"
+CODE = Path(__file__).parent
+
+
+@contextmanager
+def growing_folder(path: Path, about: Mapping[str, Any]) -> Iterator[Path]:
+    """Yield a hidden folder beside `path` that takes the place of `path` if the block succeeds.
+
+    Unlike with `replacing_folder`, what a block that was killed had written is still there the next time, as
+    long as `about`, which must name everything that decides the result, and the program are the same.
+
+    Raises:
+        BadInput: when the folder cannot be written.
+    """
+    growing = path.with_name(f".{path.name}.growing.tmp")
+    identity = {"about": json.loads(json.dumps(about)), "code": _code()}
+    try:
+        if not _same(growing / IDENTITY, identity):
+            shutil.rmtree(growing, ignore_errors=True)
+            growing.mkdir(parents=True)
+            write_json(growing / IDENTITY, identity)
+        yield growing
+        (growing / IDENTITY).unlink()
+        if path.exists():
+            shutil.rmtree(path)
+        growing.replace(path)
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def _same(file: Path, identity: Mapping[str, Any]) -> bool:
+    try:
+        return bool(read_json(file) == identity)
+    except BadInput:
+        return False
+
+
+def _code() -> str:
+    """Digest of the program and of the numbers that it ships with."""
+    digest = hashlib.sha256()
+    for file in sorted(file for kind in ("*.py", "*.json") for file in CODE.rglob(kind)):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def run_jobs(jobs: Mapping[str, Callable[[], object]], workers: int, description: str) -> None:
+    """Call all of `jobs`, in processes of one thread each; one job, or with one worker, in this process.
+
+    A job that fails does not keep the others from being done.
+
+    Args:
+        jobs: by name, functions of a module with their arguments (`functools.partial`).
+
+    Raises:
+        Exception: that of the first job that failed, with its name as a note.
+    """
+    failed: list[Exception] = []
+    with Counter(len(jobs), description) as counter:
+        for done, (name, error) in enumerate(_done(jobs, min(workers, len(jobs))), start=1):
+            counter.update(done)
+            if error is not None:
+                error.add_note(f"in {name}")
+                failed.append(error)
+    if failed:
+        raise failed[0]
+
+
+def _done(jobs: Mapping[str, Callable[[], object]], workers: int) -> Iterator[tuple[str, Exception | None]]:
+    """Names of jobs as they are finished, and what went wrong."""
+    if workers < 2:
+        for name, job in jobs.items():
+            yield name, _error(job)
+        return
+    with _single_threaded(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        running = {pool.submit(job): name for name, job in jobs.items()}
+        for future in as_completed(running):
+            yield running[future], _error(future.result)
+
+
+def _error(job: Callable[[], object]) -> Exception | None:
+    try:
+        job()
+    except Exception as error:
+        return error
+    return None
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Processes that are started in the block use one thread."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name)
+            else:
+                os.environ[name] = value

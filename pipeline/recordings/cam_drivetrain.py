@@ -1,0 +1,75 @@
+"""The drivetrain of the cam-follower bench: some of its runs in which the follower never left the cam."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.errors import BadInput
+from pipeline.files import replacing_folder
+from pipeline.numerics.resample import resample
+from pipeline.trajectory import Campaign
+
+FACTORS = ("H", "beta", "m")
+
+
+@dataclass(frozen=True)
+class CamDrivetrainRecording:
+    """A full factorial sample of the contact runs of a campaign as a log folder.
+
+    Of every combination of levels the run with the median voltage is taken, of an even number the lower one.
+    The logs hold the angle alone: the bench's speed was filtered when it was logged. They begin some time
+    after the start from rest, for nothing tells when the supply was switched on. Runs with one cam, which is
+    mounted once for all of them, are a group.
+
+    Attributes:
+        trajectories: store written by ingest. H (m), beta (rad), m (kg): levels.
+        start: what is left out of every run, s. period: of the logs, s.
+    """
+
+    trajectories: str
+    H: Sequence[float]
+    beta: Sequence[float]
+    m: Sequence[float]
+    start: float = 0.1
+    period: float = 0.004
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Replace `folder` by a log folder and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when the store is missing, or a combination of levels has no contact run.
+        """
+        campaign = Campaign.read(Path(self.trajectories), ["t", "theta"])
+        chosen = [self._run(campaign.experiments, levels) for levels in product(self.H, self.beta, self.m)]
+        table = campaign.experiments.iloc[chosen]
+        names = [f"exp{exp}" for exp in table["exp"]]
+        with replacing_folder(folder) as out:
+            for row, name in zip(chosen, names, strict=True):
+                log = campaign[row]
+                t, (theta,) = resample(log["t"], log["theta"][None], self.period)
+                kept = t >= t[0] + self.start
+                samples = pd.DataFrame({"t": t[kept] - t[kept][0], "theta": theta[kept]})
+                samples.to_parquet(out / f"{name}.parquet", index=False)
+            cams = [f"H={H:g} beta={beta:.4g}" for H, beta in zip(table["H"], table["beta"], strict=True)]
+            rows = pd.DataFrame({"id": names, "file": [f"{name}.parquet" for name in names], "group": cams})
+            for name in (*FACTORS, "V"):
+                rows[name] = table[name].to_numpy()
+            rows.to_csv(out / "experiments.csv", index=False, lineterminator="\n")
+        description = "contact runs of the cam-follower bench: angle of its cam shaft"
+        return {**campaign.provenance, "description": description, "experiments": len(names)}
+
+    def _run(self, experiments: pd.DataFrame, levels: tuple[float, ...]) -> int:
+        near = np.isclose(experiments[list(FACTORS)], levels, rtol=1e-6).all(axis=1)
+        rows = np.flatnonzero(near & (experiments["label"] == "contact"))
+        if len(rows) == 0:
+            wanted = ", ".join(f"{name} = {level:g}" for name, level in zip(FACTORS, levels, strict=True))
+            raise BadInput(f"{self.trajectories}: experiments.parquet: no contact run with {wanted}")
+        voltages = experiments["V"].to_numpy()[rows]
+        return int(rows[np.argsort(voltages, kind="stable")[(len(rows) - 1) // 2]])

@@ -1,0 +1,114 @@
+"""EMPS, a prismatic axis of a positioning system: a public benchmark of system identification.
+
+A. Janot, M. Gautier and M. Brunot, "Data set and reference models of EMPS", Workshop on nonlinear system
+identification benchmarks, 2019.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
+
+from pipeline.errors import BadInput
+from pipeline.files import replacing_folder
+
+Array = NDArray[np.float64]
+
+#: The two recordings of the same motion: alone, and with pulses of 5 V added to the drive's voltage.
+FILES = {"plain": "DATA_EMPS.mat", "pulses": "DATA_EMPS_PULSES.mat"}
+#: Time (s), voltage of the drive with the pulses in it (V), measured position (m).
+COLUMNS = ("t", "vir", "qm")
+
+
+@dataclass(frozen=True)
+class EmpsRecording:
+    """The recordings as a log folder, each cut into equally long experiments; those of one are a group.
+
+    The motion of a recording repeats itself four times. Five parts hold both directions and all speeds but
+    one or two each, and begin elsewhere in the motion, so that what comes with time is told from what comes
+    with place or direction.
+
+    Attributes:
+        dataset: folder with the files of `FILES`. parts: experiments per recording.
+    """
+
+    dataset: str | None
+    parts: int = 5
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Replace `folder` by a log folder and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when a recording is missing, is not a MATLAB file or lacks a variable.
+        """
+        if not self.dataset:
+            raise BadInput("source.dataset: must be given: EMPS=<folder with DATA_EMPS.mat>")
+        source = Path(str(self.dataset)).expanduser()
+        recordings = {group: read(source / name) for group, name in FILES.items()}
+        rows = []
+        with replacing_folder(folder) as out:
+            for group, recording in recordings.items():
+                for k, part in enumerate(_parts(recording, self.parts), start=1):
+                    name = f"{group}_{k}"
+                    part.to_parquet(out / f"{name}.parquet", index=False)
+                    rows.append((name, f"{name}.parquet", group))
+            table = pd.DataFrame(rows, columns=["id", "file", "group"])
+            table.to_csv(out / "experiments.csv", index=False, lineterminator="\n")
+        return {
+            "data": "measured",
+            "description": "public measurements of EMPS, a real positioning axis: voltage, position",
+            "url": "https://www.nonlinearbenchmark.org/benchmarks/emps",
+            "experiments": len(rows),
+        }
+
+
+def read(path: Path) -> pd.DataFrame:
+    """The columns `COLUMNS` of one recording.
+
+    Raises:
+        BadInput: names the file, and the variable that is missing or is not a column of finite numbers.
+    """
+    try:
+        with path.open("rb") as file:
+            content = loadmat(file, variable_names=list(COLUMNS))
+    except FileNotFoundError:
+        raise BadInput(f"{path}: no such file") from None
+    except (MatReadError, ValueError, IndexError, TypeError, NotImplementedError, OSError) as error:
+        raise BadInput(
+            f"{path}: not a MATLAB file of version 4 to 7 ({str(error).splitlines()[0]})"
+        ) from None
+    columns = {name: _column(path, name, content.get(name)) for name in COLUMNS}
+    for name, values in columns.items():
+        if len(values) != len(columns["t"]):
+            raise BadInput(
+                f"{path}: variable {name}: must have {len(columns['t'])} rows like t, got {len(values)}"
+            )
+    return pd.DataFrame(columns)
+
+
+def _column(path: Path, name: str, values: Any) -> Array:
+    if values is None:
+        raise BadInput(f"{path}: variable {name} is missing")
+    if values.dtype.kind not in "fiu" or values.ndim != 2 or 1 not in values.shape:
+        raise BadInput(
+            f"{path}: variable {name}: must be a column of numbers, got {values.shape} {values.dtype}"
+        )
+    column = np.asarray(values, np.float64).ravel()
+    bad = np.flatnonzero(~np.isfinite(column))
+    if len(bad):
+        raise BadInput(f"{path}: variable {name}: row {bad[0] + 1}: not a finite number")
+    return column
+
+
+def _parts(recording: pd.DataFrame, count: int) -> list[pd.DataFrame]:
+    """Equally long parts, each with its own clock; what is left over at the end is dropped."""
+    length = len(recording) // count
+    parts = (recording.iloc[k * length : (k + 1) * length] for k in range(count))
+    return [part.assign(t=part["t"] - part["t"].iloc[0]) for part in parts]

@@ -1,0 +1,168 @@
+"""The tables on the page of a diagnosis, from what diagnosis.json says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pipeline.report.tables import Cell, Table, number, quantity
+
+GAPS = {
+    "known": ("as given", "the system file as it is"),
+    "reidentified": ("re-identified", "the same physics, its uncertain parameters fitted anew"),
+    "augmented": ("with the effects found", "everything fitted together"),
+    "neural": ("with networks", "a network in every port: what a flexible model could still explain"),
+    "floor": ("noise", "what the noise of the sensors alone leaves"),
+}
+#: What kinds of channels are called.
+PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
+
+
+def effect_name(entry: Mapping[str, Any]) -> str:
+    """Family, variant, place, and the experiments where it acts, in words."""
+    if not entry.get("family"):
+        return "no effect"
+    family = " + ".join(word.replace("_", " ") for word in str(entry["family"]).split(" + "))
+    if entry.get("variant"):
+        family += f" ({str(entry['variant']).replace('_', ' ')})"
+    found = f"{family} at {' + '.join(map(_place, str(entry['port']).split(' + ')))}"
+    if entry.get("factor") is not None:
+        found += f", where {entry['factor']} is {number(entry['level'])}"
+    return found
+
+
+def _place(channel: str) -> str:
+    kind, _, name = channel.rpartition(":")
+    return f"{PLACES.get(kind, kind)} {name}".strip()
+
+
+def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
+    """The numbers of every effect's law, one table each."""
+    found = []
+    for k, effect in enumerate(content["effects"], start=1):
+        rows = []
+        for name, entry in effect["parameters"].items():
+            value, interval = quantity(entry["value"], _interval(entry["interval"]))
+            note = f"one for each of {len(entry['values'])} experiments" if "values" in entry else ""
+            named, range_ = Cell(name, name, note=note), Cell(interval or "–", interval)
+            rows.append((named, _value(value, entry["value"]), range_, _unit(entry["unit"])))
+        columns = "Number", "Value", "95 % interval", "Unit"
+        found.append(
+            Table(f"effect_{k}", f"Numbers of {effect_name(effect)}", columns, _numeric("0100"), tuple(rows))
+        )
+    return found
+
+
+def gap_table(content: Mapping[str, Any]) -> Table:
+    """The gaps on the held-out experiments."""
+    gap = content["gap"]
+    rows = [
+        (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
+        for name, (label, meaning) in GAPS.items()
+        if name != "augmented" or content["effects"]
+    ]
+    held = ", ".join(map(str, gap["held_out"]))
+    about = f"Root mean square over free-run windows, in standard deviations of the outputs, on {held}."
+    columns = "Model", "Gap", "What it is"
+    return Table("gaps", "Gap on held-out experiments", columns, _numeric("010"), tuple(rows), about)
+
+
+def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
+    """Channels, regions and factors, as far as there are any; `units` of signals by name."""
+    where = content["where"]
+    channels = [(Cell(row["port"], row["port"]), _share(row["share"])) for row in where["channels"]]
+    regions = [
+        (
+            *(Cell(row["signal"], row["signal"]), _number(row["low"]), _number(row["high"])),
+            *(_unit(units.get(row["signal"], "")), _share(row["share"])),
+        )
+        for row in where["regions"]
+    ]
+    factors = [
+        (
+            Cell(row["factor"], row["factor"]),
+            Cell(number(row["level"]), str(row["level"])),
+            _share(row["share"]),
+        )
+        for row in where["factors"]
+    ]
+    squares = "Share of the squared gap above the noise, by where it enters."
+    tables = [
+        Table("channels", "Channels", ("Channel", "Share"), _numeric("01"), tuple(channels), squares),
+        Table(
+            *("regions", "Regions", ("Signal", "From", "To", "Unit", "Share"), _numeric("01101")),
+            tuple(regions),
+            "Where much more is lacking than samples lie there.",
+        ),
+        Table(
+            *("factors", "Operating point", ("Factor", "Level", "Share"), _numeric("001"), tuple(factors)),
+            "Levels with more of the gap than of the samples.",
+        ),
+    ]
+    return [table for table in tables if table.rows]
+
+
+def experiments_table(content: Mapping[str, Any]) -> Table:
+    """Gaps of all experiments."""
+    held = set(content["gap"]["held_out"])
+    rows = [
+        (
+            Cell(row["id"], row["id"], note="held out" if row["id"] in held else ""),
+            _number(row["known"]),
+            _number(row["augmented"]),
+        )
+        for row in content["where"]["experiments"]
+    ]
+    columns = "Experiment", "As given", "With the effects found" if content["effects"] else "Re-identified"
+    return Table("experiment_gaps", "Gap of every experiment", columns, _numeric("011"), tuple(rows))
+
+
+def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+    """The uncertain parameters of the system; `units` by name."""
+    rows = []
+    for name, entry in content["parameters"].items():
+        value, interval = quantity(entry["identified"], _interval(entry["interval"]))
+        cells = Cell(name, name), _number(entry["known"]), _value(value, entry["identified"])
+        rows.append((*cells, Cell(interval or "–", interval), _unit(units.get(name, ""))))
+    columns = "Parameter", "In the file", "Identified", "95 % interval", "Unit"
+    return Table("parameters", "Uncertain parameters", columns, _numeric("01100"), tuple(rows))
+
+
+def candidates_table(content: Mapping[str, Any]) -> Table:
+    """All models that were fitted."""
+    rows = [
+        (Cell(effect_name(row), effect_name(row)), _number(row["gap"]), _number(row["evidence"]))
+        for row in content["candidates"]
+    ]
+    about = (
+        "The gap is that on the experiments that the models were fitted to. The evidence is the logarithm "
+        "of the likelihood beside the best one's, complexity counted in."
+    )
+    columns = "Model", "Gap", "Evidence"
+    return Table("models", "Models that were fitted", columns, _numeric("011"), tuple(rows), about)
+
+
+def _numeric(flags: str) -> tuple[bool, ...]:
+    return tuple(flag == "1" for flag in flags)
+
+
+def _number(value: Any) -> Cell:
+    return Cell(number(value), "" if value is None else str(value))
+
+
+def _value(text: str, exact: Any) -> Cell:
+    return Cell(text, "" if exact is None else str(exact), "figure")
+
+
+def _share(value: float) -> Cell:
+    return Cell(f"{100.0 * value:.3g} %", str(value))
+
+
+def _unit(unit: str) -> Cell:
+    return Cell("–" if unit in ("", "1") else unit, unit)
+
+
+def _interval(values: Iterable[Any]) -> list[float] | None:
+    """None where an end is not a number."""
+    found = [float(value) for value in values if value is not None]
+    return found if len(found) == 2 else None

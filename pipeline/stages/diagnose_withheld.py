@@ -1,0 +1,62 @@
+"""Diagnose many cases whose truth is withheld, a file for each."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+from pipeline.diagnosis.diagnosed import diagnosed
+from pipeline.diagnosis.summary import summary
+from pipeline.diagnosis.where import where
+from pipeline.evaluation.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, cases_in
+from pipeline.files import read_json, write_json
+from pipeline.jobs import growing_folder, run_jobs
+from pipeline.measurements.folder import read_logs
+from pipeline.physics.system.reader import read_system
+
+
+def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
+    """Write `out`/<case>.json, the diagnosis (diagnosis/1), and `out`/costs/<case>.json.
+
+    A diagnosis sees system.yaml and logs/ of its case and nothing else. `costs` tell seconds, and the largest
+    memory (MB) that the process took until then. A run that was killed goes on after the cases that are done,
+    as long as cases, arguments and program are the same.
+
+    Args:
+        cases: folder of a campaign of withheld cases, as acquire writes it.
+        horizon: of the free-run windows, s.
+        seed: of everything random in a diagnosis.
+        workers: processes, of one thread each.
+        out: folder, replaced as a whole once all cases are done.
+
+    Raises:
+        BadInput: when there are no cases, or one of them cannot be used.
+    """
+    folders = cases_in(cases)
+    about = {"cases": read_json(cases / PROVENANCE), "horizon": horizon, "seed": seed}
+    with growing_folder(out, about) as folder:
+        jobs = {
+            case.name: partial(_diagnose, case / SYSTEM, case / LOGS, horizon, seed, folder, case.name)
+            for case in folders
+            if not (folder / f"{case.name}.json").exists()
+        }
+        run_jobs(jobs, workers, "diagnosing")
+
+
+def _diagnose(system: Path, logs: Path, horizon: float, seed: int, out: Path, name: str) -> None:
+    start = time.monotonic()
+    known = read_system(system)
+    found = diagnosed(known, read_logs(logs, known), horizon, seed, workers=1)
+    content = summary(found, where(found))
+    cost = {"seconds": time.monotonic() - start, "memory": _memory()}
+    write_json(out / COSTS / f"{name}.json", cost)
+    write_json(out / f"{name}.json", content)  # last: it says that the case is done
+
+
+def _memory() -> float:
+    """Of this process at most, MB."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

@@ -1,0 +1,62 @@
+"""Refit withheld cases with their truth known, and regress them sparsely: yardsticks of the diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+
+from pipeline.diagnosis.oracle import Known, oracle
+from pipeline.diagnosis.sparse_regression import largest_term
+from pipeline.diagnosis.study import Study
+from pipeline.evaluation.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.files import read_json, write_json
+from pipeline.jobs import growing_folder, run_jobs
+from pipeline.measurements.folder import read_logs
+from pipeline.physics.system.reader import read_system
+
+
+def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, out: Path) -> None:
+    """Write `out`/<campaign>/<case>.json: `oracle` (see `pipeline.diagnosis.oracle`) and `sparse_regression`.
+
+    The oracle is told the families and channels that are planted. Both learn from the experiments that the
+    diagnosis learned from, and the oracle is judged on those that the diagnosis held out. A run that was
+    killed goes on after the cases that are done, as long as cases, diagnoses, arguments and program are the
+    same.
+
+    Args:
+        cases: folder of campaigns of withheld cases. diagnoses: of diagnose_withheld, <campaign>/<case>.json.
+        horizon: of the free-run windows, s.
+        workers: processes, of one thread each.
+        out: folder, replaced as a whole once all cases are done.
+
+    Raises:
+        BadInput: when a case has no diagnosis, or cannot be used.
+    """
+    folders = [case for campaign in campaigns_in(cases) for case in cases_in(campaign)]
+    names = [case.relative_to(cases).as_posix() for case in folders]
+    held_out = {name: read_json(diagnoses / f"{name}.json")["gap"]["held_out"] for name in names}
+    origins = [read_json(campaign / PROVENANCE) for campaign in campaigns_in(cases)]
+    with growing_folder(out, {"cases": origins, "held_out": held_out, "horizon": horizon}) as folder:
+        jobs = {
+            name: partial(_refit, case, held_out[name], horizon, folder / f"{name}.json")
+            for name, case in zip(names, folders, strict=True)
+            if not (folder / f"{name}.json").exists()
+        }
+        run_jobs(jobs, workers, "refitting")
+
+
+def _refit(case: Path, held_out: list[str], horizon: float, path: Path) -> None:
+    system = read_system(case / SYSTEM)
+    logs = read_logs(case / LOGS, system)
+    study = Study(system, logs, horizon, tuple(logs.ids.index(name) for name in held_out))
+    planted = [
+        Known(row["family"], row["channel"], row.get("factor"), row.get("level"))
+        for row in read_json(case / TRUTH)["effects"]
+    ]
+    best, term = oracle(study, planted), largest_term(study)
+    content = {
+        "oracle": {**asdict(best), "shrink": best.shrink},
+        "sparse_regression": None if term is None else asdict(term),
+    }
+    write_json(path, content)

@@ -1,0 +1,50 @@
+"""From diagnoses of measured machines to the numbers of the report: what was found, and what is left over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.evaluation import real
+from pipeline.evaluation.readable import write_table
+from pipeline.files import read_json, write_json
+from pipeline.revision import revision
+
+TITLES = {
+    "": "What the diagnosis says",
+    "_numbers": "Identified numbers",
+    "_left_over": "Where the gap lies, and what is left",
+}
+
+
+def tabulate_real(diagnoses: Path, raw: Path, profile_name: str, reports: Path) -> None:
+    """Write metrics/real.json, and tables/<machine>.csv, <machine>_numbers.csv and <machine>_left_over.csv.
+
+    Args:
+        diagnoses: folder with <machine>/<what>_withheld/diagnosis.json as written by diagnose.
+        raw: folder with <machine>/provenance.json.
+        profile_name: of the graph; a diagnosis is the same in all profiles.
+        reports: folder; these files in it are rewritten.
+
+    Raises:
+        BadInput: when there is no diagnosis, or a machine's provenance is missing.
+    """
+    found = real.read_diagnoses(diagnoses)
+    kinds = {machine: str(read_json(raw / machine / "provenance.json")["data"]) for machine in found}
+    for machine, reports_of in found.items():
+        parts = {
+            "": real.verdicts(reports_of),
+            "_numbers": real.numbers(reports_of),
+            "_left_over": real.left_over(reports_of),
+        }
+        for suffix, table in parts.items():
+            path = reports / "tables" / f"{machine}{suffix}"
+            write_table(path, table, None, TITLES[suffix], real.PROTOCOL, kinds[machine])
+    head = {
+        "data": "measured" if set(kinds.values()) == {"measured"} else "virtual",
+        "profile": profile_name,
+        "revision": revision(),
+        "seconds": 0.0,
+        "protocol": real.PROTOCOL,
+    }
+    leaves = {m: {what: real.leaves(report) for what, report in r.items()} for m, r in found.items()}
+    write_json(reports / "metrics" / "real.json", {**head, **leaves})

@@ -1,0 +1,76 @@
+"""From diagnoses of withheld cases to the numbers of the withheld check: tables and metrics."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pipeline.evaluation.channels import parameter_channels
+from pipeline.evaluation.readable import write_table
+from pipeline.evaluation.withheld.folders import COSTS, SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.evaluation.withheld.judging import judged
+from pipeline.evaluation.withheld.scores import (
+    PROTOCOL,
+    calibration,
+    confusion,
+    detection,
+    listed,
+    misses,
+    scores,
+)
+from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.physics.system.reader import read_system
+from pipeline.revision import revision
+
+
+def tabulate_withheld(
+    cases: Path, diagnoses: Path, refits: Path, profile_name: str, out: Path, reports: Path
+) -> None:
+    """Write tables for figures to `out`, withheld.json and readable tables to `reports`.
+
+    Tables: `cases` (a row per case, see `judging.judged`), `detection` (by level of the effect),
+    `calibration` (by confidence), `confusion` (by family), `misses`.
+
+    Args:
+        cases: folder of campaigns of withheld cases, a kind each.
+        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+        profile_name: of the profile that chose the cases.
+        out: folder, replaced as a whole.
+        reports: folder; its metrics/withheld.json and its tables withheld and withheld_misses are rewritten.
+
+    Raises:
+        BadInput: when an input is missing.
+    """
+    rows = pd.DataFrame([_row(case, cases, diagnoses, refits) for case in _every(cases)])
+    found = {"cases": rows, "detection": detection(rows), "calibration": calibration(rows)}
+    found |= {"confusion": confusion(rows), "misses": misses(rows)}
+    with replacing_folder(out) as folder:
+        for name, table in found.items():
+            table.to_parquet(folder / f"{name}.parquet", index=False)
+    systems = {str(name): scores(group) for name, group in rows.groupby("system")}
+    head = {
+        "data": "virtual",
+        "profile": profile_name,
+        "revision": revision(),
+        "seconds": float(rows["seconds"].sum()),
+        "protocol": PROTOCOL,
+    }
+    write_json(reports / "metrics" / "withheld.json", {**head, **scores(rows), "systems": systems})
+    tables = reports / "tables"
+    write_table(tables / "withheld", listed(rows), None, "Withheld check", PROTOCOL, "virtual")
+    title = "Withheld check: every case whose answer is not right"
+    write_table(tables / "withheld_misses", found["misses"], None, title, PROTOCOL, "virtual")
+
+
+def _every(cases: Path) -> list[Path]:
+    return [case for campaign in campaigns_in(cases) for case in cases_in(campaign)]
+
+
+def _row(case: Path, cases: Path, diagnoses: Path, refits: Path) -> dict[str, Any]:
+    kind, file = case.parent.relative_to(cases), f"{case.name}.json"
+    answers = (read_json(case / TRUTH), read_json(diagnoses / kind / file), read_json(refits / kind / file))
+    acts_at = parameter_channels(read_system(case / SYSTEM))
+    cost = read_json(diagnoses / kind / COSTS / file)
+    return {"kind": kind.as_posix(), "case": case.name, **judged(*answers, acts_at), **cost}

@@ -1,0 +1,119 @@
+"""Diagnoses that nobody computed: a pendulum's logs and effects whose numbers are simply said."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import pandas as pd
+
+from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found, Model
+from pipeline.evaluation.gap import gap
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.inputs import acting
+from pipeline.measurements.logs import Logs
+from pipeline.physics.effects.added import Added, with_numbers
+from pipeline.physics.effects.columns import extended, in_columns
+from pipeline.physics.effects.library import effects
+from pipeline.physics.effects.place import Place
+from pipeline.physics.effects.scales import Scales
+from pipeline.physics.system.model import System
+from tests.diagnosis.benches import Bench, pendulum
+
+JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
+HORIZON = 0.1
+HELD_OUT = (1, 3)
+
+
+@dataclass(frozen=True)
+class Said:
+    """An effect and its numbers; `own` by name in the order of the experiments."""
+
+    family: str
+    place: Place
+    numbers: Mapping[str, float]
+    variant: str = ""
+    own: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+
+def known(folder: Path, *changes: tuple[str, str]) -> tuple[System, Logs]:
+    """`folder`/system.yaml and `folder`/logs: four short experiments in two groups."""
+    system = pendulum(folder, *changes)
+    Bench(samples=150, runs=4).logs(folder / "logs", system)
+    table = pd.read_csv(folder / "logs" / "experiments.csv").assign(group=["new", "old", "old", "new"])
+    table.to_csv(folder / "logs" / "experiments.csv", index=False)
+    return system, read_logs(folder / "logs", system)
+
+
+def added_to(system: System, logs: Logs, said: Sequence[Said]) -> list[Added]:
+    """The effects one after the other."""
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    found: list[Added] = []
+    for s in said:
+        (effect,) = (e for e in effects() if (e.family, e.variant) == (s.family, s.variant))
+        found.append(effect.add(system, s.place, scales))
+        system = found[-1].system
+    return found
+
+
+def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 0.0) -> Model:
+    """The model with all effects; the torque acts `timing` later."""
+    found = added_to(system, logs, said)
+    for a, s in zip(found, said, strict=True):
+        assert {*s.numbers, *s.own} <= {*a.amplitudes, *a.shapes}
+    grown = with_numbers(
+        found[-1].system if found else system, found, {k: v for s in said for k, v in s.numbers.items()}
+    )
+    late = replace(grown, inputs=tuple(replace(i, delay=i.delay + timing) for i in grown.inputs))
+    own = {name: values for s in said for name, values in s.own.items()}
+    columns = {name: column for a in found for name, column in a.columns.items()}
+    moved = [i.delay - j.delay for i, j in zip(late.inputs, system.inputs, strict=True)]
+    seen = replace(logs, u=acting(late, logs.ids, logs.u, logs.offsets, logs.period, moved))
+    spread = in_columns(late, own)
+    seen = extended(seen, {**columns, **own}).for_system(spread)  # type: ignore[dict-item]
+    return Model("augmented", spread, seen, gap(spread, seen, HORIZON, HELD_OUT))
+
+
+def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
+    """What a diagnosis would say if the effects were `said`."""
+    system, logs = known(folder)
+    before = Model("known", system, logs, gap(system, logs, HORIZON, HELD_OUT))
+    after, found = augmented(system, logs, said, timing), added_to(system, logs, said)
+    results = tuple(_found(logs, a, s) for a, s in zip(found, said, strict=True))
+    return Diagnosis(
+        system=system,
+        logs=logs,
+        horizon=HORIZON,
+        seed=3,
+        verdict="effect" if said else "no_gap",
+        confidence=0.94,
+        effects=results,
+        partial=False,
+        known=before,
+        reidentified=before,
+        augmented=after,
+        neural=after,
+        steps=(before, after),
+        floor=0.009,
+        shrink=0.99,
+        interval=(0.97, 1.0),
+        held_out=HELD_OUT,
+        parameters={"b": Estimate("N m s/rad", 0.03, 0.0151, (0.0149, 0.0153))},
+        candidates=(
+            Candidate(tuple(found), 0.012, 0.0),
+            Candidate(tuple(found[:1]), 0.05, 12.3),
+            Candidate((), 0.3, 200.0),
+        ),
+        notes=("theta was unwrapped",),
+    )
+
+
+def _found(logs: Logs, added: Added, said: Said) -> Found:
+    estimates = {
+        name: Estimate(added.units[name], float("nan"), value, (0.9 * value, 1.1 * value))
+        for name, value in said.numbers.items()
+        if name in added.reported
+    }
+    own = {name: dict(zip(logs.ids, values, strict=True)) for name, values in said.own.items()}
+    return Found(added, estimates, own, 0.97, 0.81, (replace(added, family="stribeck_friction"),))

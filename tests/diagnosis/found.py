@@ -1,0 +1,82 @@
+"""Diagnoses of a pendulum, their models fitted without the search: what they should say is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found, Model, Verdict
+from pipeline.diagnosis.fit import Fit, fit
+from pipeline.diagnosis.floor import floor
+from pipeline.diagnosis.free_runs import free_runs
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.simulation import Simulation
+from pipeline.measurements.logs import Logs
+from pipeline.physics.effects.coulomb_friction import CoulombFriction
+from pipeline.physics.effects.place import Place
+from pipeline.physics.effects.scales import Scales
+from pipeline.physics.effects.viscous_friction import ViscousFriction
+from pipeline.physics.system.model import System
+from tests.diagnosis.benches import Bench, pendulum
+
+JOINT = Place("port", "joint")
+HORIZON = 0.1
+BENCH = Bench(runs=6, samples=600)
+
+
+def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") -> Diagnosis:
+    """Of the pendulum with dry friction that its file does not have; named where the verdict is an effect."""
+    system = pendulum(folder)
+    logs = bench.logs(folder / "logs", system)
+    held = tuple(range(0, len(logs), 3))
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    added = CoulombFriction().add(system, JOINT, scales)
+    other = ViscousFriction().add(system, JOINT, scales)
+    before, base = _fitted("re-identified", system, logs, held)
+    after, best = _fitted("with coulomb_friction at joint", added.system, logs, held)
+    named = verdict == "effect"
+    last = after if named else before
+    noise = _floor(last, held)
+    square = before.gap.value**2 - noise**2
+    shrink = (before.gap.value**2 - last.gap.value**2) / square if named else 0.0
+    F_c = best.values["F_c"]
+    estimates = {"F_c": Estimate("N m", float("nan"), F_c, (0.98 * F_c, 1.02 * F_c))}
+    return Diagnosis(
+        *(system, logs, HORIZON, 0, verdict, 0.94),
+        effects=(Found(added, estimates, {}, 0.97, shrink, (other,)),) if named else (),
+        partial=False,
+        known=Model("known", system, logs, free_runs(system, logs, HORIZON, held)),
+        reidentified=before,
+        augmented=last,
+        neural=replace(after, label="neural"),
+        steps=(before, after) if named else (before,),
+        floor=noise,
+        shrink=min(shrink, 1.0),
+        interval=(0.9 * min(shrink, 1.0), min(shrink, 1.0)),
+        held_out=held,
+        parameters={
+            p.name: Estimate(p.unit, p.value, base.values[p.name], (p.limits[0], p.limits[1]))
+            for p in system.parameters
+            if p.identify
+        },
+        candidates=(
+            Candidate((added,), best.gap.value, 0.0),
+            Candidate((other,), base.gap.value, 812.0),
+            Candidate((), base.gap.value, 820.0),
+        ),
+        notes=("omega was estimated from theta",),
+    )
+
+
+def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[Model, Fit]:
+    runs = [i for i in range(len(logs)) if i not in held]
+    found = fit(Simulation(system, Recording.of(logs, HORIZON, runs)))
+    known = system.with_values(found.values)
+    seen = logs.for_system(known)
+    return Model(label, known, seen, free_runs(known, seen, HORIZON, held)), found
+
+
+def _floor(model: Model, held: Sequence[int]) -> float:
+    simulation = Simulation(model.system, Recording.of(model.logs, HORIZON, held))
+    return floor(simulation, simulation.values[None, None], model.gap.substeps).value

@@ -1,0 +1,33 @@
+"""Studies of pendulums whose faults are known, and fits of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.diagnosis.study import Study
+from pipeline.physics.effects.effect import Effect
+from pipeline.physics.effects.library import effects
+from pipeline.physics.effects.place import Place
+from tests.diagnosis.benches import Bench, pendulum
+
+HORIZON = 0.1
+JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
+
+
+def study(folder: Path, bench: Bench, *changes: tuple[str, str], seed: int = 0) -> Study:
+    """Of what the bench logs, by somebody who knows `benches.TEXT` with changes."""
+    system = pendulum(folder, *changes)
+    return Study.of(system, bench.logs(folder / "logs", system), HORIZON, seed)
+
+
+def effect(family: str, variant: str = "") -> Effect:
+    """Of the library."""
+    (found,) = (e for e in effects() if (e.family, e.variant) == (family, variant))
+    return found
+
+
+def fitted(hypothesis: Hypothesis) -> Fitted:
+    """To all windows of the experiments that are learned from."""
+    return Fitted.of(hypothesis, hypothesis.study.recording)

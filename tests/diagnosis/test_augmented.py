@@ -1,0 +1,106 @@
+"""The augmented system as a file: it simulates the user's own folder with the gap that was reported."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from pipeline.diagnosis.augmented import FILE, augmented_system, write_augmented
+from pipeline.errors import BadInput
+from pipeline.evaluation.gap import gap
+from pipeline.files import read_json
+from pipeline.measurements.folder import read_logs
+from pipeline.physics.effects.place import Place
+from pipeline.physics.system.reader import read_system
+from pipeline.stages.simulate import simulate
+from tests.diagnosis.diagnoses import ANGLE, HELD_OUT, HORIZON, JOINT, TORQUE, Said, diagnosis
+
+FRICTION = {"F_c": 0.06, "v_c": 0.05}
+COULOMB = Said("coulomb_friction", JOINT, FRICTION)
+GROUP = Said("coulomb_friction", replace(JOINT, factor="group", level="old"), FRICTION)
+DAHL = Said("hysteresis", JOINT, {"F_h": 0.05, "x_h": 0.01}, "dahl")
+ORDER = Said("drift", JOINT, {"F_n": 0.02}, "load_by_order")
+SCATTER = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.01, 0.0, -0.02, 0.005)})
+LATE = Said("input_delay", TORQUE, {"T_d": 0.0037})
+SENSOR = Said("sensor_delay", ANGLE, {"T_d": 0.005})
+LAG = Said("actuator_lag", TORQUE, {"c_u": 1.0, "T_u": 0.01})
+GAIN = Said("sensor_gain", ANGLE, {"g": 0.05})
+MASS = Said("inertia_error", JOINT, {"dM": 0.004})
+PLAY = Said("backlash", JOINT, {"m_b": 0.002}, "load")
+
+CASES: dict[str, tuple[list[Said], float]] = {
+    "nothing": ([], 0.0),
+    "coulomb": ([COULOMB], 0.0),
+    "group": ([GROUP], 0.0),
+    "memory": ([DAHL], -0.0004),
+    "order": ([ORDER], 0.0),
+    "scatter": ([SCATTER], -0.0011),
+    "late_input": ([LATE], 0.0),
+    "late_sensor": ([SENSOR, GAIN], 0.0007),
+    "lag": ([LAG], 0.0),
+    "inertia": ([MASS, COULOMB], 0.0),
+    "play": ([PLAY], 0.0),
+    "many": ([GROUP, SCATTER, ORDER, DAHL], -0.0004),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_simulating_the_file_on_the_users_folder_gives_the_gap_that_was_reported(
+    tmp_path: Path, name: str
+) -> None:
+    said, timing = CASES[name]
+    found = diagnosis(tmp_path, *said, timing=timing)
+    assert not said or found.augmented.gap.value != found.known.gap.value
+    write_augmented(found, tmp_path / "out")
+    system = read_system(tmp_path / "out" / FILE)
+    logs = read_logs(tmp_path / "logs", system)
+    assert gap(system, logs, HORIZON, HELD_OUT).value == pytest.approx(found.augmented.gap.value, rel=1e-9)
+    found.logs.write(tmp_path / "store")
+    stored = read_logs(tmp_path / "store", system)
+    assert gap(system, stored, HORIZON, HELD_OUT).value == pytest.approx(found.augmented.gap.value, rel=1e-9)
+
+
+def test_the_verb_simulate_takes_it_and_a_part_of_the_folder(tmp_path: Path) -> None:
+    found = diagnosis(tmp_path, *CASES["many"][0])
+    write_augmented(found, tmp_path / "out")
+    table = pd.read_csv(tmp_path / "logs" / "experiments.csv")
+    table.iloc[list(HELD_OUT)].to_csv(tmp_path / "logs" / "experiments.csv", index=False)
+    simulate(tmp_path / "out" / FILE, tmp_path / "logs", HORIZON, tmp_path / "simulation")
+    known = read_json(tmp_path / "simulation" / "simulation.json")["gap"]["known"]
+    # the speed is differentiated from the angles of fewer experiments, with a width of its own
+    assert known == pytest.approx(found.augmented.gap.value, rel=0.02)
+
+
+def test_what_a_new_experiment_has(tmp_path: Path) -> None:
+    found = diagnosis(tmp_path, GROUP, SCATTER, ORDER)
+    constants = {c.name: c for c in augmented_system(found).operating_point}
+    assert constants["in_group"].values == {"run0": 0.0, "run1": 1.0, "run2": 1.0, "run3": 0.0}
+    assert constants["in_group"].other == 0.0
+    assert constants["b_deviation"].other == pytest.approx(-0.00125)
+    assert constants["experiment_number"].other is None
+    write_augmented(found, tmp_path / "out")
+    table = pd.read_csv(tmp_path / "logs" / "experiments.csv").replace({"id": {"run2": "new"}})
+    table.to_csv(tmp_path / "logs" / "experiments.csv", index=False)
+    with pytest.raises(BadInput, match=r"row 4: column id: the experiment 'new' is not in .*_number"):
+        read_logs(tmp_path / "logs", read_system(tmp_path / "out" / FILE))
+
+
+def test_what_rounding_puts_beyond_a_bound_is_read(tmp_path: Path) -> None:
+    found = diagnosis(tmp_path, COULOMB)
+    system = found.augmented.system.with_values({"b": 0.1 + 2e-17, "F_c": -1e-18})
+    assert system.values[1] > 0.1
+    write_augmented(replace(found, augmented=replace(found.augmented, system=system)), tmp_path / "out")
+    values = {p.name: p.value for p in read_system(tmp_path / "out" / FILE).parameters}
+    assert (values["b"], values["F_c"]) == (0.1, 0.0)
+
+
+def test_the_known_physics_and_its_words_are_kept(tmp_path: Path) -> None:
+    found = diagnosis(tmp_path, COULOMB)
+    write_augmented(found, tmp_path / "out")
+    system = read_system(tmp_path / "out" / FILE)
+    assert system.text["dynamics.omega"] == "(torque - b*omega - mgl*sin(theta) - tau)/J"
+    assert system.text["ports.joint.law"] == "F_c*tanh(omega/v_c)"
+    assert (system.name, system.uncertain) == ("pendulum", ("b", "mgl", "F_c", "v_c"))

@@ -1,0 +1,99 @@
+"""Which experiments are held out, and that what is learned knows nothing of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.diagnosis.study import LATEST, Study, held_out
+from tests.diagnosis.benches import PERIOD, Bench
+from tests.diagnosis.studies import study
+
+LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.03}\nparameters:")
+tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)
+
+
+def table(**factors: list[object]) -> pd.DataFrame:
+    count = len(next(iter(factors.values())))
+    return pd.DataFrame({"id": [f"run{i}" for i in range(count)], "file": "log.csv", **factors})
+
+
+@given(tables, st.integers(0, 50))
+def test_a_quarter_at_least_one_always_the_same(groups: list[object], seed: int) -> None:
+    experiments = table(group=groups)
+    chosen = held_out(experiments, seed)
+    assert len(set(chosen)) == len(chosen) == max(1, round(0.25 * len(groups)))
+    assert list(chosen) == sorted(chosen) and set(chosen) < set(range(len(groups)))
+    assert held_out(experiments, seed) == chosen
+
+
+@given(tables, st.integers(0, 50), st.booleans())
+def test_every_level_stays_among_the_learned_if_it_can(
+    groups: list[object], seed: int, measured: bool
+) -> None:
+    """Also beside a column in which every experiment has its own value."""
+    beside = {"temperature": list(np.linspace(18.0, 23.0, len(groups)))} if measured else {}
+    chosen = held_out(table(group=groups, **beside), seed)
+    seen = Counter(g for i, g in enumerate(groups) if i not in chosen)
+    lost = len(set(groups) - set(seen))
+    could_go = len(groups) - len(set(groups))
+    assert lost == max(0, len(chosen) - could_go)
+
+
+@given(st.integers(0, 50))
+def test_levels_of_two_factors(seed: int) -> None:
+    loads = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0]
+    rigs = ["new", "old"] * 4
+    chosen = held_out(table(load=loads, group=rigs), seed)
+    learned = [i for i in range(8) if i not in chosen]
+    assert {loads[i] for i in learned} == set(loads) and {rigs[i] for i in learned} == set(rigs)
+
+
+def test_seeds_differ() -> None:
+    experiments = table(group=["a"] * 12)
+    drawn = {held_out(experiments, seed) for seed in range(20)}
+    assert len(drawn) > 10
+    assert {i for chosen in drawn for i in chosen} == set(range(12))
+
+
+@pytest.fixture(scope="module")
+def pendulums(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    return study(tmp_path_factory.mktemp("study"), Bench(runs=5, samples=200))
+
+
+def test_windows_of_the_learned_experiments_only(pendulums: Study) -> None:
+    assert pendulums.held_out == held_out(pendulums.logs.experiments, 0)
+    assert sorted((*pendulums.learned, *pendulums.held_out)) == list(range(5))
+    assert set(pendulums.recording.owner) == set(pendulums.learned)
+    assert pendulums.recording.steps.max() == round(pendulums.horizon / PERIOD)
+    later = Study.of(pendulums.system, pendulums.logs, pendulums.horizon, 1)
+    assert later.held_out == held_out(pendulums.logs.experiments, 1)
+
+
+def test_sizes_are_those_of_the_learned_experiments(pendulums: Study) -> None:
+    logs = pendulums.logs
+    change = np.where(np.isin(logs.owner, pendulums.held_out), 5.0, 1.0)[:, None]
+    other = replace(pendulums, logs=replace(logs, x=logs.x * change, u=logs.u * change))
+    assert other.scales == pendulums.scales
+    learned = replace(pendulums, logs=replace(logs, x=5.0 * logs.x, u=5.0 * logs.u))
+    assert learned.scales != pendulums.scales
+    assert pendulums.scales.duration == pytest.approx(199 * PERIOD)
+
+
+@pytest.mark.parametrize(("samples", "room"), [(200, 20), (64, 6), (900, LATEST)])
+def test_room_for_delays(tmp_path: Path, samples: int, room: int) -> None:
+    found = study(tmp_path, Bench(runs=2, samples=samples))
+    assert found.latest == pytest.approx(room * PERIOD)
+    assert found.recording.latest == room
+
+
+def test_room_for_a_delay_beside_the_known_one(tmp_path: Path) -> None:
+    found = study(tmp_path, Bench(runs=2, samples=215), LATE)
+    assert found.latest == pytest.approx((15 + 20) * PERIOD)

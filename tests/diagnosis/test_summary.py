@@ -1,0 +1,158 @@
+"""diagnosis.json keeps to its contract, and the printed lines say the same."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.diagnosis.diagnosis import Diagnosis, Estimate
+from pipeline.diagnosis.sentences import sentences
+from pipeline.diagnosis.summary import summary
+from pipeline.diagnosis.where import Where
+from pipeline.files import write_json
+from pipeline.physics.effects.place import Place
+from tests.diagnosis.diagnoses import JOINT, TORQUE, Said, diagnosis
+
+WHERE = Where(
+    channels=({"port": "joint", "share": 0.96}, {"port": "actuator:torque", "share": 0.04}),
+    regions=({"signal": "omega", "low": -0.02, "high": 0.02, "share": 0.61},),
+    factors=({"factor": "group", "level": "old", "share": 0.4},),
+    experiments=({"id": "run1", "known": 0.31, "augmented": 0.02},),
+    **dict.fromkeys(("lacking", "left", "every")),  # what figures show is no part of it
+)
+FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
+LOAD = Said("constant_load", replace(JOINT, factor="group", level="old"), {"F_0": 0.1})
+SCATTER = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.01, 0.0, -0.02, 0.005)})
+DRIFT = Said("drift", Place("parameter", "b"), {"b_rate": 0.001}, "parameter")
+GAIN = Said("actuator_gain", TORQUE, {"g": 0.05})
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return diagnosis(tmp_path_factory.mktemp("friction"), FRICTION, LOAD, SCATTER, DRIFT, GAIN)
+
+
+@pytest.fixture(scope="module")
+def content(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """As it is read from the file."""
+    path = tmp_path_factory.mktemp("json") / "diagnosis.json"
+    write_json(path, summary(found, WHERE))
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    loaded: dict[str, Any] = json.loads(path.read_text(), parse_constant=refuse)
+    return loaded
+
+
+def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
+    assert set(content) == {
+        *("schema", "system", "seed", "verdict", "confidence", "effects", "where", "gap", "parameters"),
+        *("candidates", "notes", "signs"),
+    }
+    assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/1", "pendulum", 3)
+    assert (content["verdict"], content["confidence"]) == ("effect", 0.94)
+    assert content["notes"] == ["theta was unwrapped"]
+    assert content["where"] == {
+        name: list(getattr(WHERE, name)) for name in ("channels", "regions", "factors", "experiments")
+    }
+
+
+def test_an_effect_on_a_port(content: dict[str, Any]) -> None:
+    effect = content["effects"][0]
+    assert effect == {
+        "family": "coulomb_friction",
+        "port": "joint",
+        "law": "F_c*sign(omega)",
+        "parameters": {"F_c": {"value": 0.06, "unit": "N m", "interval": [0.054, 0.066]}},
+        "confidence": 0.97,
+        "shrink": 0.81,
+        "indistinguishable": [{"family": "stribeck_friction", "port": "joint"}],
+    }
+
+
+def test_channels_levels_and_variants_are_named(content: dict[str, Any]) -> None:
+    load, scatter, drift, gain = content["effects"][1:]
+    assert (load["port"], load["factor"], load["level"]) == ("joint", "group", "old")
+    assert load["indistinguishable"][0]["level"] == "old"
+    assert (scatter["port"], scatter["parameter"], "variant" in scatter) == ("joint", "b", False)
+    assert (drift["port"], drift["parameter"], drift["variant"]) == ("joint", "b", "parameter")
+    assert gain["port"] == "actuator:torque"
+    assert gain["parameters"]["g"]["unit"] == "1"
+
+
+def test_a_number_of_its_own_in_every_experiment(content: dict[str, Any]) -> None:
+    number = content["effects"][2]["parameters"]["b_deviation"]
+    assert number["values"] == {"run0": 0.01, "run1": 0.0, "run2": -0.02, "run3": 0.005}
+    assert number["value"] == -0.00125
+    assert number["unit"] == "N m s/rad"
+    assert number["interval"][0] < number["value"] < number["interval"][1]
+
+
+def test_gap_and_parameters(content: dict[str, Any], found: Diagnosis) -> None:
+    gap = content["gap"]
+    assert set(gap) == {
+        *("known", "reidentified", "augmented", "neural", "floor", "shrink", "interval", "held_out")
+    }
+    assert gap["augmented"] == pytest.approx(found.augmented.gap.value, rel=1e-7)
+    assert (gap["floor"], gap["shrink"], gap["interval"]) == (0.009, 0.99, [0.97, 1.0])
+    assert gap["held_out"] == ["run1", "run3"]
+    assert content["parameters"] == {"b": {"known": 0.03, "identified": 0.0151, "interval": [0.0149, 0.0153]}}
+
+
+def test_candidates_from_best_to_worst(content: dict[str, Any]) -> None:
+    several, one, none = content["candidates"]
+    assert one == {"family": "coulomb_friction", "port": "joint", "gap": 0.05, "evidence": -12.3}
+    assert (none["family"], none["port"], none["evidence"]) == (None, None, -200.0)
+    assert several["family"].startswith("coulomb_friction + constant_load")
+    assert [e["family"] for e in several["effects"]][:2] == ["coulomb_friction", "constant_load"]
+    assert str(several["evidence"]) == "0.0"
+
+
+def test_numbers_that_are_none_and_those_of_numpy(found: Diagnosis) -> None:
+    nothing = Estimate("1", float("nan"), np.float64(2.0), (-np.inf, np.inf))
+    changed = replace(found, parameters={"b": nothing}, confidence=np.float32(0.5), neural=found.known)
+    level = replace(WHERE, factors=[{"factor": "m", "level": np.float64(1.2), "share": np.nan}])
+    text = json.dumps(summary(changed, level), allow_nan=False)
+    loaded = json.loads(text)
+    assert loaded["parameters"]["b"] == {"known": None, "identified": 2.0, "interval": [None, None]}
+    assert loaded["where"]["factors"] == [{"factor": "m", "level": 1.2, "share": None}]
+
+
+def test_a_partial_explanation_says_so(found: Diagnosis) -> None:
+    content = summary(replace(found, verdict="unknown", partial=True), WHERE)
+    assert content["partial"] is True
+    assert all(effect["partial"] is True for effect in content["effects"])
+
+
+def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        found = diagnosis(tmp_path / name / "case", FRICTION)
+        write_json(tmp_path / name / "diagnosis.json", summary(found, WHERE))
+    first, second = ((tmp_path / name / "diagnosis.json").read_bytes() for name in ("a", "b"))
+    assert first == second
+
+
+def test_what_is_printed(found: Diagnosis) -> None:
+    lines = sentences(found)
+    text = "\n".join(lines)
+    assert lines[0].startswith("verdict: the gap is due to an effect") and "confidence 0.94" in lines[0]
+    for words in (
+        "coulomb_friction at joint: F_c*sign(omega) (the gap shrinks by 81 %, confidence 0.97)",
+        "F_c = 0.06 N m [0.054, 0.066]",
+        "these data cannot tell it from stribeck_friction at joint",
+        "constant_load at joint where group is old",
+        "b_deviation: -0.02 to 0.01 N m s/rad, one for each experiment",
+        "drift (parameter) at parameter:b",
+        "b: 0.03 N m s/rad in the file, identified as 0.0151 [0.0149, 0.0153]",
+        "floor 0.009",
+        "held out: run1, run3",
+        "shrink: 99 % [97, 100]",
+        "note: theta was unwrapped",
+    ):
+        assert words in text

@@ -1,0 +1,168 @@
+"""Where the gap lies: what was planted at a place is found there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from pipeline.diagnosis.channels import channel
+from pipeline.diagnosis.corrections import Corrections
+from pipeline.diagnosis.diagnosis import Diagnosis, Model
+from pipeline.diagnosis.factors import factors
+from pipeline.diagnosis.free_runs import free_runs
+from pipeline.diagnosis.sensors import Sensors
+from pipeline.diagnosis.where import Where, where
+from pipeline.evaluation.gap import gap
+from pipeline.measurements.folder import read_logs
+from pipeline.physics.effects.place import Place
+from pipeline.physics.system.reader import read_system
+from pipeline.rigs.withheld.cases import Case
+from pipeline.rigs.withheld.writing import write
+from tests.diagnosis.benches import Bench, exact, pendulum
+from tests.diagnosis.found import BENCH, HORIZON, friction
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DeadZone(Bench):
+    """The drive takes `dead` N m of the torque away."""
+
+    dead: float = 0.15
+
+    def rates(self, x: Array, u: Array) -> Array:
+        return super().rates(x, np.sign(u) * np.maximum(np.abs(u) - self.dead, 0.0))
+
+
+@dataclass(frozen=True)
+class Creeping(Bench):
+    """Friction that is there at low speeds only, below about `width` rad/s."""
+
+    width: float = 0.6
+
+    def rates(self, x: Array, u: Array) -> Array:
+        found = super().rates(x, u)
+        found[1] -= 0.1 * np.tanh(x[1] / 0.02) * np.exp(-((x[1] / self.width) ** 4)) / 0.02
+        return found
+
+
+@pytest.fixture(scope="module")
+def named(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return friction(tmp_path_factory.mktemp("named"))
+
+
+@pytest.fixture(scope="module")
+def unknown(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Bench], Where]:
+    """Where the gap of a bench lies if no effect is known that explains it."""
+    return lambda bench: where(friction(tmp_path_factory.mktemp("unknown"), bench, "unknown"))
+
+
+def true_model(folder: Path, bench: Bench) -> Model:
+    """The pendulum without friction, all else as it is."""
+    system = pendulum(folder)
+    logs = bench.logs(folder / "logs", system)
+    known = exact(system)
+    seen = logs.for_system(known)
+    return Model("true", known, seen, free_runs(known, seen, HORIZON, range(len(logs))))
+
+
+def top(found: Where) -> str:
+    return str(found.channels[0]["port"])
+
+
+@pytest.mark.parametrize("noise", [2e-5, 2e-4, 1e-3])
+def test_windows_recover_the_effort_within_its_standard_error(tmp_path: Path, noise: float) -> None:
+    bench = replace(BENCH, noise=noise)
+    model = true_model(tmp_path, bench)
+    found = Corrections.of(model, HORIZON, Sensors(model.logs))
+    recording = found.recording
+    speed = [model.logs.x[a : a + n + 1, 1] for a, n in zip(recording.start, recording.steps, strict=True)]
+    planted = np.array([np.mean(0.06 * np.tanh(v / bench.creep)) for v in speed])
+    off = (found.value[:, 0] - planted) / found.error[:, 0]
+    assert 0.7 < np.sqrt(np.mean(off**2)) < 1.4
+    assert np.median(found.error[:, 0]) < 0.02
+    # a torque that the drive lacks cannot be told from one that the joint takes, window by window
+    np.testing.assert_allclose(found.value[:, 1], -found.value[:, 0], rtol=1e-4, atol=1e-6)
+    # the noisier the sensor, the longer the windows
+    assert recording.steps.max() == {2e-5: 8, 2e-4: 16, 1e-3: 32}[noise]
+
+
+def test_a_named_effect_has_its_share(named: Diagnosis) -> None:
+    found = where(named)
+    assert top(found) == "joint" and found.channels[0]["share"] > 0.95
+    assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
+    # with the right parameters dry friction is the same at all speeds but the lowest
+    assert all(row["signal"] != "theta" for row in found.regions)
+    joint = found.left.value[:, 0] / found.left.error[:, 0]
+    assert np.sqrt(np.mean(joint**2)) < 1.5
+
+
+def test_gaps_of_experiments_are_those_of_the_contract(named: Diagnosis) -> None:
+    found = where(named)
+    for label, model in {"known": named.known, "augmented": named.augmented}.items():
+        expected = gap(model.system, model.logs, HORIZON).per_experiment
+        # the error of the integration may be a tenth of the noise
+        room = 0.1 * float(found.every.floor.mean())
+        assert [row[label] for row in found.experiments] == pytest.approx(list(expected.values()), abs=room)
+    assert [row["id"] for row in found.experiments] == list(named.logs.ids)
+
+
+@pytest.mark.parametrize(
+    ("bench", "expected"),
+    [
+        (BENCH, "joint"),
+        (replace(BENCH, friction=0.0, ripple=0.05), "joint"),
+        (DeadZone(runs=6, samples=600, friction=0.0), "actuator:torque"),
+    ],
+)
+def test_unexplained_gaps_lie_where_the_fault_is(
+    unknown: Callable[[Bench], Where], bench: Bench, expected: str
+) -> None:
+    found = unknown(bench)
+    assert top(found) == expected and found.channels[0]["share"] > 0.7
+    assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
+
+
+def test_regions_are_where_the_effort_is(unknown: Callable[[Bench], Where]) -> None:
+    found = unknown(Creeping(runs=6, samples=600, friction=0.0))
+    speed = [row for row in found.regions if row["signal"] == "omega"]
+    assert len(speed) == 1
+    assert -1.6 < speed[0]["low"] < 0.0 < speed[0]["high"] < 1.6 and speed[0]["share"] > 0.7
+    assert len(found.regions) <= 6
+    sizes = [row["share"] for row in found.regions]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+def test_without_a_gap_it_lies_nowhere(tmp_path: Path) -> None:
+    found = where(friction(tmp_path, replace(BENCH, friction=0.0), "no_gap"))
+    assert found.channels == found.regions == found.factors == ()
+    assert len(found.experiments) == BENCH.runs
+
+
+def test_levels_with_more_than_their_share() -> None:
+    table = pd.DataFrame({"group": list("AABBABAABB"), "m": 5 * [1.0, 2.0], "same": 1.0, "own": range(10)})
+    size = np.random.default_rng(0).uniform(0.8, 1.2, 10)
+    excess = np.where(table["group"] == "B", 1.0, 0.1) * size
+    columns = ("group", "m", "same", "own", "absent")
+    found = factors(table, columns, excess, np.full(10, 500.0), 0)
+    assert [(row["factor"], row["level"]) for row in found] == [("group", "B")]
+    assert found[0]["share"] == pytest.approx(excess[table["group"] == "B"].sum() / excess.sum())
+    assert factors(table, columns, size, np.full(10, 500.0), 0) == ()
+    assert factors(table, columns, -size, np.full(10, 500.0), 0) == ()
+
+
+def test_parameters_act_through_channels(tmp_path: Path) -> None:
+    case = Case("hoist", (), 1.0, 3)
+    write(case, tmp_path, replace(case.plan(), samples=300))
+    system = read_system(tmp_path / "system.yaml")
+    logs = read_logs(tmp_path / "logs", system)
+    model = Model("known", system, logs, free_runs(system, logs, HORIZON, range(len(logs))))
+    names = {name: channel(model, Place("parameter", name)) for name in ("kf", "b", "M")}
+    assert names == {"kf": "actuator:u", "b": "rail", "M": "rail"}
+    assert channel(model, Place("sensor", "x")) == "sensor:x"

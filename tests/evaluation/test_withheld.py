@@ -1,0 +1,223 @@
+"""The rules of the withheld check on made-up diagnoses, and the numbers that are made of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from pipeline.errors import BadInput
+from pipeline.evaluation.channels import parameter_channels
+from pipeline.evaluation.withheld import scores as scored
+from pipeline.evaluation.withheld.folders import campaigns_in, cases_in
+from pipeline.evaluation.withheld.judging import judged
+from pipeline.physics.system.reader import read_system
+from tests.evaluation.withheld_cases import ACTS_AT, Content, diagnosis, effect, refit, truth
+
+SYSTEMS = Path(__file__).parents[2] / "systems" / "withheld"
+COULOMB, DRAG, LAG = ("coulomb_friction", "rail"), ("quadratic_drag", "rail"), ("actuator_lag", "actuator:u")
+NO_GAP = diagnosis(verdict="no_gap")
+UNKNOWN = diagnosis(verdict="unknown")
+
+
+def row(real: Content, said: Content, *seen: bool, **more: Any) -> dict[str, Any]:
+    return judged(real, said, refit(*seen, **more), ACTS_AT)
+
+
+@pytest.mark.parametrize(
+    ("said", "right", "first", "in_set", "channel"),
+    [
+        (diagnosis(effect(*COULOMB)), True, True, True, True),
+        (diagnosis(effect(*DRAG, COULOMB)), True, False, True, True),
+        (diagnosis(effect(*DRAG)), False, False, False, True),
+        (diagnosis(effect(*LAG)), False, False, False, False),
+        (diagnosis(effect("coulomb_friction", "motor")), False, False, False, False),
+        (diagnosis(effect(*COULOMB), effect(*LAG)), False, True, True, True),
+        (diagnosis(effect(*LAG), effect(*COULOMB)), False, False, True, False),
+        (diagnosis(effect(*COULOMB, factor="m", level=1.5)), False, True, True, True),
+        (NO_GAP, False, False, False, False),
+        (UNKNOWN, False, False, False, True),
+        (diagnosis(verdict="unknown", where="motor"), False, False, False, False),
+        (diagnosis(effect(*COULOMB), verdict="unknown"), False, False, False, True),
+    ],
+)
+def test_a_single_effect(said: Content, right: bool, first: bool, in_set: bool, channel: bool) -> None:
+    found = row(truth(COULOMB), said, True)
+    assert (found["right"], found["first"]) == (right, first)
+    assert (found["all_reported"], found["channel"]) == (in_set, channel)
+
+
+def test_what_logs_cannot_tell_from_it_is_right_too() -> None:
+    offset = ("constant_load", "rail")
+    real = truth(("actuator_offset", "actuator:u"), alike=(offset,))
+    found = row(real, diagnosis(effect(*offset)), True)
+    assert found["right"] and found["first"] and found["exact"] and found["channel"]
+    assert found["set_size"] == 1
+    assert row(real, diagnosis(effect(*offset, COULOMB, DRAG)), True)["set_size"] == 3
+
+
+def test_a_parameter_is_where_it_acts() -> None:
+    real = truth(("drift", "rail"))
+    assert row(real, diagnosis(effect("drift", "parameter:b")), True)["right"]
+    elsewhere = row(real, diagnosis(effect("drift", "parameter:M")), True)
+    assert not elsewhere["right"] and not elsewhere["channel"]
+
+
+def test_an_effect_that_nobody_can_see_need_not_be_found() -> None:
+    assert row(truth(COULOMB), NO_GAP, False)["right"]
+    assert row(truth(COULOMB), diagnosis(effect(*COULOMB)), False)["right"]
+    assert not row(truth(COULOMB), diagnosis(effect(*LAG)), False)["right"]
+    assert not row(truth(COULOMB), NO_GAP, False)["seen"]
+
+
+def test_nothing_planted() -> None:
+    nothing = truth(verdict="no_gap")
+    assert row(nothing, NO_GAP)["right"]
+    assert not row(nothing, UNKNOWN)["right"]
+    assert not row(nothing, diagnosis(effect(*COULOMB)))["right"]
+    assert row(nothing, NO_GAP)["seen"] and row(nothing, NO_GAP)["sparse_first"]
+    assert not row(nothing, NO_GAP, term=COULOMB)["sparse_first"]
+
+
+@pytest.mark.parametrize(
+    ("said", "right", "exact", "one"),
+    [
+        ((effect(*LAG), effect(*COULOMB)), True, True, True),
+        ((effect(*LAG), effect(*DRAG, COULOMB)), True, False, True),
+        ((effect(*COULOMB),), False, False, True),
+        ((effect(*COULOMB), effect(*COULOMB)), False, False, True),
+        ((effect(*COULOMB), effect(*LAG), effect(*DRAG)), False, False, True),
+        ((effect(*DRAG), effect("backlash", "rail")), False, False, False),
+    ],
+)
+def test_a_pair(said: tuple[Content, ...], right: bool, exact: bool, one: bool) -> None:
+    found = row(truth(COULOMB, LAG), diagnosis(*said), True, True)
+    assert (found["right"], found["exact"], found["one"]) == (right, exact, one)
+
+
+def test_of_a_pair_only_what_can_be_seen_is_asked_for() -> None:
+    real = truth(COULOMB, LAG)
+    assert row(real, diagnosis(effect(*COULOMB)), True, False)["right"]
+    assert not row(real, diagnosis(effect(*LAG)), True, False)["right"]
+    assert not row(real, diagnosis(effect(*COULOMB)), True, False)["seen"]
+
+
+def test_an_effect_in_some_of_the_runs() -> None:
+    real = truth(COULOMB, factor="m", level=1.5)
+    here = row(real, diagnosis(effect(*COULOMB, factor="m", level=1.5)), True)
+    assert here["right"] and here["placed"] and "where m is 1.5" in here["truth"]
+    everywhere = row(real, diagnosis(effect(*COULOMB)), True)
+    assert everywhere["first"] and not everywhere["placed"] and not everywhere["right"]
+
+
+def test_an_effect_of_no_family() -> None:
+    real = truth(("sticky_valve", "actuator:u"), verdict="unknown", alike=(LAG,))
+    assert row(real, diagnosis(verdict="unknown", where="rail"), False)["right"]
+    assert row(real, diagnosis(effect(*LAG)), False)["right"]
+    assert not row(real, diagnosis(effect(*COULOMB)), False)["right"]
+    assert not row(real, NO_GAP, False)["right"]
+    assert row(real, NO_GAP, False, gap_seen=False)["right"]
+    partial = row(real, diagnosis(effect(*LAG), verdict="unknown"), False)
+    assert partial["right"] and partial["channel"] and partial["seen"] and not partial["first"]
+
+
+def table() -> pd.DataFrame:
+    """Ten cases: five single ones, one of which nobody can see, a pair, two nulls and two outside."""
+    outside = truth(("sticky_valve", "actuator:u"), verdict="unknown")
+    cases = [
+        ("single", row(truth(COULOMB), diagnosis(effect(*COULOMB), confidence=0.95), True, term=COULOMB)),
+        (
+            "single",
+            row(truth(COULOMB), diagnosis(effect(*DRAG, COULOMB), confidence=0.95, shrink=0.45), True),
+        ),
+        ("single", row(truth(DRAG), diagnosis(effect(*LAG), confidence=0.95, shrink=0.0), True)),
+        ("single", row(truth(LAG) | {"system": "belt_axis"}, UNKNOWN, True)),
+        ("single", row(truth(LAG) | {"level": 0.31}, diagnosis(effect(*LAG)), False)),
+        ("pair", row(truth(COULOMB, LAG), diagnosis(effect(*LAG), effect(*COULOMB)), True, True)),
+        ("null", row(truth(verdict="no_gap"), diagnosis(verdict="no_gap", confidence=1.0))),
+        ("null", row(truth(verdict="no_gap"), diagnosis(effect(*LAG), confidence=0.2))),
+        ("outside", row(outside, UNKNOWN, False)),
+        ("outside", row(outside, diagnosis(effect(*COULOMB), confidence=0.85), False)),
+    ]
+    rows = [
+        {"kind": kind, "case": f"{kind}_{k}", **case, "seconds": 10.0 + k, "memory": 500.0 + k}
+        for k, (kind, case) in enumerate(cases)
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_scores_count_what_can_be_seen() -> None:
+    found = scored.scores(table())
+    single = found["single"]
+    assert (single["top1"]["value"], single["top1"]["n"]) == (0.25, 4)
+    assert single["in_set"]["value"] == 0.5 and single["channel"]["value"] == 0.5
+    assert single["seen"]["value"] == 0.8
+    assert (single["set_size"]["value"], single["set_size"]["n"]) == (pytest.approx(4.0 / 3.0), 3)
+    assert found["pair"]["exact"]["value"] == found["pair"]["one"]["value"] == 1.0
+    assert found["null"]["correct"]["value"] == 0.5
+    assert found["outside"]["flagged"]["value"] == 0.5 and found["outside"]["wrong"]["value"] == 0.5
+    assert found["cost"]["seconds"]["value"] == 14.5 and found["cost"]["memory"]["value"] == 509.0
+    assert found["sparse_regression"]["single"]["top1"]["value"] == 0.25
+    assert "local" not in found
+    low, high = single["top1"]["interval"]
+    assert 0.0 < low < 0.25 < high < 0.9
+
+
+def test_shrink_is_compared_with_the_oracles() -> None:
+    found = scored.scores(table())
+    own = [0.8, 0.45, 0.0, 0.8, 0.8]
+    assert found["shrink_of_oracle"]["value"] == pytest.approx(sum(own) / 0.9 / 5)
+    network = (0.5**2 - 0.2**2) / (0.5**2 - 0.1**2)
+    assert found["network"]["shrink_of_oracle"]["value"] == pytest.approx(network / 0.9)
+
+
+def test_confidence_is_compared_with_how_often_it_is_right() -> None:
+    cases = table()
+    # 0.85: 0 of 1; 0.2: 0 of 1; 0.9 to 1.0: all but two of eight
+    binned = scored.calibration(cases)
+    assert binned["cases"].tolist() == [1, 1, 8]
+    assert binned["right"].tolist() == [0.0, 0.0, 0.75]
+    top = (3 * 0.95 + 4 * 0.9 + 1.0 - 6.0) / 10
+    assert scored.scores(cases)["calibration_error"]["value"] == pytest.approx(0.02 + 0.085 + top)
+
+
+def test_tables_of_figures() -> None:
+    cases = table()
+    confusion = scored.confusion(cases).set_index(["family", "first_family"])["cases"].to_dict()
+    assert confusion == {
+        ("coulomb_friction", "coulomb_friction"): 1,
+        ("coulomb_friction", "quadratic_drag"): 1,
+        ("quadratic_drag", "actuator_lag"): 1,
+        ("actuator_lag", "unknown"): 1,
+    }
+    detection = scored.detection(cases)
+    low = detection[detection["from"] < 0.35].set_index("what")["share"].to_dict()
+    assert low == {"oracle": 0.0, "in_set": 1.0, "top1": 1.0, "sparse_regression": 0.0}
+    assert set(detection["cases"]) == {1, 4}
+    missed = scored.misses(cases)
+    assert missed["case"].tolist() == ["single_2", "single_3", "outside_9", "null_7"]
+    listed = scored.listed(cases).set_index("measure")
+    assert listed.loc["single.top1", "value"] == 0.25 and listed.loc["single.top1", "belt_axis"] == 0.0
+    assert pd.isna(listed.loc["pair.exact", "belt_axis"]) and listed.loc["pair.exact", "hoist"] == 1.0
+
+
+def test_where_parameters_act() -> None:
+    found = {
+        name: parameter_channels(read_system(SYSTEMS / f"{name}.yaml")) for name in ("hoist", "belt_axis")
+    }
+    assert found["hoist"] == {
+        "parameter:M": frozenset(),
+        "parameter:kf": {"actuator:u"},
+        "parameter:b": {"rail"},
+        "parameter:g": {"rail"},
+    }
+    assert found["belt_axis"]["parameter:b_m"] == {"motor"} and not found["belt_axis"]["parameter:k_b"]
+
+
+def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"holds no withheld case, a folder with system\.yaml"):
+        cases_in(tmp_path)
+    with pytest.raises(BadInput, match="holds no campaign"):
+        campaigns_in(tmp_path / "nowhere")

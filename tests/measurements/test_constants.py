@@ -1,0 +1,125 @@
+"""Constants that the system file gives, and inputs that are logged early or late; from folders and stores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.errors import BadInput
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.physics.system.model import Constant, State, System
+from tests.measurements.systems import motor, run, write_folder
+
+WEAR = Constant("wear", "1", {"a": 0.25, "b": -0.5, "elsewhere": 9.0})
+
+
+def given(*constants: Constant, system: System | None = None) -> System:
+    return replace(system or motor(), operating_point=constants)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return write_folder(tmp_path / "logs", {"a": run(), "b": run(100)})
+
+
+def test_values_of_the_file_need_no_column(folder: Path) -> None:
+    logs = read_logs(folder, given(WEAR, Constant("m", "kg")))
+    assert logs.constants == ("wear", "m")
+    assert logs.c.tolist() == [[0.25, 0.5], [-0.5, 0.5]]
+    assert logs.experiments["wear"].tolist() == [0.25, -0.5]
+    assert not any("wear" in note for note in logs.notes)
+
+
+def test_they_take_the_place_of_a_column(folder: Path) -> None:
+    write_folder(folder, {"a": run(), "b": run(100)}, wear=["new", "old"])
+    logs = read_logs(folder, given(WEAR))
+    assert logs.c.tolist() == [[0.25], [-0.5]]
+
+
+def test_an_experiment_that_the_file_does_not_name_has_the_other_value(folder: Path) -> None:
+    logs = read_logs(folder, given(Constant("wear", "1", {"b": 1.0}, 0.0), Constant("m", "kg")))
+    assert logs.c.tolist() == [[0.0, 0.5], [1.0, 0.5]]
+    (note,) = [note for note in logs.notes if "wear" in note]
+    assert "1 of 2 experiments, a among them" in note
+
+
+def test_without_another_value_it_is_refused(folder: Path) -> None:
+    unknown = given(Constant("wear", "1", {"a": 1.0, "B": 2.0}))
+    with pytest.raises(BadInput, match=r"experiments.csv: row 3: column id: the experiment 'b' is not in"):
+        read_logs(folder, unknown)
+    read_logs(folder, motor()).write(folder.parent / "store")
+    both = given(*motor().operating_point, *unknown.operating_point)
+    with pytest.raises(BadInput, match=r"store: experiments.parquet: row 2: column id: the experiment 'b'"):
+        read_logs(folder.parent / "store", both)
+
+
+def assert_equal(one: Logs, other: Logs) -> None:
+    for field in fields(Logs):
+        if field.name not in ("experiments", "notes"):
+            np.testing.assert_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+@pytest.mark.parametrize("delay", [0.0113, -0.004, -0.00031])
+def test_a_store_is_read_for_other_states_delays_and_constants(folder: Path, delay: float) -> None:
+    read_logs(folder, motor()).write(folder.parent / "store")
+    late = motor(input_delay=delay, inductance=0.5)
+    grown = replace(
+        late,
+        states=(*late.states, State("z", "A")),
+        dynamics=(*late.dynamics, late.x[2] - late.x[1] * 0.1),
+        operating_point=(*late.operating_point, WEAR),
+    )
+    assert_equal(read_logs(folder.parent / "store", grown), read_logs(folder, grown))
+
+
+def test_a_store_with_more_constants_belongs_to_another_system(folder: Path) -> None:
+    read_logs(folder, motor()).write(folder.parent / "store")
+    with pytest.raises(BadInput, match="was not written for the system motor"):
+        read_logs(folder.parent / "store", given())
+
+
+def damaged(store: Path) -> None:
+    table = pd.read_parquet(store / "experiments.parquet")
+    table.drop(columns="samples").to_parquet(store / "experiments.parquet")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            lambda store: (store / "provenance.json").write_text("[]"),
+            "provenance.json: is not that of a store",
+        ),
+        (lambda store: (store / "provenance.json").write_text('{"logs": 1}'), "is not that of a store"),
+        (lambda store: (store / "provenance.json").unlink(), "provenance.json: no such file"),
+        (damaged, "damaged store .experiments.parquet has no column samples"),
+    ],
+)
+def test_a_damaged_store_is_refused(folder: Path, change: Callable[[Path], None], words: str) -> None:
+    store = folder.parent / "store"
+    read_logs(folder, motor()).write(store)
+    change(store)
+    with pytest.raises(BadInput, match=words):
+        read_logs(store, motor())
+
+
+@pytest.mark.parametrize("delay", [-0.01, -0.0113])
+def test_an_input_that_is_logged_late_acts_before(folder: Path, delay: float) -> None:
+    log = {**run(), "voltage": 2.0 + 3.0 * run()["t"]}
+    logs = read_logs(write_folder(folder, {"a": log, "b": log}), motor(input_delay=delay))
+    assert logs.delays == (delay,)
+    for i in range(2):
+        acting = 2.0 + 3.0 * np.minimum(log["t"] - delay, log["t"][-1])
+        np.testing.assert_allclose(logs.u[logs.rows(i), 0], acting, atol=1e-12)
+
+
+@pytest.mark.parametrize("delay", [0.2, -5.0])
+def test_a_delay_as_long_as_an_experiment_is_refused(folder: Path, delay: float) -> None:
+    with pytest.raises(BadInput, match=r"inputs.V.delay: .* is too long for experiment b of 0.198 s"):
+        read_logs(folder, motor(input_delay=delay))

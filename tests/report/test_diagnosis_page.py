@@ -1,0 +1,168 @@
+"""The page of a diagnosis opens from disk, needs nothing else, and says what diagnosis.json says."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from pipeline.diagnosis.figure_tables import write_tables
+from pipeline.diagnosis.summary import summary
+from pipeline.diagnosis.where import where
+from pipeline.errors import BadInput
+from pipeline.figures.diagnosis.files import write_figures
+from pipeline.files import write_json
+from pipeline.physics.effects.library import effects
+from pipeline.report.diagnosis_page import headline, write_page
+from pipeline.report.equations import ELEMENTS
+from pipeline.report.formula import formula
+from tests.diagnosis.found import BENCH, friction
+from tests.report.test_site import Page, check_addresses
+
+COMMAND = "python -m pipeline diagnose system=<b>.yaml logs=logs out=out"
+EVIL = "<script>alert('x')</script>"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All that a diagnosis writes but the page."""
+    out = tmp_path_factory.mktemp("diagnosis")
+    diagnosis = friction(tmp_path_factory.mktemp("case"), replace(BENCH, runs=4, samples=300))
+    found = where(diagnosis)
+    write_tables(diagnosis, found, out)
+    write_json(out / "diagnosis.json", summary(diagnosis, found))
+    write_figures(out)
+    return out
+
+
+def page_of(source: Path, out: Path, **changes: Any) -> str:
+    """The page of a copy in which some entries of diagnosis.json are others."""
+    for path in source.rglob("*.*"):
+        target = out / path.relative_to(source)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(path.read_bytes())
+    content = json.loads((out / "diagnosis.json").read_text())
+    (out / "diagnosis.json").write_text(json.dumps(content | changes))
+    write_page(out, COMMAND)
+    return (out / "index.html").read_text()
+
+
+def test_the_page_needs_nothing_else(folder: Path, tmp_path: Path) -> None:
+    text = page_of(folder, tmp_path / "out")
+    check_addresses(tmp_path / "out", {"index.html": text})
+    page = Page(text)
+    assert not re.search(r'<(?:link|script)[^>]*(?:href|src)="(?!data:)', text)
+    images = [address for address in page.addresses if address.startswith("data:image/svg+xml;base64,")]
+    assert len(images) == len(list((folder / "figures").glob("*.svg"))) == 6
+    assert {"verdict", "effects", "where", "lacking", "notes"} <= set(page.ids)
+    assert "https://" not in re.sub(r"data:[^\"]*", "", text)
+    write_page(tmp_path / "out", COMMAND)
+    assert (tmp_path / "out" / "index.html").read_text() == text
+
+
+def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
+    text = page_of(folder, tmp_path / "out")
+    assert re.search(r"<h1>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap\.</h1>", text)
+    assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
+    for part in ("viscous friction at joint", "omega was estimated from theta", "system=&lt;b&gt;.yaml"):
+        assert part in text
+    rows = (tmp_path / "out" / "tables" / "effect_1.csv").read_text().splitlines()
+    assert rows[0] == "Number,Value,95 % interval,Unit" and rows[1].startswith("F_c,0.0")
+
+
+def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
+    content = json.loads((folder / "diagnosis.json").read_text())
+    nowhere = content["where"] | {"channels": [], "regions": [], "factors": []}
+    text = page_of(folder, tmp_path / "none", verdict="no_gap", effects=[], where=nowhere)
+    assert "<h1>No gap beyond the noise of the sensors.</h1>" in text
+    assert "Nowhere: there is no gap to divide." in text
+    text = page_of(folder, tmp_path / "part", verdict="unknown", partial=True)
+    assert "Best partial explanation" in text
+    assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
+        "A gap that no known effect explains; 100\u202f% of it enters at joint"
+    )
+
+
+def test_what_is_missing_shows_as_missing(folder: Path, tmp_path: Path) -> None:
+    content = json.loads((folder / "diagnosis.json").read_text())
+    (effect,) = content["effects"]
+    numbers = {"F_c": {"value": None, "unit": "N m", "interval": [None, None]}}
+    numbers |= {"b_deviation": {"value": 0.1, "unit": "1", "interval": [0, 0.2], "values": {"run0": 0.1}}}
+    local = effect | {"parameters": numbers, "factor": "m", "level": 1.5, "port": "sensor:theta"}
+    factors = content["where"] | {"factors": [{"factor": "m", "level": 1.5, "share": 0.4}]}
+    text = page_of(folder, tmp_path / "out", effects=[local], where=factors, parameters={}, notes=[])
+    for part in (
+        "where m is 1.5",
+        "one for each of 1 experiments",
+        "theta as it is shown",
+        "Nothing to note.",
+    ):
+        assert part in text
+    assert (tmp_path / "out" / "tables" / "factors.csv").read_text() == "Factor,Level,Share\nm,1.5,0.4\n"
+
+
+def test_the_page_escapes_what_it_shows(folder: Path, tmp_path: Path) -> None:
+    content = json.loads((folder / "diagnosis.json").read_text())
+    experiments = [row | {"id": EVIL} for row in content["where"]["experiments"][:1]]
+    evil = {"notes": [EVIL], "system": EVIL, "where": content["where"] | {"experiments": experiments}}
+    text = page_of(folder, tmp_path / "out", **evil)
+    assert EVIL not in text and "&lt;script&gt;alert" in text
+
+
+def test_damaged_input_is_named(folder: Path, tmp_path: Path) -> None:
+    page_of(folder, tmp_path / "out")
+    (tmp_path / "out" / "diagnosis.json").write_text("{")
+    with pytest.raises(BadInput, match=r"diagnosis\.json: not a JSON file"):
+        write_page(tmp_path / "out", COMMAND)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("F_c*sign(v)", "F_c · sign ( v )"),
+        ("-k*(x - x_0)/2", "− k · ( x − x_0 ) / 2"),
+        ("a - (b - c)", "a − ( b − c )"),
+        ("(a + b)**2", "( a + b ) ^ 2"),
+        ("b*abs(omega)*omega", "b · | ω | · ω"),
+        ("exp(-(v/v_s)**2)", "e ^ − ( v / v_s ) ^ 2"),
+        ("where(v > 0, F_p, -F_n)", "{ F_p if v > 0 − F_n else"),
+        ("(m == 1.5)*F_c", "( m = 1.5 ) · F_c"),
+        ("sqrt(x) + min(a, 2e-7)", "√ x + min ( a , 2e-07 )"),
+    ],
+)
+def test_laws_are_printed_in_order(text: str, expected: str) -> None:
+    root = ElementTree.fromstring(formula(text))
+    assert {element.tag for element in root.iter()} <= ELEMENTS
+    assert " ".join(_read(root).split()) == expected
+
+
+def _read(element: ElementTree.Element) -> str:
+    parts = [_read(child) for child in element]
+    match element.tag:
+        case "msub":
+            return f"{parts[0].strip()}_{parts[1].strip()}"
+        case "msup":
+            return f" {parts[0]} ^ {parts[1]} "
+        case "mfrac":
+            return f" {parts[0]} / {parts[1]} "
+        case "msqrt":
+            return f" √ {' '.join(parts)} "
+    return f" {element.text or ''} {' '.join(parts)} "
+
+
+def test_every_law_of_the_library_is_a_formula() -> None:
+    assert len(effects()) > 20
+    with pytest.raises(BadInput):
+        formula("__import__('os')")
+    for text in (
+        "F_s*exp(-(v/v_s)**2)*sign(v)",
+        "mod(theta, 2*pi)",
+        "clip(u, -u_max, u_max)",
+        "u(t - delay)",
+    ):
+        ElementTree.fromstring(formula(text, "u as it acts"))

@@ -1,0 +1,271 @@
+"""What `diagnose` refuses: exit code 2, one line that names file and place, and nothing is written."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.__main__ import main
+from pipeline.errors import BadInput
+from pipeline.stages import diagnose as stage
+from tests.stages.diagnose_case import (
+    SYSTEM,
+    Change,
+    all_columns,
+    cell,
+    columns,
+    experiments,
+    log,
+    system,
+    text,
+    without,
+    write_case,
+)
+
+
+def nothing(folder: Path) -> None:
+    """Leave the files as they are."""
+
+
+def moved(t: np.ndarray, sample: int, by: float) -> np.ndarray:
+    return np.where(np.arange(len(t)) < sample, t, t + by)
+
+
+T = log()["t"]
+HEAD = "id,file,m\n"
+
+#: Arguments, and what the line says.
+ARGUMENTS: list[tuple[list[str], str]] = [
+    (["system=???"], r"system must be given"),
+    (["logs=null"], r"logs must be given"),
+    (["sytem=system.yaml"], r"sytem"),
+    (["+windows=3"], r"windows"),
+    (["horizon=0"], r"horizon: must be a positive number of seconds, got 0"),
+    (["horizon=-0.1"], r"horizon: must be a positive number of seconds, got -0\.1"),
+    (["horizon=soon"], r"horizon: must be a positive number of seconds, got soon"),
+    (["horizon=nan"], r"horizon: must be a positive number of seconds, got nan"),
+    (["horizon=inf"], r"horizon: must be a positive number of seconds, got inf"),
+    (["horizon=null"], r"horizon: must be a positive number of seconds, got None"),
+    (["horizon=true"], r"horizon: must be a positive number of seconds, got True"),
+    (["horizon=[0.1,0.2]"], r"horizon: must be a positive number of seconds"),
+    (["horizon=0.04"], r"horizon: 0\.04 s are 4 samples of 0\.01 s; 5 or more are needed"),
+    (["seed=-1"], r"seed: must be a whole number, 0 or more, got -1"),
+    (["seed=luck"], r"seed: must be a whole number, 0 or more, got 'luck'"),
+    (["seed=1.5"], r"seed: must be a whole number, 0 or more, got 1\.5"),
+    (["seed=null"], r"seed: must be a whole number, 0 or more, got None"),
+    (["seed=true"], r"seed: must be a whole number, 0 or more, got True"),
+    (["system=nowhere.yaml"], r"nowhere\.yaml: no such file"),
+    (["system=logs"], r"logs: no such file"),
+    (["system=logs/a.csv"], r"logs/a\.csv: line 1: .*mapping"),
+    (["logs=nowhere"], r"nowhere: no such folder"),
+    (["logs=system.yaml"], r"system\.yaml: no such folder"),
+    (["logs=empty"], r"empty/experiments\.csv: no such file"),
+    (["logs=" + "x" * 300], r"x: cannot be read \(File name too long\)"),
+    (["out=logs"], r"logs: is replaced as a whole, but holds 'a\.csv'"),
+    (["out=system.yaml"], r"system\.yaml: is a file"),
+    (["out=system.yaml/out"], r"system\.yaml: is a file, so that the folder .*out cannot be written"),
+    (["out=."], r"\.: is replaced as a whole"),
+    (["out=.."], r"\.\.: is replaced as a whole"),
+    (["out=link"], r"link: is replaced as a whole"),
+    (["out=notes"], r"notes: is replaced as a whole, but holds 'todo\.txt'"),
+    (["out=" + "x" * 300], r"x: cannot be written: File name too long"),
+]
+
+SYSTEMS: list[tuple[Change, str]] = [
+    (text("system.yaml", ""), r"system\.yaml: line 1: the file is empty"),
+    (text("system.yaml", b"\xff\xfe\x00"), r"system\.yaml: line 1: not UTF-8 text"),
+    (
+        text("system.yaml", SYSTEM.replace("name: cart\n", "")),
+        r"system\.yaml: line 1: the key 'name' is missing",
+    ),
+    (system("system/1", "system/9"), r"system\.yaml: line 1: schema: must start with"),
+    (system("  x: v\n", ""), r"system\.yaml: line \d+: dynamics: the state 'x' has no dynamics"),
+    (system("kf*u - b*v", "kf*u - drag(v)"), r"line 20: dynamics\.v: .*'drag'"),
+    (system("kf*u - b*v", "kf*u - __import__(v)"), r"line 20: dynamics\.v: '__import__' is not allowed"),
+    (system("  kf: {value: 1.5, unit: N/V}\n", ""), r"line 19: dynamics\.v: unknown symbol 'kf'"),
+    (system("kf*u - b*v", "kf*u - b*x"), r"line 20: dynamics\.v: units differ"),
+    (
+        system("unit: N/V", "unit: Newton per Volt"),
+        r"line 14: parameters\.kf\.unit: .*is not a unit|unknown unit",
+    ),
+    (system("unit: N/V", "unit: lbf/V"), r"line 14: parameters\.kf\.unit: 'lbf/V' must be in SI units"),
+    (system("  x: {unit: m}\n", "  x: {unit: mm}\n"), r"line 4: states\.x\.unit: 'mm' must be in SI units"),
+    (
+        system("value: 1.5", "value: strong"),
+        r"line 14: parameters\.kf\.value: must be a number, got 'strong'",
+    ),
+    (system("value: 1.5", "value: nan"), r"line 14: parameters\.kf\.value: must be a number, got 'nan'"),
+    (system("value: 1.5, ", ""), r"line 14: parameters\.kf: the key 'value' is missing"),
+    (system("[0, 5]", "[5, 0]"), r"line 15: parameters\.b\.bounds: must increase"),
+    (system("[0, 5]", "[1, 5]"), r"line 15: parameters\.b\.bounds: must contain the value 0\.4"),
+    (system("[0, 5]", "[0]"), r"line 15: parameters\.b\.bounds: must be two numbers"),
+    (system("[0, 5]", "[0, .inf]"), r"line 15: parameters\.b\.bounds\[1\]: must be a number"),
+    (system("identify: true", "identify: maybe"), r"line 15: parameters\.b\.identify: must be true or false"),
+    (system(" - F)", ")"), r"line 17: ports\.rail: effort 'F' of port 'rail' appears in no dynamics"),
+    (system("velocity: v}", "velocity: w}"), r"line 17: ports\.rail\.velocity: must be a state or a signal"),
+    (system("  m: {unit: kg}", "  mass: {unit: kg}"), r"line 20: dynamics\.v: unknown symbol 'm'"),
+    (
+        system("{unit: kg}\nparam", "{unit: kg, values: {a: 1, b: 1, C: 1}}\nparam"),
+        r"logs/experiments\.csv: row 4: column id: the experiment 'c' is not in operating_point\.m\.values",
+    ),
+    (
+        system("{unit: kg}\nparam", "{unit: kg, values: {a: big}}\nparam"),
+        r"line 11: .*m\.values\.a: must be a",
+    ),
+    (system("column: volts", "column: voltage"), r"logs/a\.csv: row 1: column voltage is missing"),
+    (system("column: volts", "column: volts, delay: 5"), r"inputs\.u\.delay: 5 s is too long for experiment"),
+    (
+        system("column: position", "column: position, delay: 5"),
+        r"system\.yaml: outputs: a delay must be short",
+    ),
+    (
+        system("column: position", "column: position, delay: -1"),
+        r"line 9: outputs\.x\.delay: must not be neg",
+    ),
+    (
+        text(
+            "system.yaml",
+            re.sub(r"ports:\n.*\n", "", SYSTEM).replace(" - F)", ")").replace(", identify: true", ""),
+        ),
+        r"system\.yaml: ports: there is none, and no parameter is marked identify",
+    ),
+    (
+        system("(kf*u - b*v - F)", "(kf*u + b*v*exp(min(1e4*v*v, 700))*1e200 - F)"),
+        r"system\.yaml: dynamics: the simulation diverges within 0\.1 s from every measured state",
+    ),
+]
+
+LOGS: list[tuple[Change, str]] = [
+    (without("logs/experiments.csv"), r"logs/experiments\.csv: no such file"),
+    (experiments(""), r"logs/experiments\.csv: row 1: must name the columns"),
+    (experiments(HEAD), r"logs/experiments\.csv: row 1: column id: no experiments below it"),
+    (
+        experiments(HEAD + "a,a.csv,1\n"),
+        r"logs/experiments\.csv: column id: 1 experiment; a diagnosis needs 2",
+    ),
+    (experiments("id,file\na,a.csv\nb,b.csv\n"), r"experiments\.csv: row 1: column m is missing"),
+    (experiments("name,file,m\na,a.csv,1\nb,b.csv,1\n"), r"experiments\.csv: row 1: column id is missing"),
+    (experiments("id,m\na,1\nb,1\n"), r"experiments\.csv: row 1: column file is missing"),
+    (
+        experiments(HEAD + "a,a.csv,1\na,b.csv,1\n"),
+        r"experiments\.csv: row 3: column id: 'a' stands in row 2",
+    ),
+    (experiments(HEAD + "a,a.csv,1\n,b.csv,1\n"), r"experiments\.csv: row 3: column id: is empty"),
+    (experiments(HEAD + "a,a.csv,1\nb,,1\n"), r"experiments\.csv: row 3: column file: is empty"),
+    (experiments(HEAD + "a,a.csv,1\nb,d.csv,1\n"), r"row 3: column file: 'd\.csv': no such file"),
+    (experiments(HEAD + "a,a.csv,1\nb,../b.csv,1\n"), r"row 3: column file: '\.\./b\.csv' must lie in the f"),
+    (experiments(HEAD + "a,a.csv,1\nb,b.csv,heavy\n"), r"row 3: column m: 'heavy' is not a finite number"),
+    (experiments(HEAD + "a,a.csv,1\nb,b.csv,\n"), r"row 3: column m: '' is not a finite number"),
+    (experiments("id;file;m\na;a.csv;1\n"), r"experiments\.csv: row 1: column id is missing"),
+    (text("logs/b.csv", ""), r"logs/b\.csv: row 1: must name the columns"),
+    (text("logs/b.csv", "t,position,volts\n"), r"logs/b\.csv: row 1: column t: no rows below it"),
+    (text("logs/b.csv", b"\x89PNG\r\n\x1a\n\xff\xfe"), r"logs/b\.csv: not a table"),
+    (text("logs/b.csv", b"PAR1" + bytes(40)), r"logs/b\.csv: not a table"),
+    (lambda folder: (folder / "logs" / "b.csv").unlink(), r"row 3: column file: 'b\.csv': no such file"),
+    (all_columns(samples=49), r"logs/a\.csv: row 50: column t: must have 50 samples or more, got 49"),
+    (cell(1, 1, "time"), r"logs/b\.csv: row 1: column t is missing"),
+    (cell(1, 2, "x"), r"logs/b\.csv: row 1: column position is missing"),
+    (cell(1, 3, "position"), r"logs/b\.csv: row 1: column 'position' stands there 2 times"),
+    (cell(9, 2, "NaN"), r"logs/b\.csv: row 9: column position: 'NaN' is not a finite number"),
+    (cell(9, 2, ""), r"logs/b\.csv: row 9: column position: '' is not a finite number"),
+    (cell(9, 3, "-inf"), r"logs/b\.csv: row 9: column volts: '-inf' is not a finite number"),
+    (cell(9, 3, "off"), r"logs/b\.csv: row 9: column volts: 'off' is not a finite number"),
+    (cell(9, 3, "1,5"), r"logs/b\.csv: row 9: must have 3 columns like row 1, got 4"),
+    (cell(9, 3, "1e300"), r"logs/b\.csv: row 9: column volts: '1e300' is not a finite number below"),
+    (columns(position=0.25), r"logs/b\.csv: row 2: column position: dead output, 0\.25 in every row"),
+    (all_columns(position=4095.0), r"logs/a\.csv: row 2: column position: dead output, 4095 in every row"),
+    (columns(t=0.0), r"logs/b\.csv: row 3: column t: time must increase, 0 s follows 0 s"),
+    (columns(t=T[::-1]), r"logs/b\.csv: row 3: column t: time must increase"),
+    (columns(t=log()["position"], position=T), r"logs/b\.csv: row \d+: column t: time must increase"),
+    (
+        columns(t=moved(T, 50, 0.1)),
+        r"logs/b\.csv: row 52: column t: gap of 0\.11 s, more than 5 sampling per",
+    ),
+    (
+        columns(t=2.0 * T),
+        r"logs/b\.csv: row 3: column t: median sampling period of 0\.02 s differs from 0\.01",
+    ),
+    (text("logs/provenance.json", "[1]"), r'logs/provenance\.json: row 1: "data" must be'),
+]
+
+CASES = [(nothing, arguments, words) for arguments, words in ARGUMENTS]
+CASES += [(change, [], words) for change, words in (*SYSTEMS, *LOGS)]
+
+
+@pytest.fixture
+def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's folder, where the command is given; a diagnosis that begins is noticed."""
+
+    def begin(*_: object) -> None:
+        raise BadInput("the diagnosis has begun")
+
+    monkeypatch.setattr(stage, "diagnosed", begin)
+    monkeypatch.chdir(write_case(tmp_path / "case"))
+    (Path("notes") / "todo.txt").parent.mkdir()
+    Path("notes/todo.txt").write_text("do not lose me")
+    Path("empty").mkdir()
+    Path("link").symlink_to("empty")
+    return Path.cwd()
+
+
+def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """The line that is printed."""
+    given = {a.split("=")[0] for a in arguments}
+    plain = [f"{key}={value}" for key, value in DEFAULTS.items() if key not in given]
+    try:
+        code: object = main(["diagnose", *plain, *arguments])
+    except SystemExit as left:
+        code = left.code
+    said = capsys.readouterr()
+    assert (code, said.out) == (2, ""), said.err
+    assert said.err.startswith("error: ") and said.err.count("\n") == 1 and said.err.endswith("\n")
+    return said.err
+
+
+DEFAULTS = {"system": "system.yaml", "logs": "logs", "out": "out"}
+
+
+def snapshot(folder: Path) -> dict[str, bytes]:
+    return {
+        p.relative_to(folder).as_posix(): p.read_bytes() if p.is_file() else b"" for p in folder.rglob("*")
+    }
+
+
+@pytest.mark.parametrize(("change", "arguments", "words"), CASES, ids=[words[-60:] for *_, words in CASES])
+def test_refused_in_one_line(
+    case: Path, capsys: pytest.CaptureFixture[str], change: Change, arguments: list[str], words: str
+) -> None:
+    change(case)
+    before = snapshot(case)
+    assert re.search(words, refusal(arguments, capsys))
+    assert snapshot(case) == before
+    assert sorted(p.name for p in case.parent.iterdir()) == ["case"]
+
+
+#: What looks odd and is none the less something that can be diagnosed.
+FINE: dict[str, tuple[Change, list[str]]] = {
+    "as it is": (nothing, []),
+    "inputs that never change": (all_columns(volts=0.0), []),
+    "ten kilohertz": (all_columns(samples=2000, period=1e-4), []),
+    "a horizon longer than every experiment": (nothing, ["horizon=100"]),
+    "no port, but an uncertain parameter": (
+        text("system.yaml", re.sub(r"ports:\n.*\n", "", SYSTEM).replace(" - F)", ")")),
+        [],
+    ),
+    "a simulation that diverges from some states only": (
+        system("(kf*u - b*v - F)", "(kf*u - b*v - F + where(u > 2.9, 1e300*exp(700*abs(v)), 0))"),
+        [],
+    ),
+    "a result of before": (text("result/diagnosis.json", "{}"), ["out=result"]),
+}
+
+
+@pytest.mark.parametrize("name", FINE)
+def test_what_can_be_diagnosed(case: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    change, arguments = FINE[name]
+    (case / "result").mkdir()
+    change(case)
+    assert refusal(arguments, capsys) == "error: the diagnosis has begun\n"

@@ -1,0 +1,78 @@
+"""Jobs side by side: all are done, failures are told, and what was done before a kill is kept."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from pipeline.errors import BadInput
+from pipeline.files import write_json
+from pipeline.jobs import IDENTITY, growing_folder, run_jobs
+
+ABOUT = {"seed": 1, "levels": (0.5, 2.0)}
+
+
+def work(path: Path) -> None:
+    """Writes which process did it with how many threads; refuses a name that begins with `bad`."""
+    if path.name.startswith("bad"):
+        raise BadInput(f"{path.name} cannot be used")
+    write_json(path, [os.getpid(), os.environ.get("OMP_NUM_THREADS")])
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_failing_job_does_not_keep_others_from_being_done(workers: int, tmp_path: Path) -> None:
+    names = ("a.json", "bad.json", "c.json")
+    with pytest.raises(BadInput, match=r"bad\.json cannot be used") as caught:
+        run_jobs({name: partial(work, tmp_path / name) for name in names}, workers, "working")
+    assert caught.value.__notes__ == ["in bad.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "c.json"]
+
+
+def test_processes_have_one_thread_each(tmp_path: Path) -> None:
+    before = dict(os.environ)
+    run_jobs({name: partial(work, tmp_path / name) for name in ("a", "b")}, 2, "working")
+    texts = [(tmp_path / name).read_text() for name in ("a", "b")]
+    assert all('"1"' in text and str(os.getpid()) not in text for text in texts)
+    assert dict(os.environ) == before
+
+
+def interrupted(path: Path, about: dict[str, object], *names: str) -> list[str]:
+    """Writes files of some names and is killed; what was there when it began."""
+    with pytest.raises(KeyboardInterrupt), growing_folder(path, about) as folder:
+        there = sorted(p.name for p in folder.iterdir() if p.name != IDENTITY)
+        for name in names:
+            write_json(folder / name, name)
+        raise KeyboardInterrupt
+    return there
+
+
+def test_what_was_done_before_a_kill_is_kept(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    write_json(out / "old.json", 0)
+    assert interrupted(out, ABOUT, "a.json") == []
+    assert interrupted(out, ABOUT, "b.json") == ["a.json"]
+    assert [path.name for path in out.iterdir()] == ["old.json"]
+    with growing_folder(out, ABOUT) as folder:
+        write_json(folder / "c.json", 0)
+    assert sorted(path.name for path in out.iterdir()) == ["a.json", "b.json", "c.json"]
+    assert list(tmp_path.iterdir()) == [out]
+    assert interrupted(out, ABOUT) == []
+
+
+def test_other_work_starts_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out"
+    interrupted(out, ABOUT, "a.json")
+    assert interrupted(out, ABOUT | {"seed": 2}, "b.json") == []
+    assert interrupted(out, ABOUT | {"seed": 2}) == ["b.json"]
+    (tmp_path / "program").mkdir()
+    monkeypatch.setattr("pipeline.jobs.CODE", tmp_path / "program")
+    assert interrupted(out, ABOUT | {"seed": 2}) == []
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadInput, match="cannot be written"), growing_folder(tmp_path / "file" / "out", ABOUT):
+        pass
