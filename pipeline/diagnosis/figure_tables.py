@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from pipeline.evaluation.free_run import steps_of
 from pipeline.evaluation.gap import LARGEST_ERROR
 from pipeline.files import replacing, write_json
 from pipeline.physics.effects.added import Added
+from pipeline.physics.effects.place import Place
 
 Array = NDArray[np.float64]
 
@@ -38,7 +39,8 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - experiments: id, held_out, known, reidentified, augmented, floor: gaps.
     - trajectory: of the worst held-out experiment, output, t, measured, known, augmented; nan where nothing
       was simulated.
-    - candidates: label, effects (their number), gap, against (evidence, see `Candidate`, without its sign).
+    - candidates: label, named (whether it has the effects that were found), gap, against (the evidence, see
+      `Candidate`, without its sign).
     - time: over (experiment: its time; window: time since its start), t, reidentified, augmented: root mean
       square errors in standard deviations of the outputs.
     - about.json: names, units and what is shown.
@@ -138,8 +140,13 @@ def _trajectory(diagnosis: Diagnosis, worst: str) -> pd.DataFrame:
 
 
 def _candidates(diagnosis: Diagnosis) -> pd.DataFrame:
-    rows = [(_label(c.effects), len(c.effects), c.gap, abs(c.evidence)) for c in diagnosis.candidates]
-    return pd.DataFrame(rows, columns=["label", "effects", "gap", "against"])
+    own = _key(found.added for found in diagnosis.effects)
+    rows = [(_label(c.effects), _key(c.effects) == own, c.gap, abs(c.evidence)) for c in diagnosis.candidates]
+    return pd.DataFrame(rows, columns=["label", "named", "gap", "against"])
+
+
+def _key(effects: Iterable[Added]) -> frozenset[tuple[str, str, Place]]:
+    return frozenset((effect.family, effect.variant, effect.place) for effect in effects)
 
 
 def _label(effects: tuple[Added, ...]) -> str:

@@ -5,6 +5,7 @@ A model that exists for one diagnosis only is not worth compiling.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from pipeline.diagnosis.deviation import Deviation, substeps_needed
 from pipeline.diagnosis.recording import Recording
 from pipeline.diagnosis.simulation import Simulation
-from pipeline.evaluation.free_run import FreeRun
+from pipeline.evaluation.free_run import WHOLE, FreeRun
 from pipeline.evaluation.gap import LARGEST_ERROR, SUBSTEPS, Gap, noise_floor
 from pipeline.measurements.logs import Logs
 from pipeline.physics.system.model import System
@@ -42,18 +43,20 @@ def free_runs(system: System, logs: Logs, horizon: float, runs: Sequence[int]) -
         floor=float(np.sqrt(np.mean(floor**2))),
         scale=dict(zip(logs.outputs, recording.scale.tolist(), strict=True)),
         substeps=substeps,
-        run=_in_rows(recording, found.measured[:, 0] + error * recording.scale),
+        run=_in_rows(system, recording, found.measured[:, 0] + error * recording.scale),
         notes=(),
     )
 
 
-def _in_rows(recording: Recording, simulated: Array) -> FreeRun:
+def _in_rows(system: System, recording: Recording, simulated: Array) -> FreeRun:
+    """Simulated outputs (windows, most steps, outputs) beside the samples that show them."""
     logs, some = recording.logs, recording.counted
     y = np.full(logs.y.shape, np.nan)
     counted = np.zeros(logs.y.shape, np.bool_)
     window = np.zeros(len(logs.y), np.int64)
-    rows = recording.rows[some]
-    y[rows], counted[rows] = simulated[some], True
+    for j, output in enumerate(system.outputs):
+        rows = recording.rows[some] + math.floor(output.delay / logs.period + WHOLE)
+        y[rows, j], counted[rows, j] = simulated[some][:, j], True
     for i in recording.runs:
         mine = np.sort(recording.start[recording.owner == i])
         part = logs.rows(i)

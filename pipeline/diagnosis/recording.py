@@ -31,7 +31,8 @@ class Recording:
         start: (windows,) first samples, where a simulation starts. steps: (windows,) samples that follow. The
             longest windows come first.
         sensors: what the outputs of all experiments show, and how noisy they are.
-        latest: samples at the end of an experiment that belong to no window.
+        latest: the longest delay of an output, samples; so many whole ones at the end of an experiment belong
+            to no window.
     """
 
     logs: Logs
@@ -39,7 +40,7 @@ class Recording:
     start: Indices
     steps: Indices
     sensors: Sensors
-    latest: int
+    latest: float
 
     @classmethod
     def of(
@@ -56,7 +57,7 @@ class Recording:
             ValueError: when `latest` is as long as an experiment.
         """
         longest, runs = steps_of(horizon, logs), tuple(range(len(logs)) if runs is None else runs)
-        held = math.ceil(latest / logs.period - WHOLE)
+        held = math.floor(latest / logs.period + WHOLE)
         starts, lengths = [], []
         for i in runs:
             samples = int(logs.offsets[i + 1] - logs.offsets[i]) - held
@@ -68,7 +69,7 @@ class Recording:
         start, length = np.concatenate(starts), np.concatenate(lengths)
         order = np.argsort(-length, kind="stable")
         first, steps = (values[order].astype(np.int64) for values in (start, length))
-        return cls(logs, runs, first, steps, Sensors(logs), held)
+        return cls(logs, runs, first, steps, Sensors(logs), latest / logs.period)
 
     def among(self, runs: Sequence[int]) -> Recording:
         """The windows of some of the experiments."""

@@ -209,8 +209,8 @@ class _Look:
         place = point.hypothesis.effects[-1].place
         yield place, None
         if place.kind == "port":
-            study = self.base.hypothesis.study
-            for factor, level, members in levels(study.logs.experiments.iloc[sorted(self.recording.runs)]):
+            experiments = self.base.hypothesis.study.logs.experiments
+            for factor, level, members in levels(experiments.iloc[np.unique(self.recording.owner)]):
                 yield Place("port", place.name, factor, level), members
 
     def _screened(self, place: Place, tries: list[tuple[float, Point, Array]]) -> Screened:

@@ -122,9 +122,10 @@ class Simulation:
         if not late.any():
             return Runs(y[:, :, 1:], record.logs.y[record.rows][:, None], record.counted)
         if not (late.min() >= 0.0 and late.max() <= record.latest + WHOLE):
-            raise ValueError(f"delays must be from 0 to {record.latest} samples, got {late.tolist()}")
+            raise ValueError(f"delays must be from 0 to {record.latest:g} samples, got {late.tolist()}")
         # sets that hardly differ are compared at the same samples, or they would differ by their noise
-        whole = np.floor(late + 0.25)
+        whole = np.floor(late + (0.25 if len(late) > 1 else WHOLE))
+        whole = np.minimum(whole, np.floor(record.latest + WHOLE))
         whole = np.where(np.abs(late - late[0]) < 0.5, whole[0], whole)
         rest = np.where(np.abs(late - whole) > WHOLE, late - whole, 0.0)
         rows = record.rows[:, None, :, None] + whole.astype(np.int64)[:, None]

@@ -69,6 +69,16 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
     )
 
 
+def as_given(system: System, logs: Logs) -> Diagnosis:
+    """What there is to say of a system that nothing was fitted of."""
+    held = (0,)
+    model = Model("known", system, logs, free_runs(system, logs, HORIZON, held))
+    return Diagnosis(
+        *(system, logs, HORIZON, 0, "unknown", 0.5, (), False, model, model, model, model, (model,)),
+        *(_floor(model, held), 0.0, (0.0, 0.0), held, {}, (), ()),
+    )
+
+
 def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[Model, Fit]:
     runs = [i for i in range(len(logs)) if i not in held]
     found = fit(Simulation(system, Recording.of(logs, HORIZON, runs)))
@@ -78,5 +88,6 @@ def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tupl
 
 
 def _floor(model: Model, held: Sequence[int]) -> float:
-    simulation = Simulation(model.system, Recording.of(model.logs, HORIZON, held))
+    latest = max(output.delay for output in model.system.outputs)
+    simulation = Simulation(model.system, Recording.of(model.logs, HORIZON, held, latest))
     return floor(simulation, simulation.values[None, None], model.gap.substeps).value

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
@@ -95,6 +95,7 @@ def test_a_bound_holds_and_the_others_make_up_for_it(seed: int, bound: tuple[int
     assert fall == pytest.approx(most, rel=1e-6)
 
 
+@settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10**6), st.floats(0.05, 2.0))
 def test_bounds_always_hold_and_the_fall_is_what_it_says(seed: int, tight: float) -> None:
     drawn = Drawn(seed, experiments=2)
@@ -174,6 +175,7 @@ def test_experiments_that_are_left_out_say_nothing() -> None:
     np.testing.assert_allclose(drawn.products().solved(np.array([2]))[0], rest.solved()[0])
 
 
+@settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10**6), st.integers(2, 8), st.integers(2, 5))
 def test_a_gain_in_other_experiments_is_never_more_than_in_the_same(
     seed: int, experiments: int, folds: int

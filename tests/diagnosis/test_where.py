@@ -15,17 +15,19 @@ from pipeline.diagnosis.channels import channel
 from pipeline.diagnosis.corrections import Corrections
 from pipeline.diagnosis.diagnosis import Diagnosis, Model
 from pipeline.diagnosis.factors import factors
+from pipeline.diagnosis.figure_tables import write_tables
 from pipeline.diagnosis.free_runs import free_runs
 from pipeline.diagnosis.sensors import Sensors
 from pipeline.diagnosis.where import Where, where
 from pipeline.evaluation.gap import gap
+from pipeline.figures.diagnosis.files import write_figures
 from pipeline.measurements.folder import read_logs
 from pipeline.physics.effects.place import Place
 from pipeline.physics.system.reader import read_system
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.writing import write
 from tests.diagnosis.benches import Bench, exact, pendulum
-from tests.diagnosis.found import BENCH, HORIZON, friction
+from tests.diagnosis.found import BENCH, HORIZON, as_given, friction
 
 Array = NDArray[np.float64]
 
@@ -143,6 +145,32 @@ def test_without_a_gap_it_lies_nowhere(tmp_path: Path) -> None:
     found = where(friction(tmp_path, replace(BENCH, friction=0.0), "no_gap"))
     assert found.channels == found.regions == found.factors == ()
     assert len(found.experiments) == BENCH.runs
+
+
+@pytest.mark.parametrize("without", ["parameters", "ports", "inputs", "position", "coordinates", "delay"])
+def test_systems_that_lack_something(tmp_path: Path, without: str) -> None:
+    changes = {
+        "parameters": [
+            (", identify: true, bounds: [0, 0.1]", ""),
+            (", identify: true, bounds: [0.2, 5]", ""),
+        ],
+        "ports": [
+            ("ports:\n  joint: {effort: tau, unit: N m, position: theta, velocity: omega}\n", ""),
+            (" - tau", ""),
+        ],
+        "inputs": [("inputs:\n  torque: {unit: N m}\n", ""), ("torque - b", "-b")],
+        "position": [("position: theta, ", "")],
+        "coordinates": [(", position: theta, velocity: omega", "")],
+        "delay": [("outputs:\n  theta: {unit: rad}", "outputs:\n  theta: {unit: rad, delay: 0.004}")],
+    }
+    Bench(runs=2, samples=60).logs(tmp_path / "logs", pendulum(tmp_path))
+    system = pendulum(tmp_path / "changed", *changes[without])
+    diagnosis = as_given(system, read_logs(tmp_path / "logs", system))
+    found = where(diagnosis)
+    assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
+    assert {row["port"] for row in found.channels} <= {"joint", "actuator:torque", "sensor:theta"}
+    write_tables(diagnosis, found, tmp_path / "out")
+    write_figures(tmp_path / "out")
 
 
 def test_levels_with_more_than_their_share() -> None:

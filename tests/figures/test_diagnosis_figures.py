@@ -86,7 +86,7 @@ def test_the_law_runs_through_what_is_lacking(folder: Callable[[Verdict], Path])
     windows = pd.read_parquet(folder("effect") / "tables" / "windows.parquet")
     off = windows[windows["stage"] == "lacking"].eval("(value - law)/error")
     assert np.sqrt(np.mean(off**2)) < 2.0
-    assert "torque (N\u2009m)" in texts(figure) and "theta (rad)" in texts(figure)
+    assert "torque lacking (N\u2009m)" in texts(figure) and "theta (rad)" in texts(figure)
 
 
 def test_steps_fall_to_the_noise(folder: Callable[[Verdict], Path]) -> None:
@@ -95,6 +95,12 @@ def test_steps_fall_to_the_noise(folder: Callable[[Verdict], Path]) -> None:
     assert labels == ["as given", "re-identified", "+ coulomb friction at joint"]
     widths = [patch.get_width() for patch in figure.axes[0].patches]
     assert widths == sorted(widths, reverse=True)
+
+
+def test_the_named_model_is_marked(folder: Callable[[Verdict], Path]) -> None:
+    for verdict, expected in (("effect", "coulomb friction at joint"), ("no_gap", "no effect")):
+        table = pd.read_parquet(folder(verdict) / "tables" / "candidates.parquet")
+        assert table.loc[table["named"], "label"].tolist() == [expected]
 
 
 def test_what_is_not_there_is_not_drawn(folder: Callable[[Verdict], Path], tmp_path: Path) -> None:

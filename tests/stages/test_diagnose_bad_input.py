@@ -199,7 +199,7 @@ CASES += [(change, [], words) for change, words in (*SYSTEMS, *LOGS)]
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The user's folder, where the command is given; a diagnosis that begins is noticed."""
 
-    def begin(*_: object) -> None:
+    def begin(*_: object, **__: object) -> None:
         raise BadInput("the diagnosis has begun")
 
     monkeypatch.setattr(stage, "diagnosed", begin)

@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from pipeline.physics.effects.effect import ActuatorEffect
 from pipeline.physics.effects.grids import geometric
 from pipeline.physics.effects.law import Law, Shape, share
 from pipeline.physics.effects.place import Site
 
 
-class ActuatorDeadZone(ActuatorEffect):
-    """The same width on both sides; beyond, it gives what the input exceeds it by."""
-
+class _DeadZone(ActuatorEffect):
     family = "actuator_dead_zone"
-    complexity = 2.0
+
+    @property
+    @abstractmethod
+    def lost(self) -> str:
+        """What is lost of the input."""
 
     def law(self, at: Site) -> Law:
         largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
-        lost = "clip(u, -u_d, u_d)"
-        shapes = {"u_d": Shape("u", geometric(0.01 * largest, 0.5 * largest, 6), (0.0, largest))}
-        return Law(f"u - {lost}", {"c_u": share(f"-{lost}")}, shapes)
+        shapes = {"u_d": Shape("u", geometric(0.01 * largest, 0.5 * largest, 6), (1e-4 * largest, largest))}
+        return Law(f"u - {self.lost}", {"c_u": share(f"-{self.lost}")}, shapes)
+
+
+class DeadZone(_DeadZone):
+    """The same width on both sides; beyond, it gives what the input exceeds it by."""
+
+    complexity = 2.0
+
+    @property
+    def lost(self) -> str:
+        return "clip(u, -u_d, u_d)"
+
+
+class RoundedDeadZone(_DeadZone):
+    """One that is left gradually."""
+
+    variant = "rounded"
+    complexity = 2.2
+
+    @property
+    def lost(self) -> str:
+        return "u_d*tanh(u/u_d)"

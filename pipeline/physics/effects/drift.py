@@ -52,7 +52,7 @@ class ParameterDriftThatSettles(ParameterEffect):
             f"p + {change}*{warm}",
             {change: signed(warm, 0.1 * at["p"].rms)},
             {
-                "rho": Shape("1", (0.1, 0.5, 2.0), (0.0, 10.0)),
+                "rho": Shape("1", (0.1, 0.5, 2.0), (0.0, 3.0)),
                 "T_w": Shape("t", geometric(0.5 * at.duration, 20.0 * at.duration, 3), _times(at)),
             },
             columns={"experiment_number": Order()},
@@ -60,7 +60,7 @@ class ParameterDriftThatSettles(ParameterEffect):
 
 
 def _times(at: Site) -> tuple[float, float]:
-    return 0.05 * at.duration, 1e3 * at.duration
+    return 0.25 * at.duration, 1e3 * at.duration
 
 
 class LoadDrift(PortEffect):

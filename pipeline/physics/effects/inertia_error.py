@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipeline.physics.effects.effect import PortEffect
-from pipeline.physics.effects.law import Amplitude, Law
+from pipeline.physics.effects.law import Amplitude, Law, signed
 from pipeline.physics.effects.motion import is_inertial
 from pipeline.physics.effects.place import Site
 from pipeline.physics.system.model import Port, System
@@ -12,17 +12,34 @@ from pipeline.physics.system.model import Port, System
 _LEAST, _MOST = -0.95, 20.0
 
 
-class InertiaError(PortEffect):
-    """In proportion to the acceleration of the port."""
-
+class _InertiaError(PortEffect):
     family = "inertia_error"
-    complexity = 1.5
     needs = ("velocity",)
-    power = "stored"
 
     def suits(self, system: System, port: Port) -> bool:
         return super().suits(system, port) and is_inertial(system, port)
 
+
+class InertiaError(_InertiaError):
+    """In proportion to the acceleration of the port."""
+
+    complexity = 1.5
+    power = "stored"
+
     def law(self, at: Site) -> Law:
-        mass = 1.0 / at.mobility
-        return Law("dM*d(v)/dt", {"dM": Amplitude("a", 0.1 * mass, (_LEAST * mass, _MOST * mass))})
+        return Law("dM*d(v)/dt", {"dM": _mass(at)})
+
+
+class MassWithItsWeight(_InertiaError):
+    """A mass on a port that moves up or down, so that it weighs there, too."""
+
+    variant = "with_weight"
+    complexity = 2.2
+
+    def law(self, at: Site) -> Law:
+        return Law("dM*d(v)/dt + F_g", {"dM": _mass(at), "F_g": signed("1", at.effort)})
+
+
+def _mass(at: Site) -> Amplitude:
+    mass = 1.0 / at.mobility
+    return Amplitude("a", 0.1 * mass, (_LEAST * mass, _MOST * mass))

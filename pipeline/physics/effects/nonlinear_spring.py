@@ -45,20 +45,24 @@ class PolynomialSpring(_Spring):
 
 
 class _OneSided(_Spring):
-    """A spring that is touched beyond a position within the travel."""
+    """A spring that is touched beyond a position: straight for n = 1, else stiffer deep down."""
 
     complexity = 2.9
 
     @property
     @abstractmethod
-    def touched(self) -> str:
-        """How far beyond the position it is."""
+    def touched(self) -> tuple[str, str]:
+        """Sign of its force, and how far beyond the position it is, in a tenth of the half travel."""
 
     def law(self, at: Site) -> Law:
-        low, high = at["x"].low, at["x"].high
-        start = Shape("x", inside(low, high, 5), (low - at["x"].half, high + at["x"].half))
-        adds = positive(self.touched, at.effort / at["x"].half)
-        return Law(f"k*{self.touched}", {"k": adds}, {"x_0": start})
+        low, high, half = at["x"].low, at["x"].high, at["x"].half
+        shapes = {
+            "x_0": Shape("x", inside(low, high, 5), (low - half, high + half)),
+            "n": Shape("1", (1.1,), (1.0, 3.0)),
+        }
+        sign, depth = self.touched
+        adds = f"({sign}({depth})**n)"
+        return Law(f"F_s*{adds}", {"F_s": positive(adds, at.effort)}, shapes, {"x_d": Fixed("x", 0.1 * half)})
 
 
 class OneSidedSpringAbove(_OneSided):
@@ -67,8 +71,8 @@ class OneSidedSpringAbove(_OneSided):
     variant = "one_sided_above"
 
     @property
-    def touched(self) -> str:
-        return "max(x - x_0, 0)"
+    def touched(self) -> tuple[str, str]:
+        return "", "max(x - x_0, 0)/x_d"
 
 
 class OneSidedSpringBelow(_OneSided):
@@ -77,8 +81,8 @@ class OneSidedSpringBelow(_OneSided):
     variant = "one_sided_below"
 
     @property
-    def touched(self) -> str:
-        return "min(x - x_0, 0)"
+    def touched(self) -> tuple[str, str]:
+        return "-", "max(x_0 - x, 0)/x_d"
 
 
 class SpringWithPlay(_Spring):

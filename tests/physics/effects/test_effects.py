@@ -111,7 +111,7 @@ def test_an_effort_that_depends_on_acceleration_holds_with_the_acceleration_that
     """E = F + sum of amplitudes times what they add, at the acceleration of the system with the effect."""
     added, known = case.added, case.system
     port = known.port(case.place.name)
-    (amplitude,) = added.amplitudes
+    amplitude = added.amplitudes[0]
     size = added.scales[amplitude]
     grown = added.system
     laws = {sp.Symbol(port.effort, real=True): port.law or sp.S.Zero}
@@ -133,12 +133,14 @@ def test_the_regressor_of_such_an_effort_is_its_tangent_at_zero(case: Case) -> N
     added, port = case.added, case.system.port(case.place.name)
     laws = {sp.Symbol(port.effort, real=True): port.law or sp.S.Zero}
     total = added.system.signals[f"{port.effort}_total"].xreplace(laws)
-    (amplitude,), h = added.amplitudes, 1e-6 * added.scales[added.amplitudes[0]]
-    above, below = (
-        evaluated(added.system, [total], values(added, **{amplitude: s * h})) for s in (1.0, -1.0)
-    )
-    regressor = evaluated(added.system, list(added.regressors), values(added))
-    assert_allclose((above - below) / (2.0 * h), regressor, rtol=1e-5, atol=1e-6 * np.abs(regressor).max())
+    regressors = evaluated(added.system, list(added.regressors), values(added)).T
+    for amplitude, regressor in zip(added.amplitudes, regressors, strict=True):
+        h = 1e-6 * added.scales[amplitude]
+        above, below = (
+            evaluated(added.system, [total], values(added, **{amplitude: s * h}))[:, 0] for s in (1.0, -1.0)
+        )
+        atol = 1e-6 * np.abs(regressor).max()
+        assert_allclose((above - below) / (2.0 * h), regressor, rtol=1e-5, atol=atol)
 
 
 def test_names_that_the_system_has_are_left_alone() -> None:

@@ -1,0 +1,192 @@
+"""What a model with effects consists of, and what of it is fitted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.hypothesis import KNOWN, LOCAL, TIMING, Hypothesis
+from pipeline.diagnosis.study import Study
+from pipeline.physics.effects.place import Place
+from tests.diagnosis.benches import PERIOD, Bench
+from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, study
+
+LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.01}\nparameters:")
+GROUPS = ("new", "old", "old", "new")
+OLD = Place("port", "joint", "group", "old")
+
+
+@pytest.fixture(scope="module")
+def pendulums(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    folder = tmp_path_factory.mktemp("hypothesis")
+    return study(folder, Bench(samples=300, groups=GROUPS))
+
+
+@pytest.fixture(scope="module")
+def known(pendulums: Study) -> Hypothesis:
+    return Hypothesis.known(pendulums)
+
+
+def names(hypothesis: Hypothesis) -> list[str]:
+    return [u.name for u in hypothesis.unknowns]
+
+
+def test_the_known_physics_and_when_an_input_acts(known: Hypothesis) -> None:
+    b, mgl, timing = known.unknowns
+    assert (b.name, b.low, b.high) == ("b", 0.0, 0.1) and (mgl.name, mgl.low, mgl.high) == ("mgl", 0.2, 5.0)
+    assert (timing.low, timing.high) == pytest.approx((-TIMING * PERIOD, TIMING * PERIOD))
+    assert known.delays == known.timing == {timing.name: "torque"}
+    assert (known.complexity, known.key, known.full) == (0.0, frozenset(), known.study.system)
+
+
+def test_numbers_of_effects_are_fitted_within_their_bounds(known: Hypothesis) -> None:
+    hypothesis = known.plus(effect("coulomb_friction"), JOINT)
+    added = hypothesis.effects[0]
+    assert names(hypothesis) == ["b", "mgl", "timing_torque", "F_c", "v_c"]
+    for unknown in hypothesis.unknowns[3:]:
+        assert (unknown.low, unknown.high) == added.bounds[unknown.name]
+        assert unknown.scale == added.scales[unknown.name] and not unknown.own
+
+
+def test_shares_are_not_fitted_but_there(known: Hypothesis) -> None:
+    hypothesis = known.plus(effect("actuator_dead_zone"), TORQUE)
+    (share,) = hypothesis.effects[0].shares
+    assert names(hypothesis) == ["b", "mgl", "timing_torque", "u_d"]
+    values = dict(zip((p.name for p in hypothesis.full.parameters), hypothesis.full.values, strict=True))
+    assert values[share] == 1.0
+    before = dict(zip((p.name for p in hypothesis.system.parameters), hypothesis.system.values, strict=True))
+    assert before[share] == 0.0
+
+
+def test_a_delayed_input_needs_no_timing(known: Hypothesis) -> None:
+    hypothesis = known.plus(effect("input_delay"), TORQUE)
+    assert names(hypothesis) == ["b", "mgl", "T_d"]
+    assert hypothesis.timing == {} and hypothesis.delays == {"T_d": "torque"}
+    assert hypothesis.unknowns[2].low == 0.0
+
+
+def test_a_delayed_output_has_the_room_that_windows_leave(known: Hypothesis) -> None:
+    hypothesis = known.plus(effect("sensor_delay"), ANGLE)
+    assert hypothesis.delays == {"timing_torque": "torque", "T_d": "theta"}
+    assert hypothesis.unknowns[3].high == pytest.approx(known.study.latest)
+    assert known.study.latest < hypothesis.effects[0].bounds["T_d"][1]
+
+
+def test_a_known_delay_takes_room_away(tmp_path: Path) -> None:
+    late = study(tmp_path, Bench(samples=300), LATE)
+    hypothesis = Hypothesis.known(late).plus(effect("sensor_delay"), ANGLE)
+    longest = hypothesis.unknowns[-1].high
+    assert longest == pytest.approx(late.latest - 0.01)
+    simulation = hypothesis.simulation(late.recording)
+    values = simulation.values.copy()
+    values[simulation.names.index("T_d")] = longest
+    assert not simulation(values[None, None]).diverged.any()
+    values[simulation.names.index("T_d")] = longest + PERIOD
+    with pytest.raises(ValueError, match="delays must be"):
+        simulation(values[None, None])
+
+
+def test_one_value_for_every_experiment(known: Hypothesis) -> None:
+    hypothesis = known.plus(effect("scatter"), Place("parameter", "mgl"))
+    assert [u.own for u in hypothesis.unknowns] == [False, False, False, True]
+
+
+def test_complexity_adds_up(known: Hypothesis) -> None:
+    friction, scatter = effect("coulomb_friction"), effect("scatter")
+    alone = known.plus(friction, JOINT)
+    assert alone.complexity == friction.complexity
+    assert known.plus(friction, OLD).complexity == pytest.approx(friction.complexity + LOCAL)
+    both = alone.plus(scatter, Place("parameter", "b"))
+    assert both.complexity == pytest.approx(friction.complexity + scatter.complexity)
+    doubted = known.plus(scatter, Place("parameter", "J"))
+    assert doubted.complexity == pytest.approx(scatter.complexity + KNOWN)
+
+
+def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
+    first = known.plus(effect("coulomb_friction"), JOINT).plus(effect("sensor_gain"), ANGLE)
+    second = known.plus(effect("sensor_gain"), ANGLE).plus(effect("coulomb_friction"), JOINT)
+    assert first.key == second.key
+    assert first.complexity == pytest.approx(second.complexity)
+    others = [
+        known.plus(effect("coulomb_friction"), OLD).plus(effect("sensor_gain"), ANGLE),
+        known.plus(effect("coulomb_friction", "by_direction"), JOINT).plus(effect("sensor_gain"), ANGLE),
+        known.plus(effect("coulomb_friction"), JOINT),
+    ]
+    assert len({h.key for h in (first, *others)}) == 4
+
+
+def test_columns_that_effects_need(known: Hypothesis) -> None:
+    local = known.plus(effect("coulomb_friction"), OLD)
+    np.testing.assert_array_equal(local.c[:, -1], [0.0, 1.0, 1.0, 0.0])
+    worn = local.plus(effect("drift", "parameter_by_order"), Place("parameter", "b"))
+    np.testing.assert_array_equal(worn.c, np.column_stack([local.c, np.arange(4.0)]))
+    assert worn.c.shape[1] == len(worn.system.operating_point)
+    assert known.c is known.study.logs.c
+
+
+def test_effects_are_nothing_at_level_zero(known: Hypothesis) -> None:
+    """Where they are not, the model is the known one; friction in some experiments changes only these."""
+    recording = known.study.recording
+    base = known.simulation(recording)
+    expected = base(base.values[None, None]).y
+    local = known.plus(effect("coulomb_friction"), OLD)
+    simulation = local.simulation(recording)
+    values = np.tile(simulation.values, (1, 2, 1))
+    values[0, 1, simulation.names.index("F_c")] = 0.1
+    found = simulation(values).y
+    np.testing.assert_allclose(found[:, :1], expected, atol=1e-12)
+    moved = np.nanmax(np.abs(found[:, 1] - expected[:, 0]), axis=(1, 2))
+    old = np.isin(recording.owner, [1, 2])
+    assert old.any() and not old.all()
+    assert moved[old].min() > 1e-4 and moved[~old].max() < 1e-12
+
+
+def test_names_that_a_reader_sees(known: Hypothesis) -> None:
+    assert str(known) == "the known physics"
+    first = known.plus(effect("coulomb_friction"), JOINT)
+    assert str(first) == "the known physics and coulomb_friction at joint"
+    second = first.plus(effect("sensor_gain"), ANGLE)
+    assert str(second) == "coulomb_friction at joint, sensor_gain at sensor:theta"
+
+
+@pytest.fixture(scope="module")
+def friction(known: Hypothesis) -> Fitted:
+    hypothesis = known.plus(effect("coulomb_friction"), JOINT)
+    return Fitted.of(hypothesis, known.study.recording)
+
+
+def test_a_fit_is_compared_in_the_noise_of_the_sensors(friction: Fitted, known: Hypothesis) -> None:
+    r, moved = friction.errors
+    recording = friction.recording
+    assert r.shape == (*recording.counted.shape, 1) and moved.shape == friction.fit.start.shape
+    unit = recording.noise / recording.scale
+    assert np.sqrt(np.mean(r[recording.counted] ** 2)) * unit[0] == pytest.approx(friction.fit.left.value)
+    np.testing.assert_allclose(friction.spread, friction.fit.scale / recording.noise)
+    assert 0.9 < friction.spread[0] < 1.2
+    without = Fitted.of(known, recording)
+    assert np.mean(np.square(without.errors[0])) > 2.0 * np.mean(np.square(r))
+
+
+def test_starts_are_known_in_fewer_windows_too(friction: Fitted) -> None:
+    few = friction.recording.thinned(5)
+    moved, sigma = friction.moved(few)
+    where = [friction.recording.start.tolist().index(k) for k in few.start]
+    np.testing.assert_allclose(moved * sigma, friction.fit.start[where])
+    assert friction.vector(friction.unknowns) == pytest.approx(
+        [friction.fit.values[u.name] / u.scale for u in friction.hypothesis.unknowns]
+    )
+
+
+def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesis) -> None:
+    hypothesis = known.plus(effect("scatter"), Place("parameter", "mgl"))
+    found = Fitted.of(hypothesis, known.study.recording.thinned(20), iterations=1)
+    numbers = found.unknowns.numbers(found.vector(found.unknowns)[None])
+    column = found.unknowns.simulation.names.index("mgl_deviation")
+    assert [numbers[i, 0, column] for i in known.study.learned] == pytest.approx(
+        [found.fit.own["mgl_deviation"][known.study.logs.ids[i]] for i in known.study.learned]
+    )
+    assert len(set(found.fit.own["mgl_deviation"].values())) == len(known.study.learned)
+    assert known.study.horizon == HORIZON

@@ -1,0 +1,93 @@
+"""A network in every port explains what physics leaves out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipeline.diagnosis.choose import Scores
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.diagnosis.network import HIDDEN, with_networks
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.study import Study
+from pipeline.physics.system.model import symbol
+from pipeline.physics.system.numeric import numpy_system_function
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import study
+
+#: A second place where an effort may act.
+HUB = (
+    ("dynamics:", "  hub: {effort: pull, unit: N m, velocity: omega}\ndynamics:"),
+    ("- tau)/J", "- tau - pull)/J"),
+)
+
+
+@pytest.fixture(scope="module")
+def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    return study(tmp_path_factory.mktemp("network"), Bench(friction=0.1, creep=1.0, samples=400))
+
+
+@pytest.fixture(scope="module")
+def recording(rubbing: Study) -> Recording:
+    return rubbing.recording.thinned(16)
+
+
+@pytest.fixture(scope="module")
+def base(rubbing: Study, recording: Recording) -> Fitted:
+    return Fitted.of(Hypothesis.known(rubbing), recording)
+
+
+def of_seed(base: Fitted, seed: int) -> Fitted:
+    hypothesis = with_networks(base.hypothesis, seed)
+    return Fitted.of(hypothesis, base.recording, [dict(base.fit.values)], iterations=6)
+
+
+@pytest.fixture(scope="module")
+def network(base: Fitted) -> Fitted:
+    return of_seed(base, 3)
+
+
+def test_it_explains_what_was_left_out(base: Fitted, network: Fitted) -> None:
+    losses = Scores((base, network)).losses.sum(1)
+    assert losses[1] < 0.5 * losses[0]
+    assert network.fit.left.value < 0.5 * base.fit.left.value
+
+
+def test_its_law_is_that_of_the_friction(network: Fitted, rubbing: Study) -> None:
+    """Where the port went, up to a damping, which the known physics has too."""
+    (added,) = network.hypothesis.effects
+    system = network.hypothesis.system.with_values(network.fit.values)
+    law = sum(symbol(n) * unit for n, unit in zip(added.amplitudes, added.regressors, strict=True))
+    function = numpy_system_function(system, [law], efforts_zero=True)
+    middle = {name: spread.middle for name, spread in rubbing.scales.of.items()}
+    v = np.linspace(-0.6, 0.6, 40) * rubbing.scales.of["omega"].rms
+    x, u = np.column_stack([np.full(40, middle["theta"]), v]), np.full((40, 1), middle["torque"])
+    effort = function(np.zeros(40), x, u, np.empty(0), np.array(system.values), np.empty((40, 0)))[:, 0]
+    planted = 0.1 * np.tanh(v / 1.0)
+    found = effort + (network.fit.values["b"] - 0.015) * v
+    found -= found.mean()
+    assert np.corrcoef(found, planted)[0, 1] > 0.95
+    assert np.std(found - planted) < 0.4 * np.std(planted)
+
+
+def test_the_same_seed_gives_the_same_network(base: Fitted, network: Fitted) -> None:
+    again = of_seed(base, 3)
+    assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
+    assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
+    other = with_networks(base.hypothesis, 4)
+    assert other.effects[0].regressors != network.hypothesis.effects[0].regressors
+
+
+def test_nothing_at_level_zero_in_every_port(rubbing: Study, recording: Recording, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
+    two = study(tmp_path_factory.mktemp("hub"), Bench(samples=200), *HUB)
+    hypothesis = with_networks(Hypothesis.known(two), 0)
+    assert [e.place.name for e in hypothesis.effects] == ["joint", "hub"]
+    assert len([u for u in hypothesis.unknowns if u.name.startswith("network")]) == 2 * HIDDEN
+    joint, hub = ({str(s) for r in e.regressors for s in r.free_symbols} for e in hypothesis.effects)
+    assert joint == {"theta", "omega", "torque"} and hub == {"omega", "torque"}
+    known = Hypothesis.known(two).simulation(two.recording)
+    simulation = hypothesis.simulation(two.recording)
+    np.testing.assert_allclose(
+        simulation(simulation.values[None, None]).y, known(known.values[None, None]).y, atol=1e-12
+    )
