@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.physics.effects.added import Added
-from pipeline.physics.effects.law import REACH
 from pipeline.physics.effects.place import Place
 from pipeline.physics.effects.scales import Scales, Spread
 from pipeline.physics.effects.substitution import with_law
@@ -19,13 +18,15 @@ from pipeline.physics.system.model import Parameter, Port, System, symbol
 Array = NDArray[np.float64]
 
 #: Hidden units of the network in one port.
-HIDDEN = 16
+HIDDEN = 20
+#: Of the effort that the known physics lacks: the largest weight of one, so that none cancel each other.
+LARGEST = 2.0
 #: How steep they are where inputs reach from -1 to 1: from nearly straight to nearly a step.
 STEEPNESS = 0.5, 30.0
 
 
 def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
-    """`base` with a network of position, velocity and the system's inputs in every port that it has.
+    """`base` with a network of position (and sine and cosine of an angle), velocity and inputs in every port.
 
     The hidden layer is drawn once and only the output layer is fitted (a random-feature network), so that its
     fit has no local minima and the same seed gives the same network.
@@ -38,15 +39,20 @@ def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
 
 def _network(system: System, port: Port, scales: Scales, rng: np.random.Generator) -> Added:
     seen = [*port.coordinates, *(i.name for i in system.inputs)]
+    angles = {state.name for state in system.states if state.unit == "rad"} & {port.position}
     scaled = [_scaled(system.expression(name), scales.of[name]) for name in seen]
-    weights, biases = _drawn(len(seen), rng)
+    # much of what depends on an angle is the same a turn later
+    scaled += [
+        wave(system.expression(name)) for name in sorted(map(str, angles)) for wave in (sp.sin, sp.cos)
+    ]
+    weights, biases = _drawn(len(scaled), rng)
     units = [
         sp.tanh(sum((float(w) * q for w, q in zip(row, scaled, strict=True)), sp.Float(bias)))
         for row, bias in zip(weights.tolist(), biases.tolist(), strict=True)
     ]
     names = tuple(f"network_{port.name}_{k + 1}" for k in range(HIDDEN))
     size = scales.effort[port.name]
-    bounds = (-REACH * size, REACH * size)
+    bounds = (-LARGEST * size, LARGEST * size)
     law = sum((symbol(n) * unit for n, unit in zip(names, units, strict=True)), sp.S.Zero)
     grown = with_law(system, port, law, " + ".join(names))
     numbers = tuple(Parameter(name, port.unit, 0.0, True, bounds) for name in names)

@@ -17,7 +17,7 @@ def training_seconds(fits: Path) -> float:
 def write_table(
     path: Path, table: pd.DataFrame, chapter: int | None, title: str, protocol: str, data: str = ""
 ) -> None:
-    """Write `path`.csv and `path`.json (title, caption, protocol, chapter if it belongs to one, kind of data)."""
+    """Write `path`.csv and `path`.json: title, caption, protocol, chapter if any, kind of data if given."""
     with replacing(path.with_suffix(".csv")) as temporary:
         table.to_csv(temporary, index=False, float_format="%.6g")
     about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}

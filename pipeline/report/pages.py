@@ -64,7 +64,8 @@ PAGES = (
         "EMPS",
         "A real positioning axis: what its model leaves out",
         summary="Public measurements of a carriage on a ball screw. Withheld from the known physics is its "
-        "dry friction, its viscous friction, or nothing: what the diagnosis finds, and what it cannot explain.",
+        "dry friction, its viscous friction, or nothing: what the diagnosis finds, and what it cannot "
+        "explain.",
         campaign="emps",
         tables=("emps", "emps_numbers", "emps_left_over"),
         metrics=("real",),

@@ -29,7 +29,7 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
         cases: folder of a campaign of withheld cases, as acquire writes it.
         horizon: of the free-run windows, s.
         seed: of everything random in a diagnosis.
-        workers: processes, of one thread each.
+        workers: processes, of one thread each; a single case gets as many threads.
         out: folder, replaced as a whole once all cases are done.
 
     Raises:
@@ -38,22 +38,20 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
     folders = cases_in(cases)
     about = {"cases": read_json(cases / PROVENANCE), "horizon": horizon, "seed": seed}
     with growing_folder(out, about) as folder:
-        jobs = {
-            case.name: partial(_diagnose, case / SYSTEM, case / LOGS, horizon, seed, folder, case.name)
-            for case in folders
-            if not (folder / f"{case.name}.json").exists()
-        }
+        left = [case for case in folders if not (folder / f"{case.name}.json").exists()]
+        threads = workers if len(left) == 1 else 1
+        jobs = {case.name: partial(_diagnose, case, horizon, seed, threads, folder) for case in left}
         run_jobs(jobs, workers, "diagnosing")
 
 
-def _diagnose(system: Path, logs: Path, horizon: float, seed: int, out: Path, name: str) -> None:
+def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) -> None:
     start = time.monotonic()
-    known = read_system(system)
-    found = diagnosed(known, read_logs(logs, known), horizon, seed, workers=1)
+    known = read_system(case / SYSTEM)
+    found = diagnosed(known, read_logs(case / LOGS, known), horizon, seed, workers=threads)
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}
-    write_json(out / COSTS / f"{name}.json", cost)
-    write_json(out / f"{name}.json", content)  # last: it says that the case is done
+    write_json(out / COSTS / f"{case.name}.json", cost)
+    write_json(out / f"{case.name}.json", content)  # last: it says that the case is done
 
 
 def _memory() -> float:

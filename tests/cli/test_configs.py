@@ -22,8 +22,8 @@ SHARED = "training"
 GROUPS = [p.parent.name + "=" + p.stem for p in sorted(CONF.glob("*/*.yaml")) if p.parent.name != SHARED]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
-#: Sweeps, and what reads them, are no part of the graph.
-NODES = [verb for verb in verbs() if verb != "compare"]
+#: Sweeps, and what reads them, are no part of the graph, nor is what writes a file of the program.
+NODES = [verb for verb in verbs() if verb not in ("compare", "calibrate_withheld")]
 
 
 def composed(verb: str, *overrides: str) -> DictConfig:

@@ -20,7 +20,7 @@ from pipeline.diagnosis.free_runs import free_runs
 from pipeline.diagnosis.sensors import Sensors
 from pipeline.diagnosis.where import Where, where
 from pipeline.evaluation.gap import gap
-from pipeline.figures.diagnosis.files import write_figures
+from pipeline.figures.diagnosis import experiments, residual
 from pipeline.measurements.folder import read_logs
 from pipeline.physics.effects.place import Place
 from pipeline.physics.system.reader import read_system
@@ -170,7 +170,8 @@ def test_systems_that_lack_something(tmp_path: Path, without: str) -> None:
     assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
     assert {row["port"] for row in found.channels} <= {"joint", "actuator:torque", "sensor:theta"}
     write_tables(diagnosis, found, tmp_path / "out")
-    write_figures(tmp_path / "out")
+    for draw in (residual.lacking, experiments.gaps_of_experiments):
+        draw(tmp_path / "out")
 
 
 def test_levels_with_more_than_their_share() -> None:

@@ -56,6 +56,7 @@ def test_what_logs_cannot_tell_from_it_is_right_too() -> None:
     assert found["right"] and found["first"] and found["exact"] and found["channel"]
     assert found["set_size"] == 1
     assert row(real, diagnosis(effect(*offset, COULOMB, DRAG)), True)["set_size"] == 3
+    assert row(real, diagnosis(effect(*offset, COULOMB), effect(*LAG, DRAG)), True)["set_size"] == 2
 
 
 def test_a_parameter_is_where_it_acts() -> None:

@@ -105,15 +105,16 @@ def test_the_named_model_is_marked(folder: Callable[[Verdict], Path]) -> None:
 
 def test_what_is_not_there_is_not_drawn(folder: Callable[[Verdict], Path], tmp_path: Path) -> None:
     source = folder("effect")
-    cases = {
-        "candidates": lambda table: table.iloc[:0],
-        "windows": lambda table: table.assign(level=np.nan, acceleration=np.nan, law=np.nan),
-        "laws": lambda table: table.iloc[:0],
-        "trajectory": lambda table: table.assign(known=np.nan, augmented=np.nan),
+    cases: dict[str, tuple[Callable[[pd.DataFrame], pd.DataFrame], tuple[str, ...]]] = {
+        "candidates": (lambda table: table.iloc[:0], ("candidates",)),
+        "windows": (lambda table: table.assign(level=np.nan, acceleration=np.nan), ("lacking", "left_over")),
+        "laws": (lambda table: table.iloc[:0], ("lacking",)),
+        "trajectory": (lambda table: table.assign(known=np.nan), ("before_and_after",)),
     }
-    for name, change in cases.items():
-        for draw in FIGURES.values():
-            check_rendered(draw, changed(source, tmp_path / f"{name}_{name_of(draw)}", name, change))
+    for name, (change, figures) in cases.items():
+        data = changed(source, tmp_path / name, name, change)
+        for figure in figures:
+            check_rendered(FIGURES[figure], data)
     empty = changed(source, tmp_path / "empty", "windows", lambda table: table.iloc[:0])
     assert "nothing is known of joint" in texts(residual.lacking(empty))
 

@@ -106,8 +106,8 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for H, middle in ((0.03, 5.0), (0.07, 7.0)):
         moved = angle(motion(mechanism, H, beta, np.array(masses), middle), 2)
         for (k, m), V in product(enumerate(masses), (middle - 1.0, middle, middle + 1.0)):
-            chosen = moved[:, k] + 5e-5 * rng.standard_normal(SAMPLES)
-            angles.append(chosen if V == middle else np.linspace(0.0, 9.0, SAMPLES))
+            real = moved[:, k] + 5e-5 * rng.standard_normal(SAMPLES)
+            angles.append(np.linspace(0.0, 9.0, SAMPLES) if middle != V else real)
             rows.append((len(rows) + 1, H, beta, m, V, "contact"))
     table = pd.DataFrame(rows, columns=["exp", "H", "beta", "m", "V", "label"])
     # of two runs the one with the lower voltage

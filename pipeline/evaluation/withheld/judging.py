@@ -180,8 +180,8 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
     Returns:
         system, level, truth and said (texts), verdict, confidence; seen: whether the oracle sees all that is
         planted (of an effect of no family: whether there is a gap); the answers of `Case` by name; set_size:
-        how many effects are reported in all; shrink, oracle_shrink and network_shrink; sparse_first: whether
-        the largest term of a sparse regression is planted.
+        how many effects are reported for each that is named; shrink, oracle_shrink and network_shrink;
+        sparse_first: whether the largest term of a sparse regression is planted.
     """
     best = refit["oracle"]
     planted = tuple(Planted.of(row, seen) for row, seen in zip(truth["effects"], best["seen"], strict=True))
@@ -200,7 +200,7 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
         "seen": best["gap_seen"] if outside else all(p.seen for p in planted),
         **{name: getattr(case, name) for name in ANSWERS},
         "right": case.right,
-        "set_size": sum(len(effects) for effects in case.reported),
+        "set_size": sum(map(len, case.reported)) / max(len(case.named), 1),
         "reidentified": gap["reidentified"],
         "floor": gap["floor"],
         "shrink": gap["shrink"],

@@ -1,0 +1,124 @@
+"""A linear look at all effects tells which of them was planted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.diagnosis.fitted import Fitted
+from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.diagnosis.screen import Screened, screen
+from pipeline.physics.effects.library import effects
+from pipeline.physics.effects.place import Place
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, effect, fitted, study
+
+#: A column of experiments.csv with a level that holds for both kinds of runs.
+GROUPS = ("new", "old", "new", "old", "new", "old")
+
+
+def screened(folder: Path, bench: Bench) -> list[Screened]:
+    base = fitted(Hypothesis.known(study(folder, bench)))
+    return screen(base, base.recording, workers=2)
+
+
+def first(found: list[Screened]) -> tuple[str, Place]:
+    added = found[0].hypothesis.effects[-1]
+    return added.family, added.place
+
+
+@pytest.mark.parametrize(
+    ("bench", "family", "place"),
+    [
+        (Bench(samples=400), "coulomb_friction", JOINT),
+        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
+        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
+        (Bench(samples=400, friction=0.0, delay=8), "sensor_delay", ANGLE),
+    ],
+    ids=["friction", "dead zone", "gain", "delay"],
+)
+def test_what_was_planted_comes_first(tmp_path: Path, bench: Bench, family: str, place: Place) -> None:
+    found = screened(tmp_path, bench)
+    assert first(found) == (family, place)
+    assert found[0].gain > 500.0
+    assert {c.hypothesis.effects[-1].family for c in found} == {e.family for e in effects()}
+
+
+@pytest.fixture(scope="module")
+def nothing(tmp_path_factory: pytest.TempPathFactory) -> list[Screened]:
+    return screened(tmp_path_factory.mktemp("nothing"), Bench(friction=0.0, samples=400))
+
+
+def test_nothing_planted_no_gain_beyond_chance(nothing: list[Screened]) -> None:
+    """A delayed output is compared with later samples, whose noise is another: it always seems to gain."""
+    gains = {c.hypothesis.key: c.gain for c in nothing if first([c])[0] != "sensor_delay"}
+    assert max(gains.values()) < 10.0
+    assert np.median(list(gains.values())) < 0.0
+
+
+def test_every_candidate_has_starts_that_a_fit_can_take(nothing: list[Screened]) -> None:
+    for candidate in nothing:
+        assert candidate.starts and len({c.hypothesis.key for c in nothing}) == len(nothing)
+        for start in candidate.starts:
+            assert np.isfinite(list(start.values())).all()
+            shared = [u for u in candidate.hypothesis.unknowns if not u.own]
+            assert {u.name for u in shared} <= set(start)
+            for u in shared:
+                assert u.low * (1.0 - 1e-9) - 1e-12 <= start[u.name]
+                if u.name not in candidate.hypothesis.delays:
+                    assert start[u.name] <= u.high * (1.0 + 1e-9) + 1e-12
+
+
+@pytest.fixture(scope="module")
+def local(tmp_path_factory: pytest.TempPathFactory) -> list[Screened]:
+    bench = Bench(runs=6, samples=300, groups=GROUPS, friction=tuple(0.06 * (g == "old") for g in GROUPS))
+    return screened(tmp_path_factory.mktemp("local"), bench)
+
+
+def test_an_effect_in_one_group_is_found_there(local: list[Screened]) -> None:
+    assert first(local) == ("coulomb_friction", Place("port", "joint", "group", "old"))
+    places = {
+        c.hypothesis.effects[-1].place: c.gain for c in reversed(local) if first([c])[0] == "coulomb_friction"
+    }
+    assert set(places) == {JOINT, *(Place("port", "joint", "group", level) for level in ("new", "old"))}
+    assert places[Place("port", "joint", "group", "old")] > 1.5 * places[JOINT]
+    assert places[Place("port", "joint", "group", "new")] < 0.5 * places[JOINT]
+
+
+def test_a_start_is_close_to_what_was_planted(local: list[Screened]) -> None:
+    assert local[0].starts[0]["F_c"] == pytest.approx(0.06, rel=0.3)
+    assert local[0].starts[0]["mgl"] == pytest.approx(1.2, rel=0.05)
+
+
+def test_levels_where_windows_are_left_out(tmp_path: Path) -> None:
+    """Experiments of which no window is looked at do not count as members of a level."""
+    bench = Bench(runs=10, samples=120, groups=("old", "new") * 5, friction=(0.06, 0.0) * 5)
+    base = fitted(Hypothesis.known(study(tmp_path, bench)))
+    few = base.recording.thinned(6)
+    assert 3 < len(np.unique(few.owner)) < len(base.recording.runs)
+    assert set(np.unique(few.owner)) != set(sorted(few.runs)[: len(np.unique(few.owner))])
+    assert first(screen(base, few, workers=1)) == (
+        "coulomb_friction",
+        Place("port", "joint", "group", "old"),
+    )
+
+
+def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: Path) -> None:
+    bench = Bench(samples=200, dead_zone=0.05)
+    known = Hypothesis.known(study(tmp_path, bench))
+    base = Fitted.of(known.plus(effect("coulomb_friction"), JOINT), known.study.recording.thinned(8))
+    found = screen(base, base.recording, workers=1)
+    seen = [c.hypothesis.effects[-1] for c in found]
+    assert not [e for e in seen if e.family == "coulomb_friction" and e.place.channel == JOINT.channel]
+    assert {e.place.name for e in seen if e.place.kind == "parameter"} == {"J", "b", "mgl"}
+    assert first(found) == ("actuator_dead_zone", TORQUE)
+
+
+def test_threads_do_not_matter(tmp_path: Path) -> None:
+    base = fitted(Hypothesis.known(study(tmp_path, Bench(samples=200))))
+    one, two = (screen(base, base.recording, workers) for workers in (1, 2))
+    assert [(c.hypothesis.key, c.gain, c.starts) for c in one] == [
+        (c.hypothesis.key, c.gain, c.starts) for c in two
+    ]
