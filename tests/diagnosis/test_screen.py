@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.screen import Screened, screen
 from pipeline.physics.effects.library import effects
@@ -55,7 +54,7 @@ def test_nothing_planted_no_gain_beyond_chance(nothing: list[Screened]) -> None:
     """A delayed output is compared with later samples, whose noise is another: it always seems to gain."""
     gains = {c.hypothesis.key: c.gain for c in nothing if first([c])[0] != "sensor_delay"}
     assert max(gains.values()) < 10.0
-    assert np.median(list(gains.values())) < 0.0
+    assert np.mean(list(gains.values())) < 0.0
 
 
 def test_every_candidate_has_starts_that_a_fit_can_take(nothing: list[Screened]) -> None:
@@ -77,14 +76,17 @@ def local(tmp_path_factory: pytest.TempPathFactory) -> list[Screened]:
     return screened(tmp_path_factory.mktemp("local"), bench)
 
 
+def is_coulomb(candidate: Screened) -> bool:
+    added = candidate.hypothesis.effects[-1]
+    return (added.family, added.variant) == ("coulomb_friction", "")
+
+
 def test_an_effect_in_one_group_is_found_there(local: list[Screened]) -> None:
     assert first(local) == ("coulomb_friction", Place("port", "joint", "group", "old"))
-    places = {
-        c.hypothesis.effects[-1].place: c.gain for c in reversed(local) if first([c])[0] == "coulomb_friction"
-    }
-    assert set(places) == {JOINT, *(Place("port", "joint", "group", level) for level in ("new", "old"))}
-    assert places[Place("port", "joint", "group", "old")] > 1.5 * places[JOINT]
-    assert places[Place("port", "joint", "group", "new")] < 0.5 * places[JOINT]
+    gains = {c.hypothesis.effects[-1].place: c.gain for c in local if is_coulomb(c)}
+    old, new = (Place("port", "joint", "group", level) for level in ("old", "new"))
+    assert set(gains) == {JOINT, old, new}
+    assert gains[old] > 500.0 and max(gains[JOINT], gains[new]) < 0.3 * gains[old]
 
 
 def test_a_start_is_close_to_what_was_planted(local: list[Screened]) -> None:
@@ -94,11 +96,10 @@ def test_a_start_is_close_to_what_was_planted(local: list[Screened]) -> None:
 
 def test_levels_where_windows_are_left_out(tmp_path: Path) -> None:
     """Experiments of which no window is looked at do not count as members of a level."""
-    bench = Bench(runs=10, samples=120, groups=("old", "new") * 5, friction=(0.06, 0.0) * 5)
+    bench = Bench(runs=16, samples=160, groups=("old", "new") * 8, friction=(0.06, 0.0) * 8)
     base = fitted(Hypothesis.known(study(tmp_path, bench)))
-    few = base.recording.thinned(6)
-    assert 3 < len(np.unique(few.owner)) < len(base.recording.runs)
-    assert set(np.unique(few.owner)) != set(sorted(few.runs)[: len(np.unique(few.owner))])
+    few = base.recording.thinned(10)
+    assert len(np.unique(few.owner)) < len(few.runs)
     assert first(screen(base, few, workers=1)) == (
         "coulomb_friction",
         Place("port", "joint", "group", "old"),
@@ -106,9 +107,9 @@ def test_levels_where_windows_are_left_out(tmp_path: Path) -> None:
 
 
 def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: Path) -> None:
-    bench = Bench(samples=200, dead_zone=0.05)
+    bench = Bench(samples=400, dead_zone=0.05)
     known = Hypothesis.known(study(tmp_path, bench))
-    base = Fitted.of(known.plus(effect("coulomb_friction"), JOINT), known.study.recording.thinned(8))
+    base = fitted(known.plus(effect("coulomb_friction"), JOINT))
     found = screen(base, base.recording, workers=1)
     seen = [c.hypothesis.effects[-1] for c in found]
     assert not [e for e in seen if e.family == "coulomb_friction" and e.place.channel == JOINT.channel]
