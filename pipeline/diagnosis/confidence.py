@@ -20,6 +20,8 @@ from pipeline.physics.effects.added import Added
 
 #: The least of a sign that is a logarithm, and what confidence can be without or with all of them.
 LEAST, LOWEST, HIGHEST = 1e-2, 0.02, 0.99
+#: Beyond this multiple of the noise, what is left says no more: an encoder may hardly have any noise.
+FAR = 10.0
 WEIGHTS = Path(__file__).with_name("calibration.json")
 
 
@@ -46,7 +48,7 @@ class Signs:
         single = scores.ranked(1)
         compared = named if chosen.hypothesis.effects else (single[0] if single else named)
         return cls(
-            left=_log(above_floor(chosen)),
+            left=_log(min(above_floor(chosen), FAR)),
             margin=_log(_margin(scores, named) / (PARSIMONY * scores.count)),
             worth=_log(float(losses[0] - losses[compared]) / SIGNIFICANT),
             effects=float(len(chosen.hypothesis.effects)),

@@ -43,8 +43,8 @@ class Search:
         self.progress("re-identify the known physics")
         recording = self.study.recording
         length = float(recording.steps.mean())
-        self.screened = recording.thinned(max(8, round(SCREENED / length)))
         self.fitted = recording.thinned(max(8, round(FITTED / length)))
+        self.screened = self.fitted.thinned(max(8, round(SCREENED / length)))
         base = Fitted.of(Hypothesis.known(self.study), self.fitted)
         self.fits[base.hypothesis.key] = base
 

@@ -67,7 +67,7 @@ class Bench:
         friction: of all runs, or one for each. ripple: torque with twelve periods per turn, N m.
         memory: stiffness (N m/rad) of a spring, and time (s) after which it gives way.
         dead_zone: of the torque, N m. noise: of the angle, rad. delay: of the sensor, in samples.
-        missed: angle that the sensor loses from the middle of a run on, rad.
+        missed: angle that the sensor loses after a third of a run, rad.
         groups: of the runs, if they are in groups.
     """
 
@@ -99,7 +99,7 @@ class Bench:
         shown = self.gain * theta[: self.samples] + self.noise * rng.standard_normal(
             (self.samples, self.runs)
         )
-        shown[self.samples // 2 :] -= self.missed
+        shown[self.samples // 3 :] -= self.missed
         folder.mkdir(parents=True, exist_ok=True)
         ids = [f"run{k}" for k in range(self.runs)]
         for k, name in enumerate(ids):
