@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 
 #: Loss per compared value that a unit of complexity must save.
 PARSIMONY = 0.003
+#: How many times as much at most, while something is missing.
+MISSING = 4.0
 #: Loss, a natural logarithm of a likelihood, that a model with an effect more must save, and per complexity.
 SIGNIFICANT, PER_COMPLEXITY = 40.0, 3.0
 #: Part of the square error beyond the noise that a further effect must explain.
@@ -70,11 +72,12 @@ class Scores:
     def ranked(self, effects: int) -> list[int]:
         """Numbers of the models with so many effects, the best first.
 
-        As long as something is missing, what is missing is the noise in which they are compared.
+        As long as something is missing, simple models are given more of a chance: a complex one may stand in
+        for what is missing.
         """
         mine = [k for k, f in enumerate(self.fits) if len(f.hypothesis.effects) == effects]
         missing = min((max(above_floor(self.fits[k]), 0.0) for k in mine), default=0.0)
-        price = PARSIMONY * self.count * (1.0 + missing)
+        price = PARSIMONY * self.count * min(1.0 + missing, MISSING)
         return sorted(mine, key=lambda k: float(self.losses[k].sum() + price * self.complexity[k]))
 
     def pays(self, now: int, more: int) -> bool:

@@ -26,10 +26,12 @@ class Sensors:
     """The outputs of some experiments. What it takes long to find out is found out once.
 
     Attributes:
-        logs: of the experiments; their states do not count.
+        logs: of all experiments; their states do not count. runs: numbers of those that say how noisy the
+            outputs are and how far to smooth them, all unless given; only their slopes are known.
     """
 
     logs: Logs
+    runs: tuple[int, ...] | None = None
     _slopes: dict[int, Slope] = field(default_factory=dict, repr=False)
     _errors: dict[int, Array] = field(default_factory=dict, repr=False)
 
@@ -42,7 +44,7 @@ class Sensors:
         """
         left = [self._rough(j) for j in range(len(self.logs.outputs))]
         white = [np.sqrt(np.mean([noise(part) ** 2 for part in self._parts(j)])) for j in range(len(left))]
-        size = np.std(self.logs.y, axis=0)
+        size = np.std(self.logs.y[self._rows], axis=0)
         return np.asarray(np.maximum(np.maximum(left, white), LEAST_NOISE * np.where(size > 0.0, size, 1.0)))
 
     def _rough(self, output: int) -> float:
@@ -58,7 +60,27 @@ class Sensors:
         return float(spread / np.linalg.norm(kernel))
 
     def _parts(self, output: int) -> list[Array]:
-        return [self.logs.y[self.logs.rows(i), output] for i in range(len(self.logs))]
+        return [self.logs.y[self.logs.rows(i), output] for i in self._known]
+
+    @property
+    def _known(self) -> tuple[int, ...]:
+        return tuple(range(len(self.logs))) if self.runs is None else self.runs
+
+    @cached_property
+    def _rows(self) -> NDArray[np.int64]:
+        """The samples of the runs."""
+        return np.concatenate([np.arange(*self.logs.offsets[[i, i + 1]]) for i in self._known])
+
+    @cached_property
+    def _offsets(self) -> NDArray[np.int64]:
+        """Where each of the runs begins among these."""
+        return np.concatenate([[0], np.cumsum(np.diff(self.logs.offsets)[list(self._known)])])
+
+    def _spread(self, values: Array) -> Array:
+        """(samples,) of all experiments from those of the runs; 0 in the others."""
+        found = np.zeros(len(self.logs.y))
+        found[self._rows] = values
+        return found
 
     def shown(self, output: int, delay: float) -> Array:
         """(samples,) what an output with a delay (s) says of every moment, which it shows later."""
@@ -66,19 +88,19 @@ class Sensors:
 
     def slope(self, output: int, delay: float) -> Array:
         """(samples,) the smoothed derivative of `shown`, per second."""
-        return self._earlier(self._smoothed(output).v, delay)
+        return self._earlier(self._spread(self._smoothed(output).v), delay)
 
     def slope_error(self, output: int) -> Array:
         """(samples,) standard deviation of the error of `slope` without delay, per second."""
         if output not in self._errors:
-            logs, noise = self.logs, float(self.noise[output])
-            self._errors[output] = self._smoothed(output).error(noise, logs.offsets, logs.period)
+            noise, period = float(self.noise[output]), self.logs.period
+            self._errors[output] = self._spread(self._smoothed(output).error(noise, self._offsets, period))
         return self._errors[output]
 
     def _smoothed(self, output: int) -> Slope:
         if output not in self._slopes:
             logs = self.logs
-            self._slopes[output] = Slope.of(logs.y[:, output], logs.offsets, logs.period)
+            self._slopes[output] = Slope.of(logs.y[self._rows, output], self._offsets, logs.period)
         return self._slopes[output]
 
     def _earlier(self, values: Array, delay: float) -> Array:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.sensors import Sensors
 from pipeline.measurements.logs import Logs
+from pipeline.measurements.states import estimate
 from pipeline.physics.effects.scales import Scales
 from pipeline.physics.system.model import System
 
@@ -52,18 +54,20 @@ class Study:
 
     @cached_property
     def recording(self) -> Recording:
-        """The windows that models are fitted to."""
-        return Recording.of(self.logs, self.horizon, self.learned, self.latest)
+        """The windows that models are fitted to; held-out experiments say nothing of the sensors either."""
+        recording = Recording.of(self.logs, self.horizon, self.learned, self.latest)
+        return replace(recording, sensors=Sensors(self.logs, self.learned))
 
     @cached_property
     def scales(self) -> Scales:
         """Sizes along the experiments that are learned from."""
-        logs = self.logs
+        logs, system = self.logs, self.system
         rows = np.concatenate([np.arange(logs.offsets[i], logs.offsets[i + 1]) for i in self.learned])
         lengths = [int(logs.offsets[i + 1] - logs.offsets[i]) for i in self.learned]
         offsets = np.concatenate([[0], np.cumsum(lengths)])
-        c = logs.c[list(self.learned)]
-        return Scales.measured(self.system, logs.period, offsets, logs.t[rows], logs.x[rows], logs.u[rows], c)
+        ids, c, u = [logs.ids[i] for i in self.learned], logs.c[list(self.learned)], logs.u[rows]
+        x = estimate(system, ids, logs.period, offsets, logs.y[rows], u, c).x
+        return Scales.measured(system, logs.period, offsets, logs.t[rows], x, u, c)
 
 
 def held_out(experiments: pd.DataFrame, seed: int) -> tuple[int, ...]:

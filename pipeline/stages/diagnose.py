@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.diagnosis.augmented import FILE, write_augmented
 from pipeline.diagnosis.checks import check, check_seed
 from pipeline.diagnosis.diagnosed import diagnosed
+from pipeline.diagnosis.diagnosis import Diagnosis
 from pipeline.diagnosis.figure_tables import write_tables
 from pipeline.diagnosis.sentences import sentences
 from pipeline.diagnosis.summary import summary
@@ -49,12 +51,21 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
     found = diagnosed(known, measured, horizon, seed, workers=os.cpu_count() or 1, progress=_say)
     place = where(found)
     with replacing_folder(out) as folder:
+        found = _with_augmented(found, folder)
         write_json(folder / SUMMARY, summary(found, place))
-        write_augmented(found, folder)
         write_tables(found, place, folder)
         write_figures(folder)
         write_page(folder, f"python -m pipeline diagnose {system=!s} {logs=!s} {horizon=} {seed=}")
     print("\n".join(sentences(found)))
+
+
+def _with_augmented(found: Diagnosis, folder: Path) -> Diagnosis:
+    """Write the augmented system, or note why there is none: not every expression has a form in a file."""
+    try:
+        write_augmented(found, folder)
+    except ValueError as reason:
+        return replace(found, notes=(*found.notes, f"{FILE} was not written: {reason}"))
+    return found
 
 
 def _say(what: str) -> None:

@@ -20,7 +20,7 @@ def draw(
     only: list[str] | None,
     data: Path,
     raw: Path,
-    campaigns: Mapping[int | str, str],
+    campaigns: Mapping[str, str],
     out: Path,
 ) -> None:
     """Write `out`/<name>.svg for every figure and `out`/figures.json with their captions.
@@ -52,7 +52,7 @@ def draw(
                 raise BadInput(f"{error.filename}: no such file, {name} needs it") from None
             figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
             entry = _entry(name, function)
-            first = entry["chapter"] or entry["number"].split(".")[0]
+            first = entry["number"].split(".")[0]
             origin = read_json(raw / campaigns[first] / "provenance.json")
             index.append({**entry, "data": origin["data"]})
         write_json(folder / "figures.json", index)

@@ -83,9 +83,9 @@ def test_windows_of_the_learned_experiments_only(pendulums: Study) -> None:
 def test_sizes_are_those_of_the_learned_experiments(pendulums: Study) -> None:
     logs = pendulums.logs
     change = np.where(np.isin(logs.owner, pendulums.held_out), 5.0, 1.0)[:, None]
-    other = replace(pendulums, logs=replace(logs, x=logs.x * change, u=logs.u * change))
+    other = replace(pendulums, logs=replace(logs, y=logs.y * change, x=logs.x * change, u=logs.u * change))
     assert other.scales == pendulums.scales
-    learned = replace(pendulums, logs=replace(logs, x=5.0 * logs.x, u=5.0 * logs.u))
+    learned = replace(pendulums, logs=replace(logs, y=5.0 * logs.y))
     assert learned.scales != pendulums.scales
     assert pendulums.scales.duration == pytest.approx(199 * PERIOD)
 

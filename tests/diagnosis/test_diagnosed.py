@@ -1,0 +1,197 @@
+"""What was planted in a pendulum is recovered, and nothing where nothing was."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from pipeline.diagnosis.diagnosed import diagnosed
+from pipeline.diagnosis.diagnosis import Diagnosis
+from pipeline.diagnosis.search import Search
+from pipeline.diagnosis.study import Study
+from pipeline.evaluation.gap import gap
+from tests.diagnosis.benches import Bench, pendulum
+from tests.diagnosis.studies import HORIZON, JOINT, effect
+
+RUBBING = Bench(runs=6)
+TRUTH = {"b": 0.015, "mgl": 1.2}
+
+
+def diagnosis(folder: Path, bench: Bench, workers: int = 2) -> Diagnosis:
+    system = pendulum(folder)
+    return diagnosed(system, bench.logs(folder / "logs", system), HORIZON, 0, workers)
+
+
+def said(found: Diagnosis) -> dict[str, list[str]]:
+    """Family and channel -> what the data cannot tell from it."""
+    return {
+        f"{e.added.family} at {e.added.place.channel}": [
+            f"{o.family} at {o.place.channel}" for o in e.indistinguishable
+        ]
+        for e in found.effects
+    }
+
+
+def numbers(found: Diagnosis) -> dict[str, Any]:
+    """All that a diagnosis says, in plain values."""
+    models = (found.known, found.reidentified, found.augmented, found.neural, *found.steps)
+    return {
+        "verdict": (found.verdict, found.confidence, found.partial, found.notes, found.held_out),
+        "effects": [(e.added.law, e.estimates, e.own, e.confidence, e.shrink) for e in found.effects],
+        "said": said(found),
+        "gaps": [(m.label, m.gap.value, m.gap.per_experiment, m.system.values) for m in models],
+        "shrink": (found.floor, found.shrink, found.interval),
+        "parameters": found.parameters,
+        "candidates": [([(e.law, e.place) for e in c.effects], c.gap, c.evidence) for c in found.candidates],
+    }
+
+
+@pytest.fixture(scope="module")
+def friction(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    return diagnosis(tmp_path_factory.mktemp("friction"), RUBBING)
+
+
+def test_dry_friction_is_named_at_its_port_with_its_number(friction: Diagnosis) -> None:
+    assert friction.verdict == "effect" and not friction.partial
+    ((named, others),) = said(friction).items()
+    assert "coulomb_friction at joint" in (named, *others)
+    (found,) = friction.effects
+    assert found.added.place == JOINT and found.confidence > 0.5 and friction.confidence > 0.5
+    estimate = found.estimates["F_c"]
+    assert estimate.value == pytest.approx(0.06, rel=0.03) and estimate.unit == "N m"
+    low, high = estimate.interval
+    assert low < estimate.value < high and high - low < 0.1 * estimate.value
+    assert low - 1e-3 < 0.06 < high + 1e-3
+
+
+def test_the_gap_shrinks_to_the_floor(friction: Diagnosis) -> None:
+    assert friction.shrink > 0.95 and friction.effects[0].shrink == pytest.approx(friction.shrink)
+    low, high = friction.interval
+    assert 0.9 < low <= friction.shrink <= high <= 1.0
+    assert friction.known.gap.value > friction.reidentified.gap.value > 5.0 * friction.augmented.gap.value
+    assert friction.augmented.gap.value < 1.3 * friction.floor
+    assert [model.label for model in friction.steps] == [
+        "re-identified",
+        f"with {friction.effects[0].added.family} at joint",
+    ]
+    assert friction.steps[-1] is friction.augmented
+
+
+def test_parameters_that_were_wrong_are_identified(friction: Diagnosis) -> None:
+    assert set(friction.parameters) == set(TRUTH)
+    for name, truth in TRUTH.items():
+        found = friction.parameters[name]
+        assert found.value == pytest.approx(truth, rel=0.03)
+        assert found.interval[0] - 0.01 * truth < truth < found.interval[1] + 0.01 * truth
+    assert (friction.parameters["b"].known, friction.parameters["mgl"].known) == (0.03, 0.9)
+
+
+def test_candidates_are_listed_by_evidence(friction: Diagnosis) -> None:
+    evidence = [c.evidence for c in friction.candidates]
+    assert evidence[0] == 0.0 and evidence == sorted(evidence, reverse=True)
+    (without,) = (c for c in friction.candidates if not c.effects) if len(evidence) < 20 else [None]
+    assert without is None or without.evidence < -100.0
+
+
+def test_the_models_have_the_gap_of_the_contract(friction: Diagnosis) -> None:
+    assert len(friction.held_out) == 2
+    for model in (friction.known, friction.augmented, friction.neural):
+        expected = gap(model.system, model.logs, HORIZON, friction.held_out)
+        assert model.gap.value == pytest.approx(expected.value, rel=1e-6)
+
+
+def test_the_same_seed_gives_the_same_diagnosis(friction: Diagnosis, tmp_path: Path) -> None:
+    """Whatever the number of threads."""
+    assert numbers(diagnosis(tmp_path, RUBBING, workers=1)) == numbers(friction)
+
+
+def test_held_out_experiments_take_no_part(friction: Diagnosis) -> None:
+    """Upside down, and with a sensor that is ten times as noisy, they change nothing but their own gap."""
+    logs = friction.logs
+    held = np.isin(logs.owner, friction.held_out)[:, None]
+    noise = 2e-3 * np.random.default_rng(0).standard_normal(logs.y.shape)
+    y, u = np.where(held, noise - logs.y, logs.y), np.where(held, 2.0 * logs.u, logs.u)
+    turned = replace(logs, y=y, u=u).for_system(friction.system)
+    found = diagnosed(friction.system, turned, HORIZON, 0)
+    assert found.held_out == friction.held_out
+    assert found.augmented.gap.value > 50.0 * friction.augmented.gap.value
+    one, other = numbers(found), numbers(friction)
+    assert one["candidates"] == other["candidates"] and one["parameters"] == other["parameters"]
+    assert [e[:2] for e in one["effects"]] == [e[:2] for e in other["effects"]]
+    assert [m[3] for m in one["gaps"]] == [m[3] for m in other["gaps"]]
+
+
+def test_nothing_is_missing_where_parameters_were_wrong(tmp_path: Path) -> None:
+    found = diagnosis(tmp_path, replace(RUBBING, friction=0.0))
+    assert (found.verdict, found.effects, found.partial) == ("no_gap", (), False)
+    assert found.augmented is found.reidentified and found.steps == (found.reidentified,)
+    assert (found.shrink, found.interval) == (0.0, (0.0, 0.0))
+    assert found.known.gap.value > 10.0 * found.reidentified.gap.value
+    assert found.reidentified.gap.value < 1.3 * found.floor
+    values = {name: estimate.value for name, estimate in found.parameters.items()}
+    assert values == pytest.approx(TRUTH, rel=0.02)
+
+
+def test_what_is_in_no_library_is_unknown(tmp_path: Path) -> None:
+    """A sensor that misses counts in the middle of a run."""
+    found = diagnosis(tmp_path, replace(RUBBING, friction=0.0, missed=0.2))
+    assert found.verdict == "unknown" and found.partial == bool(found.effects)
+    assert found.shrink < 0.5 and found.augmented.gap.value > 2.0 * found.floor
+
+
+def test_two_effects(tmp_path: Path) -> None:
+    """Friction, and a sensor that shows too much; what lowers the loss most comes first."""
+    found = diagnosis(tmp_path, replace(RUBBING, gain=1.1))
+    assert found.verdict == "effect"
+    gain, friction = found.effects
+    assert gain.added.family == "sensor_gain" and friction.added.place == JOINT
+    assert gain.estimates["g"].value == pytest.approx(0.1, rel=0.05)
+    assert friction.estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
+    assert len(found.steps) == 3 and found.steps[1].label == "with sensor_gain at sensor:theta"
+    first, second, third = (model.gap.value for model in found.steps)
+    assert first > 1.2 * second > 1.2 * third and found.shrink > 0.95
+    assert gain.shrink + friction.shrink == pytest.approx(found.shrink, abs=1e-9)
+    assert gain.shrink > 0.2 and friction.shrink > 0.2
+
+
+def test_two_experiments_are_enough(tmp_path: Path) -> None:
+    """One to learn from and one to judge by."""
+    found = diagnosis(tmp_path, replace(RUBBING, runs=2))
+    assert found.verdict == "effect" and len(found.held_out) == 1
+    assert "coulomb_friction at joint" in {
+        name for pair in said(found).items() for name in (pair[0], *pair[1])
+    }
+    assert found.effects[0].estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
+
+
+def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path) -> None:
+    """A further delay is looked for as far as the windows leave room."""
+    late = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.0063}\nparameters:")
+    system = pendulum(tmp_path, late)
+    logs = Bench(samples=240, delay=6, friction=0.0).logs(tmp_path / "logs", system)
+    found = diagnosed(system, logs, HORIZON, 0)
+    assert said(found) == {"sensor_delay at sensor:theta": []} or "sensor_delay" in str(said(found))
+    late_by = found.augmented.system.outputs[0].delay + found.augmented.system.inputs[0].delay
+    assert late_by == pytest.approx(0.012, abs=5e-4)
+
+
+def test_a_search_ends_when_nothing_is_left(friction: Diagnosis) -> None:
+    told: list[str] = []
+    search = Search(Study.of(friction.system, friction.logs, HORIZON, 0), 2, told.append)
+    scores = search.run()
+    named = scores.fits[scores.chosen()].hypothesis
+    assert named.key == frozenset((e.added.family, e.added.variant, e.added.place) for e in friction.effects)
+    assert scores.fits[0] is search.base and search.base.hypothesis.key == frozenset()
+    assert max(len(f.hypothesis.effects) for f in scores.fits) == 1
+    assert told[0] == "re-identify the known physics" and len(told) == 3
+    before = len(search.fits)
+    (added,) = named.effects
+    assert search.fitted_with(search.base.hypothesis, added) is search.fits[named.key]
+    drag = search.base.hypothesis.plus(effect("quadratic_drag"), JOINT)
+    search.fits.pop(drag.key, None)
+    again = search.fitted_with(search.base.hypothesis, drag.effects[0])
+    assert again.hypothesis.key == drag.key and len(search.fits) >= before
