@@ -16,6 +16,7 @@ from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.network import with_networks
 from pipeline.diagnosis.search import Search
 from pipeline.diagnosis.study import Study
+from pipeline.evaluation.shrink import shrink
 from pipeline.measurements.logs import Logs
 from pipeline.physics.effects.added import Added
 from pipeline.physics.system.model import System
@@ -62,7 +63,6 @@ def diagnosed(
     augmented, signs = steps[-1], Signs.of(scores, named)
     sure = confidence(verdict, signs)
     floor = models.noise_floor(augmented, study)
-    shrink = _shrink(reidentified, augmented, floor)
     return Diagnosis(
         *(system, logs, horizon, seed, verdict),
         confidence=sure,
@@ -74,7 +74,7 @@ def diagnosed(
         neural=neural,
         steps=tuple(steps),
         floor=floor,
-        shrink=shrink,
+        shrink=shrink(reidentified.gap.value, augmented.gap.value, floor),
         interval=_interval(reidentified, augmented, floor, seed),
         held_out=study.held_out,
         parameters=_parameters(system, chosen),
@@ -100,23 +100,13 @@ def _neural(search: Search, seed: int) -> Fitted:
     return Fitted.of(hypothesis, search.fitted, [dict(search.base.fit.values)], iterations=10)
 
 
-def _shrink(before: Model, after: Model, floor: float) -> float:
-    return _share(before.gap.value**2, after.gap.value**2, floor**2)
-
-
-def _share(before: float, after: float, floor: float) -> float:
-    """By the definition of the contract, from squares; nothing shrinks that is at the floor."""
-    if before <= floor:
-        return 0.0
-    return float(np.clip((before - after) / (before - floor), 0.0, 1.0))
-
-
 def _interval(before: Model, after: Model, floor: float, seed: int) -> Interval:
     """95 % of the shrink, over the held-out experiments drawn again and again."""
     ids = list(before.gap.per_experiment)
-    old, new = (np.array([m.gap.per_experiment[i] ** 2 for i in ids]) for m in (before, after))
+    squares = (np.array([m.gap.per_experiment[i] ** 2 for i in ids]) for m in (before, after))
     drawn = np.random.default_rng([seed, 2]).integers(0, len(ids), (DRAWS, len(ids)))
-    shares = [_share(o, n, floor**2) for o, n in zip(old[drawn].mean(1), new[drawn].mean(1), strict=True)]
+    old, new = (np.sqrt(square[drawn].mean(1)).tolist() for square in squares)
+    shares = [shrink(o, n, floor) for o, n in zip(old, new, strict=True)]
     low, high = np.quantile(shares, [0.025, 0.975]).tolist()
     return low, high
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.diagnosis.fit import fit
 from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.floor import floor
+from pipeline.diagnosis.models import own_values
 from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.unknowns import Unknown
 from pipeline.evaluation.gap import LARGEST_ERROR
 
 Array = NDArray[np.float64]
@@ -43,7 +42,7 @@ class Judged:
         study = fitted.hypothesis.study
         recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest)
         simulation = fitted.hypothesis.simulation(recording)
-        numbers = _numbers(fitted, recording)
+        numbers = _numbers(fitted)
         runs = simulation(numbers, substeps=fitted.fit.substeps)
         with np.errstate(all="ignore"):
             error = np.abs(runs.y[:, 0] - runs.measured[:, 0]) / recording.scale
@@ -75,18 +74,9 @@ class Judged:
         return bool(large and np.quantile(means, 0.025) > 0.0)
 
 
-def _numbers(fitted: Fitted, recording: Recording) -> Array:
-    """(experiments, 1, numbers) of the fit, and of every held-out experiment the values of its own.
-
-    What differs from experiment to experiment is to be known from the experiment itself only: there it is
-    fitted, with all that is shared as it was.
-    """
-    if not fitted.fit.own:
-        return fitted.fit.numbers
-    shared = fitted.fit.values
-    unknowns: list[Unknown] = [
-        u if u.own else replace(u, low=shared[u.name], high=shared[u.name])
-        for u in fitted.hypothesis.unknowns
-    ]
-    simulation = fitted.hypothesis.simulation(recording)
-    return fit(simulation, unknowns, [shared], substeps=fitted.fit.substeps).numbers
+def _numbers(fitted: Fitted) -> Array:
+    """(experiments, 1, numbers) of the fit, and of every held-out experiment the values of its own."""
+    numbers, names = fitted.fit.numbers.copy(), fitted.unknowns.simulation.names
+    for name, values in own_values(fitted).items():
+        numbers[:, 0, names.index(name)] = [values[i] for i in fitted.recording.logs.ids]
+    return numbers

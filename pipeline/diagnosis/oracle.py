@@ -13,6 +13,7 @@ from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.judged import Judged
 from pipeline.diagnosis.study import Study
 from pipeline.evaluation.channels import parameter_channels
+from pipeline.evaluation.shrink import shrink
 from pipeline.physics.effects.effect import Effect
 from pipeline.physics.effects.library import effects
 from pipeline.physics.effects.place import Place
@@ -65,9 +66,7 @@ class Oracle:
     @property
     def shrink(self) -> float:
         """By the definition of the contract; 0 where there is nothing to explain."""
-        whole = self.reidentified**2 - self.floor**2
-        part = self.reidentified**2 - self.augmented**2
-        return float(np.clip(part / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
+        return shrink(self.reidentified, self.augmented, self.floor)
 
 
 def oracle(study: Study, known: Sequence[Known]) -> Oracle:

@@ -9,12 +9,9 @@ import pandas as pd
 
 from pipeline.diagnosis.confidence import Signs
 from pipeline.errors import BadInput
-from pipeline.evaluation.channels import parameter_channels
-from pipeline.evaluation.withheld.folders import SYSTEM, TRUTH, campaigns_in, cases_in
-from pipeline.evaluation.withheld.judging import judged
+from pipeline.evaluation.withheld.answers import answers
 from pipeline.evaluation.withheld.weights import fitted_weights
-from pipeline.files import read_json, write_json
-from pipeline.physics.system.reader import read_system
+from pipeline.files import write_json
 
 
 def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) -> None:
@@ -28,13 +25,10 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
     Raises:
         BadInput: when an input is missing, or a verdict does not occur.
     """
-    rows = []
-    for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
-        place = case.relative_to(cases).with_suffix(".json")
-        said = read_json(diagnoses / place)
-        acts_at = parameter_channels(read_system(case / SYSTEM))
-        row = judged(read_json(case / TRUTH), said, read_json(refits / place), acts_at)
-        rows.append({"verdict": said["verdict"], "right": row["right"], **said["signs"]})
+    rows = [
+        {"verdict": said["verdict"], "right": row["right"], **said["signs"]}
+        for _, said, row in answers(cases, diagnoses, refits)
+    ]
     table = pd.DataFrame(rows)
     for verdict in ("effect", "no_gap", "unknown"):
         if verdict not in set(table["verdict"]):

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from pipeline.evaluation.channels import parameter_channels
 from pipeline.evaluation.readable import write_table
-from pipeline.evaluation.withheld.folders import COSTS, SYSTEM, TRUTH, campaigns_in, cases_in
-from pipeline.evaluation.withheld.judging import judged
+from pipeline.evaluation.withheld.answers import answers
+from pipeline.evaluation.withheld.folders import COSTS
 from pipeline.evaluation.withheld.scores import (
     PROTOCOL,
     calibration,
@@ -21,7 +21,6 @@ from pipeline.evaluation.withheld.scores import (
     scores,
 )
 from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.physics.system.reader import read_system
 from pipeline.revision import revision
 
 
@@ -43,7 +42,7 @@ def tabulate_withheld(
     Raises:
         BadInput: when an input is missing.
     """
-    rows = pd.DataFrame([_row(case, cases, diagnoses, refits) for case in _every(cases)])
+    rows = pd.DataFrame(_rows(cases, diagnoses, refits))
     found = {"cases": rows, "detection": detection(rows), "calibration": calibration(rows)}
     found |= {"confusion": confusion(rows), "misses": misses(rows)}
     with replacing_folder(out) as folder:
@@ -64,13 +63,7 @@ def tabulate_withheld(
     write_table(tables / "withheld_misses", found["misses"], None, title, PROTOCOL, "virtual")
 
 
-def _every(cases: Path) -> list[Path]:
-    return [case for campaign in campaigns_in(cases) for case in cases_in(campaign)]
-
-
-def _row(case: Path, cases: Path, diagnoses: Path, refits: Path) -> dict[str, Any]:
-    kind, file = case.parent.relative_to(cases), f"{case.name}.json"
-    answers = (read_json(case / TRUTH), read_json(diagnoses / kind / file), read_json(refits / kind / file))
-    acts_at = parameter_channels(read_system(case / SYSTEM))
-    cost = read_json(diagnoses / kind / COSTS / file)
-    return {"kind": kind.as_posix(), "case": case.name, **judged(*answers, acts_at), **cost}
+def _rows(cases: Path, diagnoses: Path, refits: Path) -> Iterator[dict[str, Any]]:
+    for place, _, row in answers(cases, diagnoses, refits):
+        cost = read_json(diagnoses / place.parent / COSTS / f"{place.name}.json")
+        yield {"kind": place.parent.as_posix(), "case": place.name, **row, **cost}

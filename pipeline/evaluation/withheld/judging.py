@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
+from pipeline.evaluation.shrink import shrink
+
 Content = Mapping[str, Any]
 ActsAt = Mapping[str, Collection[str]]
 
@@ -205,7 +207,7 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
         "floor": gap["floor"],
         "shrink": gap["shrink"],
         "oracle_shrink": best["shrink"],
-        "network_shrink": _shrink(gap["reidentified"], gap["neural"], gap["floor"]),
+        "network_shrink": shrink(gap["reidentified"], gap["neural"], gap["floor"]),
         "sparse_first": _sparse(planted, refit["sparse_regression"]),
     }
 
@@ -221,12 +223,6 @@ def _said(case: Case) -> str:
 
 def _part(factor: str | None, level: float | str | None) -> str:
     return "" if factor is None else f" where {factor} is {level}"
-
-
-def _shrink(reidentified: float, model: float, floor: float) -> float:
-    """By the definition of the contract; 0 where there is nothing to explain."""
-    whole = reidentified**2 - floor**2
-    return min(1.0, max(0.0, (reidentified**2 - model**2) / whole)) if whole > 0.0 else 0.0
 
 
 def _sparse(planted: Sequence[Planted], term: Content | None) -> bool:

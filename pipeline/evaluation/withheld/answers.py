@@ -1,0 +1,34 @@
+"""What was said of the cases of the withheld check, beside what is planted in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from pipeline.evaluation.channels import parameter_channels
+from pipeline.evaluation.withheld.folders import SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.evaluation.withheld.judging import judged
+from pipeline.files import read_json
+from pipeline.physics.system.reader import read_system
+
+
+def answers(
+    cases: Path, diagnoses: Path, refits: Path
+) -> Iterator[tuple[Path, dict[str, Any], dict[str, Any]]]:
+    """Of every case: <campaign>/<case>, the content of its diagnosis.json, and its row (see `judged`).
+
+    Args:
+        cases: folder of campaigns of withheld cases, a kind each.
+        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+
+    Raises:
+        BadInput: when an input is missing.
+    """
+    for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
+        place = case.relative_to(cases)
+        said, refit = (
+            read_json(folder / place.parent / f"{case.name}.json") for folder in (diagnoses, refits)
+        )
+        acts_at = parameter_channels(read_system(case / SYSTEM))
+        yield place, said, judged(read_json(case / TRUTH), said, refit, acts_at)
