@@ -169,7 +169,8 @@ def _normal(
     errors, still = Errors(unknowns, sigma, substeps), np.zeros_like(sigma)
     around = errors(*errors.around(here, still))
     r = around[:, 0]
-    normal = Normal.of(r, errors.slopes(here, around), np.ones_like(r), still, unknowns.entry, len(here))
+    slopes, ones = errors.slopes(here, around), np.ones_like(r)
+    normal = Normal.of(r, slopes, ones, still, unknowns.entry, unknowns.precision)
     curvature, gradient, _ = normal.reduced()
     size = unknowns.scale
     return curvature / np.outer(size, size), gradient / size

@@ -49,7 +49,7 @@ class Descent:
         unknowns, here = self.errors.unknowns, r[:, 0]
         scale = spread(here, unknowns.simulation.recording.counted)
         slopes = self.errors.slopes(self.z, r)
-        normal = Normal.of(here, slopes, weights(here, scale), self.moved, unknowns.entry, len(self.z))
+        normal = Normal.of(here, slopes, weights(here, scale), self.moved, unknowns.entry, unknowns.precision)
         return normal, scale
 
     def iteration(self) -> Generator[Asked, Array, None]:
@@ -59,14 +59,14 @@ class Descent:
         """
         r = yield self.errors.around(self.z, self.moved)
         normal, scale = self.normal(r)
-        here = float(_losses(r[:, :1], self.moved[:, None], scale)[0])
+        here = float(self._losses(r[:, :1], self.z[None], self.moved[:, None], scale)[0])
         self.loss = here
         while self.damping <= LARGEST_DAMPING:
             dampings = np.maximum(self.damping * DAMPINGS, LEAST_DAMPING)
             steps = [normal.step(damping, self.z, self.errors.unknowns.bounds) for damping in dampings]
             z = np.stack([there for there, _ in steps])
             moved = self.moved[:, None] + np.stack([moves for _, moves in steps], axis=1)
-            losses = _losses((yield z, moved), moved, scale)
+            losses = self._losses((yield z, moved), z, moved, scale)
             best = int(np.argmin(losses))
             if losses[best] < here:
                 near = np.abs(z[best] - self.z) <= CLOSE * np.sqrt(np.diag(normal.covariance()))
@@ -76,6 +76,11 @@ class Descent:
                 return
             self.damping = float(dampings[-1] * DAMPINGS[-1])
         self.converged = True
+
+    def _losses(self, r: Array, z: Array, moved: Array, scale: Array) -> Array:
+        """(sets,) what is minimised: Huber's loss of the errors, how unlikely starts and vectors are."""
+        unlikely = 0.5 * np.sum(moved**2, axis=(0, 2)) + 0.5 * z**2 @ self.errors.unknowns.precision
+        return np.asarray(loss(r, scale) + unlikely)
 
 
 def begun(unknowns: Unknowns, starts: Sequence[Array], substeps: int) -> list[Descent]:
@@ -98,8 +103,3 @@ def advance(descents: Sequence[Descent]) -> None:
             with suppress(StopIteration):
                 still.append((iteration, iteration.send(answer)))
         asked = still
-
-
-def _losses(r: Array, moved: Array, scale: Array) -> Array:
-    """(sets,) what is minimised: Huber's loss of the errors, and how unlikely the starts are."""
-    return np.asarray(loss(r, scale) + 0.5 * np.sum(moved**2, axis=(0, 2)))

@@ -13,7 +13,7 @@ from pipeline.diagnosis.choose import AT_FLOOR, Scores, above_floor, explained
 from pipeline.diagnosis.confidence import Signs, confidence
 from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found, Interval, Model, Verdict
 from pipeline.diagnosis.fitted import Fitted
-from pipeline.diagnosis.network import with_networks
+from pipeline.diagnosis.network import network
 from pipeline.diagnosis.search import Search
 from pipeline.diagnosis.study import Study
 from pipeline.evaluation.shrink import shrink
@@ -56,7 +56,7 @@ def diagnosed(
     path = _path(search, chosen)
     steps = [reidentified, *(models.model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
     progress("fit a network in every port")
-    neural = models.model("neural", _neural(search, seed))
+    neural = models.model("neural", network(search.base, search.fitted, search.screened, seed))
     verdict: Verdict = "effect" if chosen.hypothesis.effects else "no_gap"
     if not explained(search.base, chosen):
         verdict = "unknown"
@@ -93,11 +93,6 @@ def _path(search: Search, chosen: Fitted) -> list[tuple[Added, Fitted]]:
         best = int(np.argmin(Scores((search.base, *tries)).losses[1:].sum(1)))
         path.append((left.pop(best), tries[best]))
     return [*path, *((effect, chosen) for effect in left)]
-
-
-def _neural(search: Search, seed: int) -> Fitted:
-    hypothesis = with_networks(search.base.hypothesis, seed)
-    return Fitted.of(hypothesis, search.fitted, [dict(search.base.fit.values)], iterations=10)
 
 
 def _interval(before: Model, after: Model, floor: float, seed: int) -> Interval:

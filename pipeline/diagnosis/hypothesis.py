@@ -129,7 +129,12 @@ class Hypothesis:
     def _of(self, effect: Added) -> list[Unknown]:
         names = [n for n in (*effect.amplitudes, *effect.shapes) if n not in effect.shares]
         found = [
-            Unknown(n, *effect.bounds[n], effect.scales[n], own=n in effect.per_experiment) for n in names
+            Unknown(
+                *(n, *effect.bounds[n], effect.scales[n]),
+                own=n in effect.per_experiment,
+                prior=effect.priors.get(n, np.inf),
+            )
+            for n in names
         ]
         known = {o.name: o.delay for o in self.study.system.outputs}
         late = {n: place.name for n, place in effect.delays.items() if place.kind == "sensor"}

@@ -8,7 +8,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.hypothesis import Hypothesis
+from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.tangent import Tangent
 from pipeline.physics.effects.added import Added
 from pipeline.physics.effects.place import Place
 from pipeline.physics.effects.scales import Scales, Spread
@@ -21,23 +24,54 @@ Array = NDArray[np.float64]
 HIDDEN = 20
 #: Of the effort that the known physics lacks: the largest weight of one, so that none cancel each other.
 LARGEST = 2.0
+#: Their plausible size, of which that is taken which suits experiments that are left out; parts of them.
+PRIORS, FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
+#: Of their unit, how much is tried; iterations of the fit.
+AMOUNT, ITERATIONS = 0.1, 10
 #: How steep they are where inputs reach from -1 to 1: from nearly straight to nearly a step.
 STEEPNESS = 0.5, 30.0
 
 
-def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
+def network(base: Fitted, fitted: Recording, screened: Recording, seed: int) -> Fitted:
+    """A network in every port of a fitted model, beside whatever the model has.
+
+    Args:
+        base: the model. fitted: what it was fitted to. screened: some of its windows, for the choice of how
+            large weights may be. seed: of the hidden layers.
+    """
+    tries = [with_networks(base.hypothesis, seed, prior) for prior in PRIORS]
+    first, tangent = tries[0], Tangent(base, screened)
+    names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
+    scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
+    slopes = tangent.slopes(first, [{n: AMOUNT * scales[n]} for n in names])
+    reach = np.full(len(names), LARGEST / AMOUNT)
+    products = tangent.products([slopes], [np.stack([-reach, reach])])
+    shared = np.zeros(tangent.shared)
+    gains = [
+        replace(products, precision=np.append(shared, np.full(len(names), (AMOUNT / p) ** 2))).gain(FOLDS)
+        for p in PRIORS
+    ]
+    return Fitted.of(tries[int(np.argmax(gains))], fitted, [dict(base.fit.values)], ITERATIONS)
+
+
+def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
     """`base` with a network of position (and sine and cosine of an angle), velocity and inputs in every port.
 
     The hidden layer is drawn once and only the output layer is fitted (a random-feature network), so that its
     fit has no local minima and the same seed gives the same network.
+
+    Args:
+        prior: plausible size of its weights, of the effort that the known physics lacks.
     """
     for number, port in enumerate(base.system.ports):
-        added = _network(base.system, port, base.study.scales, np.random.default_rng([seed, 1, number]))
+        added = _network(
+            base.system, port, base.study.scales, prior, np.random.default_rng([seed, 1, number])
+        )
         base = Hypothesis(base.study, added.system, (*base.effects, added))
     return base
 
 
-def _network(system: System, port: Port, scales: Scales, rng: np.random.Generator) -> Added:
+def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.random.Generator) -> Added:
     seen = [*port.coordinates, *(i.name for i in system.inputs)]
     angles = {state.name for state in system.states if state.unit == "rad"} & {port.position}
     scaled = [_scaled(system.expression(name), scales.of[name]) for name in seen]
@@ -64,6 +98,7 @@ def _network(system: System, port: Port, scales: Scales, rng: np.random.Generato
         regressors=tuple(units),
         bounds=dict.fromkeys(names, bounds),
         scales=dict.fromkeys(names, size),
+        priors=dict.fromkeys(names, prior * size),
         units=dict.fromkeys(names, port.unit),
     )
 

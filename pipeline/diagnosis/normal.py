@@ -26,15 +26,18 @@ class Normal:
     Attributes:
         gram: (windows, q, q) of the q = unknowns + states + 1 columns: derivatives by the unknowns, by the
             states at the start in units of their noise, and the residual. The starts' own spread is in there.
-        entry: (windows, unknowns) where an unknown stands in the vector. size: of the vector.
+        entry: (windows, unknowns) where an unknown stands in the vector.
+        precision: (size,) inverse variance around zero of the vector's prior.
     """
 
     gram: Array
     entry: Indices
-    size: int
+    precision: Array
 
     @classmethod
-    def of(cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, size: int) -> Normal:
+    def of(
+        cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, precision: Array
+    ) -> Normal:
         """From residuals and weights (windows, ...), slopes (windows, unknowns + states, ...), and how far
         the starts are moved (windows, states).
         """
@@ -45,7 +48,7 @@ class Normal:
         gram[:, inner, inner] += 1.0
         gram[:, inner, -1] += moved
         gram[:, -1, inner] += moved
-        return cls(gram, entry, size)
+        return cls(gram, entry, precision)
 
     def reduced(self, damping: float = 0.0) -> tuple[Array, Array, Array]:
         """Without the starts: curvature (windows, unknowns, unknowns), gradient (windows, unknowns), and how
@@ -59,8 +62,9 @@ class Normal:
         return outer[:, :, :n], outer[:, :, n], follow
 
     def summed(self, curvature: Array, gradient: Array) -> tuple[Array, Array]:
-        """Curvature (size, size) and gradient (size,) of the whole vector."""
-        H, g = np.zeros((self.size, self.size)), np.zeros(self.size)
+        """Curvature (size, size) and gradient (size,) of the whole vector, without its prior."""
+        size = len(self.precision)
+        H, g = np.zeros((size, size)), np.zeros(size)
         np.add.at(H, (self.entry[:, :, None], self.entry[:, None, :]), curvature)
         np.add.at(g, self.entry, gradient)
         return H, g
@@ -69,6 +73,7 @@ class Normal:
         """Where the vector goes, within its bounds, and by how much the starts move (windows, states)."""
         curvature, gradient, follow = self.reduced(damping)
         H, g = self.summed(curvature, gradient)
+        H, g = H + np.diag(self.precision), g + self.precision * z
         diagonal = np.diag(H)
         low, high = bounds
         free = diagonal > UNSEEN * diagonal.max(initial=0.0)
@@ -94,7 +99,7 @@ class Normal:
         Errors of one window depend on each other, those of two windows do not (sandwich estimator).
         """
         curvature, gradient, _ = self.reduced()
-        H, _ = self.summed(curvature, gradient)
+        H = self.summed(curvature, gradient)[0] + np.diag(self.precision)
         scatter, _ = self.summed(gradient[:, :, None] * gradient[:, None, :], gradient)
         diagonal = np.diag(H)
         seen = diagonal > UNSEEN * diagonal.max(initial=0.0)

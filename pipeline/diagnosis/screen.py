@@ -16,15 +16,12 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.diagnosis import loops
 from pipeline.diagnosis.choose import PARSIMONY
 from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.levels import levels
 from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.regression import Products
-from pipeline.diagnosis.residuals import Errors, spread, weights
-from pipeline.diagnosis.unknowns import Unknowns
+from pipeline.diagnosis.tangent import Tangent
 from pipeline.physics.effects.effect import Effect
 from pipeline.physics.effects.library import effects
 from pipeline.physics.effects.place import Place
@@ -103,18 +100,11 @@ def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
 
 
 class _Look:
-    """Errors of a fitted model over some windows, and how they change."""
+    """Candidates on top of a fitted model."""
 
     def __init__(self, base: Fitted, recording: Recording) -> None:
         self.base, self.recording = base, recording
-        self.unknowns = Unknowns(base.hypothesis.simulation(recording), base.hypothesis.unknowns)
-        self.moved, sigma = base.moved(recording)
-        self.z = base.vector(self.unknowns)
-        self.errors = Errors(self.unknowns, sigma, base.fit.substeps)
-        around = self.errors(*self.errors.around(self.z, self.moved))
-        self.r = around[:, 0]
-        self.slopes = self.errors.slopes(self.z, around)
-        self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
+        self.tangent = Tangent(base, recording)
 
     def points(self, effect: Effect, place: Place) -> Iterator[Point]:
         """One candidate at all its starting points."""
@@ -126,7 +116,7 @@ class _Look:
         grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
         chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(POINTS, len(grid))).astype(int)]
         sizes = np.array([[self._amount(hypothesis, n, values) for n in names] for values in chosen])
-        slopes = self._slopes(
+        slopes = self.tangent.slopes(
             hypothesis,
             [
                 {**values, n: size}
@@ -146,29 +136,10 @@ class _Look:
             return values[name]
         return 1.0 if name in added.shares else AMOUNT * added.scales[name]
 
-    def _slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
-        """(windows, sets, most steps, outputs) change of the errors by numbers of the candidate."""
-        simulation = hypothesis.simulation(self.recording)
-        known = self.unknowns.simulation.names
-        fitted = self.unknowns.numbers(self.z[None])
-        own = dict(zip((p.name for p in hypothesis.system.parameters), hypothesis.system.values, strict=True))
-        values = np.zeros((len(fitted), len(sets), len(simulation.names)))
-        for k, name in enumerate(simulation.names):
-            if name in known:
-                values[:, :, k] = fitted[:, :, known.index(name)]
-            else:
-                values[:, :, k] = [given.get(name, own.get(name, 0.0)) for given in sets]
-        moved = np.repeat((self.moved * self.errors.sigma)[:, None], len(sets), axis=1)
-        runs = simulation(values, moved, self.base.fit.substeps)
-        recording, largest = self.recording, self.errors.largest
-        r = loops.cut_errors(runs.y, runs.measured, recording.noise, largest, recording.steps)
-        both = np.concatenate([self.r[:, None], r], axis=1)
-        return np.asarray(loops.slopes(both, largest, np.ones((len(r), len(sets)))))
-
     def ranked(self, points: Sequence[Point]) -> list[Screened]:
         """Candidates with their best starting points, in all experiments or at one level."""
-        first = len(self.unknowns.each)
-        products = self._products(points)
+        first = self.tangent.shared
+        products = self.tangent.products([p.slopes for p in points], [p.bounds for p in points])
         at = first + np.cumsum([0, *(len(p.names) for p in points)])
         shared = list(range(first))
         without = products.selected(shared, ()).gain(FOLDS)
@@ -184,26 +155,8 @@ class _Look:
                     gain, amounts = part.gain(FOLDS) - without, part.solved()[0][first:]
                 found.setdefault((point.effect, place), []).append((gain, point, amounts))
         ranked = [self._screened(place, tries) for (_, place), tries in found.items()]
-        price = PARSIMONY * int(self.recording.steps.sum()) * self.r.shape[2]
+        price = PARSIMONY * int(self.recording.steps.sum()) * self.tangent.r.shape[2]
         return sorted(ranked, key=lambda s: price * s.hypothesis.complexity - s.gain)
-
-    def _products(self, points: Sequence[Point]) -> Products:
-        count, unknowns = len(self.r), self.unknowns
-        first = len(unknowns.each)
-        columns = np.concatenate([self.slopes[:, :first], *(p.slopes for p in points)], axis=1)
-        limits = np.stack(unknowns.bounds) - self.z
-        shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
-        bounds = np.concatenate([shared, *(p.bounds for p in points)], axis=1)
-        columns *= self.root[:, None]
-        starts = self.slopes[:, first:] * self.root[:, None]
-        return Products.of(
-            columns.reshape(count, columns.shape[1], -1),
-            (self.r * self.root).reshape(count, -1),
-            starts.reshape(count, starts.shape[1], -1),
-            self.moved,
-            self.recording.owner,
-            (bounds[0], bounds[1]),
-        )
 
     def _places(self, point: Point) -> Iterator[tuple[Place, NDArray[np.int64] | None]]:
         place = point.hypothesis.effects[-1].place

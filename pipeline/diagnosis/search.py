@@ -30,13 +30,15 @@ class Search:
 
     Attributes:
         study: the experiments. workers: threads. progress: is told what is being done.
-        fits: by what their effects are. widened: those at one level that were tried everywhere.
+        fits: by what their effects are. screens: of candidates on top of a model, by the same.
+        widened: those at one level that were tried everywhere.
     """
 
     study: Study
     workers: int = 1
     progress: Callable[[str], None] = lambda _: None
     fits: dict[frozenset[object], Fitted] = field(default_factory=dict)
+    screens: dict[frozenset[object], list[Screened]] = field(default_factory=dict)
     widened: set[frozenset[object]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -61,11 +63,32 @@ class Search:
             if len(named.hypothesis.effects) < depth or (depth and _settled(named)):
                 break
             for parent in (scores.fits[k] for k in scores.ranked(depth)[:parents]):
-                self.progress(f"screen effects on top of {parent.hypothesis}")
-                found = screen(parent, self.screened, self.workers)
+                found = self.screen(parent)
                 self.progress(f"fit effects on top of {parent.hypothesis}")
                 self.fit(_promising(found, count))
                 self._widen()
+        return self._reduced()
+
+    def screen(self, base: Fitted) -> list[Screened]:
+        """All candidates on top of a fitted model, the most promising first."""
+        key = base.hypothesis.key
+        if key not in self.screens:
+            self.progress(f"screen effects on top of {base.hypothesis}")
+            self.screens[key] = screen(base, self.screened, self.workers)
+        return self.screens[key]
+
+    def _reduced(self) -> Scores:
+        """With fits of all that the named model becomes without one of its effects: what was added early may
+        have stood in for what came later.
+        """
+        scores = Scores(tuple(self.fits.values()))
+        effects = scores.fits[scores.chosen()].hypothesis.effects
+        if len(effects) < 2:
+            return scores
+        for gone in effects:
+            before = self.base.hypothesis
+            for effect in (e for e in effects if e is not gone):
+                before = self.fitted_with(before, effect).hypothesis
         return Scores(tuple(self.fits.values()))
 
     def fit(self, candidates: Iterable[Screened]) -> None:
@@ -96,11 +119,7 @@ class Search:
         (effect,) = (e for e in effects() if (e.family, e.variant) == (added.family, added.variant))
         hypothesis = before.plus(effect, added.place)
         if hypothesis.key not in self.fits:
-            found = next(
-                s
-                for s in screen(self.fits[before.key], self.screened, self.workers)
-                if s.hypothesis.key == hypothesis.key
-            )
+            found = next(s for s in self.screen(self.fits[before.key]) if s.hypothesis.key == hypothesis.key)
             self.fits[hypothesis.key] = self._fit(found)
         return self.fits[hypothesis.key]
 

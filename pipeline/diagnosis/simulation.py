@@ -31,11 +31,13 @@ class Runs:
             its end, nan or inf where it diverged.
         measured: (windows, sets or 1, most steps, outputs) at the same moments.
         counted: (windows, most steps) those before the end of a window.
+        later: (sets or 1, outputs) by how many samples those that are compared come later than without delay.
     """
 
     y: Array
     measured: Array
     counted: NDArray[np.bool_]
+    later: Indices
 
     @property
     def diverged(self) -> NDArray[np.bool_]:
@@ -120,7 +122,8 @@ class Simulation:
         after it happens."""
         record, outputs = self.recording, np.arange(y.shape[3])
         if not late.any():
-            return Runs(y[:, :, 1:], record.logs.y[record.rows][:, None], record.counted)
+            same = np.zeros((1, len(outputs)), np.int64)
+            return Runs(y[:, :, 1:], record.logs.y[record.rows][:, None], record.counted, same)
         if not (late.min() >= 0.0 and late.max() <= record.latest + WHOLE):
             raise ValueError(f"delays must be from 0 to {record.latest:g} samples, got {late.tolist()}")
         # sets that hardly differ are compared at the same samples, or they would differ by their noise
@@ -128,9 +131,10 @@ class Simulation:
         whole = np.minimum(whole, np.floor(record.latest + WHOLE))
         whole = np.where(np.abs(late - late[0]) < 0.5, whole[0], whole)
         rest = np.where(np.abs(late - whole) > WHOLE, late - whole, 0.0)
-        rows = record.rows[:, None, :, None] + whole.astype(np.int64)[:, None]
+        later = whole.astype(np.int64)
+        rows = record.rows[:, None, :, None] + later[:, None]
         shown = loops.read_late(y, rest, record.steps) if rest.any() else y[:, :, 1:]
-        return Runs(shown, record.logs.y[rows, outputs], record.counted)
+        return Runs(shown, record.logs.y[rows, outputs], record.counted, later)
 
     @cached_property
     def _observer(self) -> Program:

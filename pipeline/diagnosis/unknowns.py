@@ -23,6 +23,7 @@ class Unknown:
     Attributes:
         name: of a parameter or delay. low, high: its bounds, SI. scale: a plausible size, SI.
         own: whether every experiment has a value of its own.
+        prior: standard deviation around zero that is plausible before there are any data, SI.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Unknown:
     high: float
     scale: float
     own: bool = False
+    prior: float = np.inf
 
     @classmethod
     def of(cls, parameter: Parameter) -> Unknown:
@@ -74,6 +76,12 @@ class Unknowns:
         """(entries,) lowest and highest values of the vector."""
         low, high = (np.array([getattr(self.each[k], end) for k in self.unknown]) for end in ("low", "high"))
         return low / self.scale, high / self.scale
+
+    @cached_property
+    def precision(self) -> Array:
+        """(entries,) inverse variance of what is plausible before there are any data."""
+        prior = np.array([self.each[k].prior for k in self.unknown])
+        return np.asarray((self.scale / prior) ** 2)
 
     def vector(self, start: Mapping[str, float]) -> Array:
         """(entries,) at values, those of the system unless given, within the bounds."""

@@ -128,9 +128,10 @@ def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
     slopes = rng.normal(size=(windows, each + states, samples, 1))
     weight = rng.uniform(0.5, 2.0, r.shape)
     entry = np.stack([np.zeros(windows, np.int64), 1 + np.arange(windows) // 2], axis=1)
-    normal = Normal.of(r, slopes, weight, moved, entry, 3)
+    prior, here = np.array([0.0, 2.0, 0.0]), np.array([0.3, -0.7, 0.1])
+    normal = Normal.of(r, slopes, weight, moved, entry, prior)
     free = np.full(3, np.inf)
-    there, moves = normal.step(0.0, np.zeros(3), (-free, free))
+    there, moves = normal.step(0.0, here, (-free, free))
     rows, right = [], []
     for w in range(windows):
         full = np.zeros((samples + states, 3 + windows * states))
@@ -140,8 +141,10 @@ def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
         full[samples:, own] = np.eye(states)
         rows.append(full)
         right.append(np.concatenate([root[:, 0] * r[w, :, 0], moved[w]]))
+    rows.append(np.sqrt(2.0) * np.eye(3 + windows * states)[[1]])
+    right.append(np.sqrt(2.0) * here[[1]])
     solution = -np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=None)[0]
-    np.testing.assert_allclose(there, solution[:3], rtol=1e-9)
+    np.testing.assert_allclose(there, here + solution[:3], rtol=1e-9)
     np.testing.assert_allclose(moves.ravel(), solution[3:], rtol=1e-9)
 
 

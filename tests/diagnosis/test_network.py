@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from pipeline.diagnosis import models
 from pipeline.diagnosis.choose import Scores
 from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.network import HIDDEN, with_networks
+from pipeline.diagnosis.network import network as fitted_network
 from pipeline.diagnosis.recording import Recording
 from pipeline.diagnosis.study import Study
 from pipeline.physics.system.model import symbol
@@ -39,8 +43,7 @@ def base(rubbing: Study, recording: Recording) -> Fitted:
 
 
 def of_seed(base: Fitted, seed: int) -> Fitted:
-    hypothesis = with_networks(base.hypothesis, seed)
-    return Fitted.of(hypothesis, base.recording, [dict(base.fit.values)], iterations=6)
+    return fitted_network(base, base.recording, base.recording, seed)
 
 
 @pytest.fixture(scope="module")
@@ -75,13 +78,22 @@ def test_the_same_seed_gives_the_same_network(base: Fitted, network: Fitted) -> 
     again = of_seed(base, 3)
     assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
     assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
-    other = with_networks(base.hypothesis, 4)
+    other = with_networks(base.hypothesis, 4, 0.1)
     assert other.effects[0].regressors != network.hypothesis.effects[0].regressors
+
+
+def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
+    """Weights that data do not know stay small, whatever noise they could explain."""
+    known = study(tmp_path, Bench(friction=0.0, samples=400))
+    recording = known.recording.thinned(16)
+    base = Fitted.of(Hypothesis.known(known), recording)
+    with_it = models.model("neural", fitted_network(base, recording, recording, 0))
+    assert with_it.gap.value < 1.05 * models.model("re-identified", base).gap.value
 
 
 def test_nothing_at_level_zero_in_every_port(rubbing: Study, recording: Recording, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
     two = study(tmp_path_factory.mktemp("hub"), Bench(samples=200), *HUB)
-    hypothesis = with_networks(Hypothesis.known(two), 0)
+    hypothesis = with_networks(Hypothesis.known(two), 0, 0.1)
     assert [e.place.name for e in hypothesis.effects] == ["joint", "hub"]
     assert len([u for u in hypothesis.unknowns if u.name.startswith("network")]) == 2 * HIDDEN
     joint, hub = ({str(s) for r in e.regressors for s in r.free_symbols} for e in hypothesis.effects)

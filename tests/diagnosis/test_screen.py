@@ -29,18 +29,21 @@ def first(found: list[Screened]) -> tuple[str, Place]:
 
 
 @pytest.mark.parametrize(
-    ("bench", "family", "place"),
+    ("bench", "family", "place", "rank"),
     [
-        (Bench(samples=400), "coulomb_friction", JOINT),
-        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
-        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
-        (Bench(samples=400, friction=0.0, delay=8), "sensor_delay", ANGLE),
+        (Bench(samples=400), "coulomb_friction", JOINT, 1),
+        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE, 1),
+        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE, 1),
+        # a delay of the only input is the same thing
+        (Bench(samples=400, friction=0.0, delay=8), "sensor_delay", ANGLE, 2),
     ],
     ids=["friction", "dead zone", "gain", "delay"],
 )
-def test_what_was_planted_comes_first(tmp_path: Path, bench: Bench, family: str, place: Place) -> None:
+def test_what_was_planted_comes_first(
+    tmp_path: Path, bench: Bench, family: str, place: Place, rank: int
+) -> None:
     found = screened(tmp_path, bench)
-    assert first(found) == (family, place)
+    assert first(found[rank - 1 :]) == (family, place)
     assert found[0].gain > 500.0
     assert {c.hypothesis.effects[-1].family for c in found} == {e.family for e in effects()}
 
@@ -51,8 +54,7 @@ def nothing(tmp_path_factory: pytest.TempPathFactory) -> list[Screened]:
 
 
 def test_nothing_planted_no_gain_beyond_chance(nothing: list[Screened]) -> None:
-    """A delayed output is compared with later samples, whose noise is another: it always seems to gain."""
-    gains = {c.hypothesis.key: c.gain for c in nothing if first([c])[0] != "sensor_delay"}
+    gains = {c.hypothesis.key: c.gain for c in nothing}
     assert max(gains.values()) < 10.0
     assert np.mean(list(gains.values())) < 0.0
 

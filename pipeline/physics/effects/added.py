@@ -31,6 +31,7 @@ class Added:
         delays: of the shapes, those that are no parameter but a delay added to an input or output.
         columns: constants that it adds to the operating point -> their values.
         per_experiment: of the amplitudes, those whose value differs from experiment to experiment.
+        priors: of some amplitudes, the standard deviation around zero that is plausible without data, SI.
         linear: whether regressors times amplitudes are all that is added; else that is the tangent at zero.
     """
 
@@ -50,6 +51,7 @@ class Added:
     delays: Mapping[str, Place] = field(default_factory=dict)
     columns: Mapping[str, Column] = field(default_factory=dict)
     per_experiment: tuple[str, ...] = ()
+    priors: Mapping[str, float] = field(default_factory=dict)
     linear: bool = True
 
     @property

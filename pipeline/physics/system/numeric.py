@@ -48,12 +48,14 @@ def numpy_system_function(
     if efforts_zero:
         expressions = [f.xreplace(dict.fromkeys(system.e, sp.S.Zero)) for f in expressions]
     groups = [system.x, system.u, () if efforts_zero else system.e, system.p, system.c]
+    symbols = [TIME, *(s for group in groups for s in group)]
+    # a user's names are then never names in the code, and sums are always added up in the same order
+    plain = {symbol: sp.Symbol(f"argument_{k:04}") for k, symbol in enumerate(symbols)}
     code = sp.lambdify(
-        [TIME, *(s for group in groups for s in group)],
-        list(expressions),
+        list(plain.values()),
+        [f.xreplace(plain) for f in expressions],
         modules=[{**NUMPY, "lookup": lambda k, x, order: system.tables[int(k)](x, int(order))}, "numpy"],
         cse=True,
-        dummify=True,  # a user's names are then never names in the code
     )
 
     def function(t: Any, x: Any, u: Any, e: Any, p: Any, c: Any) -> Array:
