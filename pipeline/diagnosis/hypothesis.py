@@ -55,8 +55,9 @@ class Hypothesis:
         return Hypothesis(self.study, added.system, (*self.effects, added))
 
     def __str__(self) -> str:
-        names = [f"{e.family} at {e.place.channel}" for e in self.effects]
-        return " and ".join(["the known physics", *names]) if len(names) < 2 else ", ".join(names)
+        return " and ".join(
+            ["the known physics", *(f"{e.family} at {e.place.channel}" for e in self.effects)]
+        )
 
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:
@@ -80,14 +81,14 @@ class Hypothesis:
     @property
     def complexity(self) -> float:
         """How much it takes to believe in it: that of the effects together."""
-        known = {p.name for p in self.study.system.parameters if not p.identify}
         every = {(e.family, e.variant): e.complexity for e in effects()}
-        return sum(
-            every[e.family, e.variant]
-            + LOCAL * (e.place.factor is not None)
-            + KNOWN * (e.place.kind == "parameter" and e.place.name in known)
-            for e in self.effects
-        )
+        return sum(self.complexity_of(every[e.family, e.variant], e.place) for e in self.effects)
+
+    def complexity_of(self, law: float, place: Place) -> float:
+        """Of an effect whose law has a complexity of its own, at a place."""
+        known = {p.name for p in self.study.system.parameters if not p.identify}
+        parameter = place.kind == "parameter" and place.name in known
+        return law + LOCAL * (place.factor is not None) + KNOWN * parameter
 
     @cached_property
     def c(self) -> Array:

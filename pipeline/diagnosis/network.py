@@ -45,7 +45,7 @@ def network(base: Fitted, fitted: Recording, screened: Recording, seed: int) -> 
     scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
     slopes = tangent.slopes(first, [{n: AMOUNT * scales[n]} for n in names])
     reach = np.full(len(names), LARGEST / AMOUNT)
-    products = tangent.products([slopes], [np.stack([-reach, reach])])
+    products = tangent.products(slopes, np.stack([-reach, reach]))
     shared = np.zeros(tangent.shared)
     gains = [
         replace(products, precision=np.append(shared, np.full(len(names), (AMOUNT / p) ** 2))).gain(FOLDS)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,29 +50,25 @@ class Products:
             owner: (windows,) number of the experiment. bounds: of the coefficients, (columns,) each.
         """
         half = np.linalg.inv(np.linalg.cholesky(starts @ starts.swapaxes(1, 2) + np.eye(starts.shape[1])))
-        grams = []
-        for i in np.unique(owner):
-            mine = owner == i
-            rows = np.concatenate([columns[mine], r[mine][:, None]], axis=1)
-            across = rows @ starts[mine].swapaxes(1, 2)
-            across[:, -1] += moved[mine]
-            follow = (across @ half[mine].swapaxes(1, 2)).swapaxes(0, 1).reshape(rows.shape[1], -1)
-            flat = rows.swapaxes(0, 1).reshape(rows.shape[1], -1)
-            gram = flat @ flat.T - follow @ follow.T
-            gram[-1, -1] += np.sum(moved[mine] ** 2)
-            grams.append(gram)
-        return cls(np.stack(grams), *bounds)
+        rows = np.concatenate([columns, r[:, None]], axis=1)
+        across = rows @ starts.swapaxes(1, 2)
+        across[:, -1] += moved
+        follow = across @ half.swapaxes(1, 2)
+        each = rows @ rows.swapaxes(1, 2) - follow @ follow.swapaxes(1, 2)
+        each[:, -1, -1] += np.sum(moved**2, axis=1)
+        mine = np.equal.outer(np.unique(owner), owner).astype(np.float64)
+        gram = (mine @ each.reshape(len(owner), -1)).reshape(-1, *each.shape[1:])
+        return cls(gram, *bounds)
 
-    def selected(self, shared: Sequence[int], own: Sequence[int], members: Indices | None = None) -> Products:
-        """Columns `shared` by all experiments, and others that only count in the experiments `members`."""
-        k = np.array([*shared, *own])
-        gram = self.gram[:, np.append(k, -1)[:, None], np.append(k, -1)]
-        if members is not None:
-            mine = slice(len(shared), len(k))
-            others = np.setdiff1d(np.arange(len(gram)), members)
-            gram[others, mine] = 0.0
-            gram[others, :, mine] = 0.0
-        return Products(gram, self.low[k], self.high[k])
+    def only(self, shared: int, members: Indices | None = None) -> Products:
+        """Columns after the first `shared` only count in the experiments `members`, all unless given."""
+        if members is None:
+            return self
+        gram = self.gram.copy()
+        others = np.setdiff1d(np.arange(len(gram)), members)
+        gram[others, shared:-1] = 0.0
+        gram[others, :, shared:-1] = 0.0
+        return replace(self, gram=gram)
 
     def split(self, shared: int) -> Products:
         """With a coefficient for every experiment in place of each column after the first `shared`."""

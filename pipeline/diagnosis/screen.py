@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 
 import numpy as np
@@ -21,12 +22,15 @@ from pipeline.diagnosis.fitted import Fitted
 from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.levels import levels
 from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.regression import Products
 from pipeline.diagnosis.tangent import Tangent
+from pipeline.physics.effects.added import Added
 from pipeline.physics.effects.effect import Effect
 from pipeline.physics.effects.library import effects
 from pipeline.physics.effects.place import Place
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 #: Of its plausible size: how much of an effect is tried.
 AMOUNT = 0.1
@@ -39,25 +43,19 @@ class Point:
     """One candidate at one starting point of its shapes.
 
     Attributes:
-        effect, hypothesis: the candidate, and the model with it. values: of its shapes.
-        names: of its amplitudes, or of a delay. size: (names,) what was tried, SI.
-        slopes: (windows, names, most steps, outputs) change of the errors by that.
-        bounds: (2, names) in units of `size`.
+        values: of its shapes. names: of its amplitudes, or of a delay. size: (names,) what was tried, SI.
+        products: of the model's own unknowns and of `names`, in units of `size`.
     """
 
-    effect: Effect
-    hypothesis: Hypothesis
     values: dict[str, float]
     names: tuple[str, ...]
     size: Array
-    slopes: Array
-    bounds: Array
+    products: Products
 
-    def start(self, base: dict[str, float], amounts: Array) -> dict[str, float]:
+    def start(self, added: Added, amounts: Array) -> dict[str, float]:
         """Values to start a fit from, of coefficients (names,) in units of `size`."""
-        added = self.hypothesis.effects[-1]
-        found = {**base, **self.values}
-        for name, amount, size in zip(self.names, amounts, self.size, strict=True):
+        found = dict(self.values)
+        for name, amount, size in zip(self.names, amounts.tolist(), self.size.tolist(), strict=True):
             if name in added.delays:
                 found[name] = max(amount, 0.5) * size
             elif name not in added.shares:
@@ -67,13 +65,46 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class Screened:
-    """A candidate: the model with it, by how much the cross-validated loss falls, and values to start a fit
-    from, the best first.
+    """A candidate on top of a fitted model.
+
+    Attributes:
+        base: the model. effect, place: what is added to it.
+        gain: by how much the cross-validated loss falls.
+        tries: starting points, the best first, and coefficients there.
     """
 
-    hypothesis: Hypothesis
+    base: Fitted
+    effect: Effect
+    place: Place
     gain: float
-    starts: tuple[dict[str, float], ...]
+    tries: tuple[tuple[Point, Array], ...]
+
+    @cached_property
+    def hypothesis(self) -> Hypothesis:
+        """The model with the effect."""
+        return self.base.hypothesis.plus(self.effect, self.place)
+
+    @property
+    def key(self) -> frozenset[tuple[str, str, Place]]:
+        """Of `hypothesis`."""
+        return self.base.hypothesis.key | {(self.effect.family, self.effect.variant, self.place)}
+
+    @property
+    def complexity(self) -> float:
+        """Of `hypothesis`."""
+        hypothesis = self.base.hypothesis
+        return hypothesis.complexity + hypothesis.complexity_of(self.effect.complexity, self.place)
+
+    @property
+    def starts(self) -> tuple[dict[str, float], ...]:
+        """Values to start a fit from, the best first."""
+        added, base = self.hypothesis.effects[-1], self.base.fit.values
+        found = [{**base, **point.start(added, amounts)} for point, amounts in self.tries]
+        if added.memory:
+            # what remembers is hardly in proportion to a small amount of it
+            more = [point.start(added, np.ones(len(amounts)) / AMOUNT) for point, amounts in self.tries]
+            found += [{**base, **start} for start in more]
+        return tuple(found)
 
 
 def screen(base: Fitted, recording: Recording, workers: int) -> list[Screened]:
@@ -86,8 +117,9 @@ def screen(base: Fitted, recording: Recording, workers: int) -> list[Screened]:
     look = _Look(base, recording)
     asked = [(e, p) for e in effects() for p in _free(base.hypothesis, e)]
     with ThreadPoolExecutor(workers) as pool:
-        points = [point for found in pool.map(lambda one: list(look.points(*one)), asked) for point in found]
-    return look.ranked(points)
+        found = [one for several in pool.map(lambda one: list(look.screened(*one)), asked) for one in several]
+    price = PARSIMONY * int(recording.steps.sum()) * len(recording.noise)
+    return sorted(found, key=lambda one: price * one.complexity - one.gain)
 
 
 def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
@@ -103,78 +135,57 @@ class _Look:
     """Candidates on top of a fitted model."""
 
     def __init__(self, base: Fitted, recording: Recording) -> None:
-        self.base, self.recording = base, recording
-        self.tangent = Tangent(base, recording)
+        self.base, self.tangent = base, Tangent(base, recording)
+        experiments = base.hypothesis.study.logs.experiments
+        self.levels = list(levels(experiments.iloc[np.unique(recording.owner)]))
+        alone = self.tangent.products(self.tangent.own_slopes[:, :0], np.empty((2, 0)))
+        self.without, self.without_in_sample = alone.gain(FOLDS), alone.solved()[1]
 
-    def points(self, effect: Effect, place: Place) -> Iterator[Point]:
-        """One candidate at all its starting points."""
+    def screened(self, effect: Effect, place: Place) -> Iterator[Screened]:
+        """A candidate in all experiments and at every level."""
         hypothesis = self.base.hypothesis.plus(effect, place)
+        points = list(self._points(hypothesis))
+        if hypothesis.effects[-1].per_experiment:
+            (point,) = points
+            gain = point.products.split(self.tangent.shared).solved()[1] - self.without_in_sample
+            yield Screened(self.base, effect, place, gain, ((point, np.zeros(len(point.names))),))
+            return
+        yield self._screened(effect, place, points, None)
+        for factor, level, members in self.levels if place.kind == "port" else ():
+            yield self._screened(effect, Place("port", place.name, factor, level), points, members)
+
+    def _screened(
+        self, effect: Effect, place: Place, points: Sequence[Point], members: Indices | None
+    ) -> Screened:
+        parts = [point.products.only(self.tangent.shared, members) for point in points]
+        solved = [part.solved() for part in parts]
+        best = sorted(range(len(points)), key=lambda k: -solved[k][1])[:STARTS]
+        tries = tuple((points[k], solved[k][0][self.tangent.shared :]) for k in best)
+        return Screened(self.base, effect, place, parts[best[0]].gain(FOLDS) - self.without, tries)
+
+    def _points(self, hypothesis: Hypothesis) -> Iterator[Point]:
+        """The last effect at all its starting points."""
         added = hypothesis.effects[-1]
         names = added.amplitudes or tuple(added.delays)
         highest = {u.name: u.high for u in hypothesis.unknowns}
         within = [dict.fromkeys(min(v, highest[n]) for v in values) for n, values in added.shapes.items()]
         grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
         chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(POINTS, len(grid))).astype(int)]
-        sizes = np.array([[self._amount(hypothesis, n, values) for n in names] for values in chosen])
-        slopes = self.tangent.slopes(
-            hypothesis,
-            [
-                {**values, n: size}
-                for values, row in zip(chosen, sizes, strict=True)
-                for n, size in zip(names, row, strict=True)
-            ],
-        )
+        sizes = np.array([[_amount(added, n, values) for n in names] for values in chosen])
+        sets = [
+            {**values, n: size}
+            for values, row in zip(chosen, sizes, strict=True)
+            for n, size in zip(names, row, strict=True)
+        ]
+        slopes = self.tangent.slopes(hypothesis, sets)
+        bounds = np.array([(0.0, 1.0) if n in added.delays else added.bounds[n] for n in names]).T
         for k, (values, size) in enumerate(zip(chosen, sizes, strict=True)):
-            bounds = np.array([(0.0, 1.0) if n in added.delays else added.bounds[n] for n in names]).T
-            scaled = bounds if added.delays else bounds / size
-            which = slice(k * len(names), (k + 1) * len(names))
-            yield Point(effect, hypothesis, values, names, size, slopes[:, which], scaled)
+            own = slopes[:, k * len(names) : (k + 1) * len(names)]
+            products = self.tangent.products(own, bounds if added.delays else bounds / size)
+            yield Point(values, names, size, products)
 
-    def _amount(self, hypothesis: Hypothesis, name: str, values: dict[str, float]) -> float:
-        added = hypothesis.effects[-1]
-        if name in added.delays:
-            return values[name]
-        return 1.0 if name in added.shares else AMOUNT * added.scales[name]
 
-    def ranked(self, points: Sequence[Point]) -> list[Screened]:
-        """Candidates with their best starting points, in all experiments or at one level."""
-        first = self.tangent.shared
-        products = self.tangent.products([p.slopes for p in points], [p.bounds for p in points])
-        at = first + np.cumsum([0, *(len(p.names) for p in points)])
-        shared = list(range(first))
-        without = products.selected(shared, ()).gain(FOLDS)
-        found: dict[tuple[Effect, Place], list[tuple[float, Point, Array]]] = {}
-        for k, point in enumerate(points):
-            own = list(range(at[k], at[k + 1]))
-            for place, members in self._places(point):
-                part = products.selected(shared, own, members)
-                if point.hypothesis.effects[-1].per_experiment:
-                    gain, amounts = part.split(first).solved()[1], np.zeros(len(own))
-                    gain -= products.selected(shared, ()).solved()[1]
-                else:
-                    gain, amounts = part.gain(FOLDS) - without, part.solved()[0][first:]
-                found.setdefault((point.effect, place), []).append((gain, point, amounts))
-        ranked = [self._screened(place, tries) for (_, place), tries in found.items()]
-        price = PARSIMONY * int(self.recording.steps.sum()) * self.tangent.r.shape[2]
-        return sorted(ranked, key=lambda s: price * s.hypothesis.complexity - s.gain)
-
-    def _places(self, point: Point) -> Iterator[tuple[Place, NDArray[np.int64] | None]]:
-        place = point.hypothesis.effects[-1].place
-        yield place, None
-        if place.kind == "port":
-            experiments = self.base.hypothesis.study.logs.experiments
-            for factor, level, members in levels(experiments.iloc[np.unique(self.recording.owner)]):
-                yield Place("port", place.name, factor, level), members
-
-    def _screened(self, place: Place, tries: list[tuple[float, Point, Array]]) -> Screened:
-        best = sorted(tries, key=lambda one: -one[0])[:STARTS]
-        point = best[0][1]
-        hypothesis = point.hypothesis
-        if place != hypothesis.effects[-1].place:
-            hypothesis = self.base.hypothesis.plus(point.effect, place)
-        base = dict(self.base.fit.values)
-        starts = [p.start(base, amounts) for _, p, amounts in best]
-        if hypothesis.effects[-1].memory:
-            # what remembers is hardly in proportion to a small amount of it
-            starts += [p.start(base, np.ones(len(amounts)) / AMOUNT) for _, p, amounts in best]
-        return Screened(hypothesis, best[0][0], tuple(starts))
+def _amount(added: Added, name: str, values: dict[str, float]) -> float:
+    if name in added.delays:
+        return values[name]
+    return 1.0 if name in added.shares else AMOUNT * added.scales[name]

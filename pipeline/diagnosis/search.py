@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
@@ -14,12 +14,15 @@ from pipeline.diagnosis.hypothesis import Hypothesis
 from pipeline.diagnosis.screen import Screened, screen
 from pipeline.diagnosis.study import Study
 from pipeline.physics.effects.added import Added
-from pipeline.physics.effects.library import effects
 
 #: Simulated samples that a screen and a fit look at, about.
 SCREENED, FITTED = 6000, 20_000
 #: At each depth: how many models an effect is added to, and how many candidates are fitted on top of each.
 DEPTHS = (1, 14), (2, 5), (1, 5)
+#: How often effects of the named model are exchanged, and for how many candidates each.
+EXCHANGES, EXCHANGED = 2, 4
+#: A shape with so many starting values has many optima; the best one is sought among neighbours.
+ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
 #: A complexity up to which a model is not expected to stand for a simpler one with more effects.
 SIMPLE = 4.0
 
@@ -67,7 +70,7 @@ class Search:
                 self.progress(f"fit effects on top of {parent.hypothesis}")
                 self.fit(_promising(found, count))
                 self._widen()
-        return self._reduced()
+        return self._exchanged()
 
     def screen(self, base: Fitted) -> list[Screened]:
         """All candidates on top of a fitted model, the most promising first."""
@@ -77,23 +80,23 @@ class Search:
             self.screens[key] = screen(base, self.screened, self.workers)
         return self.screens[key]
 
-    def _reduced(self) -> Scores:
-        """With fits of all that the named model becomes without one of its effects: what was added early may
+    def _exchanged(self) -> Scores:
+        """With each effect of the named model taken out, and others in its place: what was added first may
         have stood in for what came later.
         """
-        scores = Scores(tuple(self.fits.values()))
-        effects = scores.fits[scores.chosen()].hypothesis.effects
-        if len(effects) < 2:
-            return scores
-        for gone in effects:
-            before = self.base.hypothesis
-            for effect in (e for e in effects if e is not gone):
-                before = self.fitted_with(before, effect).hypothesis
+        for _ in range(EXCHANGES):
+            scores = Scores(tuple(self.fits.values()))
+            effects = scores.fits[scores.chosen()].hypothesis.effects
+            for gone in effects if len(effects) > 1 else ():
+                before = self.base.hypothesis
+                for effect in (e for e in effects if e is not gone):
+                    before = self.fitted_with(before, effect).hypothesis
+                self.fit(_promising(self.screen(self.fits[before.key]), EXCHANGED))
         return Scores(tuple(self.fits.values()))
 
     def fit(self, candidates: Iterable[Screened]) -> None:
         """Fit what was not fitted yet."""
-        new = {c.hypothesis.key: c for c in candidates if c.hypothesis.key not in self.fits}
+        new = {c.key: c for c in candidates if c.key not in self.fits}
         with ThreadPoolExecutor(self.workers) as pool:
             for fitted in pool.map(self._fit, new.values()):
                 self.fits[fitted.hypothesis.key] = fitted
@@ -107,21 +110,29 @@ class Search:
             if wide is None or local.hypothesis.key in self.widened:
                 continue
             self.widened.add(local.hypothesis.key)
-            again = Fitted.of(wide.hypothesis, self.fitted, [local.fit.values])
-            tries = Scores((wide, again))
-            self.fits[wide.hypothesis.key] = tries.fits[int(np.argmin(tries.losses.sum(1)))]
+            self.fits[wide.hypothesis.key] = self._again(wide, [local.fit.values])
 
     def _fit(self, candidate: Screened) -> Fitted:
-        return Fitted.of(candidate.hypothesis, self.fitted, candidate.starts)
+        fitted = Fitted.of(candidate.hypothesis, self.fitted, candidate.starts)
+        shapes = candidate.hypothesis.effects[-1].shapes
+        rough = next((name for name, values in shapes.items() if len(values) >= ROUGH), None)
+        if rough is None:
+            return fitted
+        values = fitted.fit.values
+        return self._again(fitted, [{**values, rough: near * values[rough]} for near in NEAR])
+
+    def _again(self, fitted: Fitted, starts: Sequence[Mapping[str, float]]) -> Fitted:
+        """The same from other starts, if that is better."""
+        tries = Scores((fitted, Fitted.of(fitted.hypothesis, self.fitted, starts)))
+        return tries.fits[int(np.argmin(tries.losses.sum(1)))]
 
     def fitted_with(self, before: Hypothesis, added: Added) -> Fitted:
         """The fit of `before` with an effect that belongs to another hypothesis, from where it was fitted."""
-        (effect,) = (e for e in effects() if (e.family, e.variant) == (added.family, added.variant))
-        hypothesis = before.plus(effect, added.place)
-        if hypothesis.key not in self.fits:
-            found = next(s for s in self.screen(self.fits[before.key]) if s.hypothesis.key == hypothesis.key)
-            self.fits[hypothesis.key] = self._fit(found)
-        return self.fits[hypothesis.key]
+        key = before.key | {(added.family, added.variant, added.place)}
+        if key not in self.fits:
+            found = self.screen(self.fits[before.key])
+            self.fit(s for s in found if s.key == key)
+        return self.fits[key]
 
 
 def _settled(named: Fitted) -> bool:
@@ -132,13 +143,10 @@ def _settled(named: Fitted) -> bool:
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
     """The first ones; what acts at one level of a factor is to be compared with the same everywhere."""
     first = [s for s in found if s.gain > 0.0][:count]
-    local = {_everywhere(s) for s in first if s.hypothesis.effects[-1].place.factor is not None}
-    more = [
-        s for s in found[count:] if s.hypothesis.effects[-1].place.factor is None and _everywhere(s) in local
-    ]
+    local = {_everywhere(s) for s in first if s.place.factor is not None}
+    more = [s for s in found[count:] if s.place.factor is None and _everywhere(s) in local]
     return [*first, *more]
 
 
 def _everywhere(screened: Screened) -> tuple[str, str, str]:
-    effect = screened.hypothesis.effects[-1]
-    return effect.family, effect.variant, effect.place.channel
+    return screened.effect.family, screened.effect.variant, screened.place.channel

@@ -70,25 +70,23 @@ class Tangent:
             found[:, k, :late, j] = self.r[:, :late, j]
         return found
 
-    def products(self, slopes: Sequence[Array], bounds: Sequence[Array]) -> Products:
+    def products(self, slopes: Array, bounds: Array) -> Products:
         """Of the model's own unknowns and then of others.
 
         Args:
-            slopes: of groups of others, (windows, n, most steps, outputs) each. bounds: of these, (2, n).
+            slopes: of the others, (windows, n, most steps, outputs). bounds: of the others, (2, n).
         """
-        count, unknowns = len(self.r), self.unknowns
-        first = self.shared
-        columns = np.concatenate([self.own_slopes[:, :first], *slopes], axis=1)
+        count, unknowns, first = len(self.r), self.unknowns, self.shared
+        columns = np.concatenate([self.own_slopes[:, :first], slopes], axis=1) * self.root[:, None]
+        starts = self.own_slopes[:, first:] * self.root[:, None]
         limits = np.stack(unknowns.bounds) - self.z
         shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
-        limits = np.concatenate([shared, *bounds], axis=1)
-        columns *= self.root[:, None]
-        starts = self.own_slopes[:, first:] * self.root[:, None]
+        low, high = np.concatenate([shared, bounds], axis=1)
         return Products.of(
             columns.reshape(count, columns.shape[1], -1),
             (self.r * self.root).reshape(count, -1),
             starts.reshape(count, starts.shape[1], -1),
             self.moved,
             self.recording.owner,
-            (limits[0], limits[1]),
+            (low, high),
         )

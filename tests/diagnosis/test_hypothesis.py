@@ -149,7 +149,7 @@ def test_names_that_a_reader_sees(known: Hypothesis) -> None:
     first = known.plus(effect("coulomb_friction"), JOINT)
     assert str(first) == "the known physics and coulomb_friction at joint"
     second = first.plus(effect("sensor_gain"), ANGLE)
-    assert str(second) == "coulomb_friction at joint, sensor_gain at sensor:theta"
+    assert str(second) == f"{first} and sensor_gain at sensor:theta"
 
 
 @pytest.fixture(scope="module")

@@ -17,10 +17,14 @@ _MOST = 0.95
 _CONTACT = 0.3
 
 
-def _gap(at: Site) -> Shape:
+#: Starting values of the play: a mass that hits its stops at the wrong moments explains nothing.
+_FEW, _MANY = 6, 40
+
+
+def _gap(at: Site, count: int) -> Shape:
     """Half the play: from some samples' worth of motion to a part of the travel."""
     half = at["x"].half
-    grid = geometric(1e-3 * half, 0.2 * half, 6)
+    grid = geometric(1e-3 * half, 0.2 * half, count)
     return Shape("x", grid, (0.1 * grid[0], half))
 
 
@@ -41,7 +45,7 @@ class FrictionBehindPlay(PortEffect):
         return Law(
             "F_b*sign(v - d(r)/dt), abs(r) <= delta",
             {"F_b": positive(f"tanh({dragged}/v_c)", at.effort)},
-            {"delta": _gap(at), "v_c": creep(at)},
+            {"delta": _gap(at, _FEW), "v_c": creep(at)},
             {"tau": relaxation(at)},
             {"r": Memory("x", f"v - {dragged}")},
         )
@@ -69,7 +73,7 @@ class _MassBehindPlay(PortEffect):
         return Law(
             f"{text}, d(v_b)/dt = {self.pushed}, d(r)/dt = v_b - v",
             {"m_b": amplitude},
-            {"delta": _gap(at)},
+            {"delta": _gap(at, _MANY)},
             {"omega_b": Fixed("1/t", _CONTACT / at.period)},
             {"r": Memory("x", "v_b - v"), "v_b": Memory("v", self.pushed)},
         )
