@@ -9,6 +9,7 @@ import ast
 import inspect
 import os
 import sys
+import time
 import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -115,6 +116,7 @@ def _call(config: DictConfig) -> Any:
 
     from pipeline.errors import BadInput
 
+    started = time.monotonic()
     function = hydra.utils.get_method(config["_target_"])
     if missing := sorted(OmegaConf.missing_keys(config)):
         _leave(BadInput(f"{missing[0]} must be given: {missing[0]}=..."))
@@ -132,7 +134,7 @@ def _call(config: DictConfig) -> Any:
             for name, kind in kinds.items()
             if kind.split(" | ")[0] == "Path" and config[name] is not None
         }
-        return hydra.utils.call(config, **paths)
+        result = hydra.utils.call(config, **paths)
     except InstantiationException as error:
         # Hydra wraps what the stage raised
         cause: BaseException = error
@@ -140,6 +142,21 @@ def _call(config: DictConfig) -> Any:
             cause = cause.__cause__
         bad = isinstance(cause, BadInput | InstantiationException)
         _leave(BadInput(" ".join(str(cause).split())) if bad else cause)
+    _note(config, time.monotonic() - started)
+    return result
+
+
+def _note(config: DictConfig, seconds: float) -> None:
+    import shlex
+
+    from hydra.core.hydra_config import HydraConfig
+    from omegaconf import OmegaConf
+
+    from pipeline.execution import note
+
+    running = HydraConfig.get()
+    command = shlex.join(["python", "-m", "pipeline", str(running.job.config_name), *running.overrides.task])
+    note(command, OmegaConf.to_yaml(config, resolve=True), config.get("seed"), seconds)
 
 
 def _leave(error: BaseException) -> NoReturn:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import math
 import os
 import shutil
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from pipeline.errors import BadInput
@@ -24,7 +27,7 @@ def replacing(path: Path) -> Iterator[Path]:
     Raises:
         BadInput: when the disk is full or the folder cannot be written; `path` keeps its old content.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
@@ -32,7 +35,8 @@ def replacing(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise BadInput(_explained(error, path, temporary)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink()
 
 
 @contextmanager
@@ -44,19 +48,56 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     Raises:
         BadInput: when the disk is full or the folder cannot be written; `path` keeps its old content.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = _temporary(path)
     try:
         temporary.mkdir(parents=True)
         yield temporary
-        if path.exists():
-            if (path / RECORD).exists():
-                (path / RECORD).replace(temporary / RECORD)
-            shutil.rmtree(path)
-        temporary.replace(path)
+        put_folder(temporary, path)
     except OSError as error:
         raise BadInput(_explained(error, path, temporary)) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def put_folder(new: Path, path: Path) -> None:
+    """Give the folder `new`, which lies beside it, the name `path`; a `RECORD` in what was there stays.
+
+    A kill at any moment leaves under `path` all of the old folder, or all of the new one, or nothing.
+
+    Raises:
+        OSError: when `path` is a file or a link, or cannot be renamed; it then keeps its old content.
+    """
+    if path.is_symlink() or (path.exists() and not path.is_dir()):
+        raise NotADirectoryError(errno.ENOTDIR, "is not a folder", str(path))
+    old = _temporary(path)
+    with suppress(FileNotFoundError):
+        path.replace(old)
+    try:
+        new.replace(path)
+        if (old / RECORD).exists():
+            (old / RECORD).replace(path / RECORD)
+    except OSError:
+        with suppress(OSError):
+            old.replace(path)
+        raise
+    finally:
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def hidden(path: Path, mark: str) -> Path:
+    """A name beside `path` that git, DVC and searches for results pass over.
+
+    Raises:
+        BadInput: when `path` is no name that a file or a folder could have.
+    """
+    if path.name in ("", "..") or "\0" in str(path):
+        raise BadInput(f"{str(path)!r}: is no name for a file or a folder to be written")
+    return path.with_name(f".{path.name}.{mark}.tmp")
+
+
+def _temporary(path: Path) -> Path:
+    """A name that no other run takes, not even one in another container with the same process id."""
+    return hidden(path, f"{os.getpid()}.{token_hex(4)}")
 
 
 def check_replaceable(path: Path, ours: Collection[str]) -> None:
@@ -87,7 +128,8 @@ def check_replaceable(path: Path, ours: Collection[str]) -> None:
 def _explained(error: OSError, path: Path, temporary: Path) -> str:
     """One line on what could not be written, or, if the block was reading, on what could not be read."""
     reason = error.strerror or str(error)
-    if error.filename and not str(error.filename).startswith(str(temporary)):
+    own = (str(temporary), *map(str, path.parents), str(path))
+    if error.filename and not str(error.filename).startswith(own[0]) and str(error.filename) not in own:
         return f"{error.filename}: {reason}"
     return f"{path}: cannot be written: {reason}"
 
@@ -102,11 +144,22 @@ def read_json(path: Path) -> Any:
     """Read a JSON file.
 
     Raises:
-        BadInput: when the file is missing or is not JSON.
+        BadInput: when the file is missing or is not JSON, or a number in it is not finite.
     """
     try:
-        return json.loads(path.read_text())
+        return json.loads(path.read_text(), parse_constant=_finite, parse_float=_finite)
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file") from None
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}") from None
+    except RecursionError:
+        raise BadInput(f"{path}: not a JSON file (nested too deeply)") from None
+    except ValueError as error:
         raise BadInput(f"{path}: not a JSON file ({error})") from None
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text[:30]} is not a finite number")
+    return number

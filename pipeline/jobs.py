@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import BadInput
-from pipeline.files import read_json, write_json
+from pipeline.files import hidden, put_folder, read_json, write_json
 from pipeline.progress import Counter
 
 #: What numerical libraries read when they are loaded: how many threads they may use.
@@ -31,22 +32,43 @@ def growing_folder(path: Path, about: Mapping[str, Any]) -> Iterator[Path]:
     long as `about`, which must name everything that decides the result, and the program are the same.
 
     Raises:
-        BadInput: when the folder cannot be written.
+        BadInput: when the folder cannot be written, or another run is at work on it.
     """
-    growing = path.with_name(f".{path.name}.growing.tmp")
+    growing = hidden(path, "growing")
     identity = {"about": json.loads(json.dumps(about)), "code": _code()}
     try:
-        if not _same(growing / IDENTITY, identity):
-            shutil.rmtree(growing, ignore_errors=True)
-            growing.mkdir(parents=True)
-            write_json(growing / IDENTITY, identity)
-        yield growing
-        (growing / IDENTITY).unlink()
-        if path.exists():
-            shutil.rmtree(path)
-        growing.replace(path)
+        growing.mkdir(parents=True, exist_ok=True)
+        with _alone(growing, path):
+            if not _same(growing / IDENTITY, identity):
+                _empty(growing)
+                write_json(growing / IDENTITY, identity)
+            yield growing
+            (growing / IDENTITY).unlink()
+            put_folder(growing, path)
     except OSError as error:
         raise BadInput(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+@contextmanager
+def _alone(growing: Path, path: Path) -> Iterator[None]:
+    """Hold a lock on a folder, which the system takes back when the process is killed."""
+    folder = os.open(growing, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise BadInput(f"{path}: another run is at work on it: wait, or give another out") from None
+        yield
+    finally:
+        os.close(folder)
+
+
+def _empty(folder: Path) -> None:
+    for path in folder.iterdir():
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
 
 
 def _same(file: Path, identity: Mapping[str, Any]) -> bool:

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
-from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.files import replacing_folder, write_json
+from pipeline.parquet import read_arrow, read_parquet, write_parquet
+from pipeline.shapes import read_shaped
 
 Array = NDArray[np.float64]
 
@@ -62,10 +63,8 @@ class Campaign:
         ids = np.repeat(self.experiments["exp"].to_numpy(), lengths)
         with replacing_folder(folder) as temporary:
             table = pa.table({"exp": pa.array(ids, pa.int32()), **dict(self.signals)})
-            pq.write_table(table, temporary / "signals.parquet", compression="zstd", use_dictionary=["exp"])
-            self.experiments.assign(samples=lengths).to_parquet(
-                temporary / "experiments.parquet", index=False
-            )
+            write_parquet(table, temporary / "signals.parquet", dictionary=["exp"])
+            write_parquet(self.experiments.assign(samples=lengths), temporary / "experiments.parquet")
             write_json(temporary / "provenance.json", dict(self.provenance))
 
     @classmethod
@@ -75,17 +74,15 @@ class Campaign:
         Raises:
             BadInput: when a file is missing, damaged or the two tables disagree.
         """
-        try:
-            experiments = pd.read_parquet(folder / "experiments.parquet")
-            table = pq.read_table(folder / "signals.parquet", columns=columns)
-        except FileNotFoundError as error:
-            raise BadInput(f"{error.filename or folder}: no such file") from None
-        except (pa.ArrowInvalid, OSError) as error:
-            raise BadInput(f"{folder}: damaged store ({str(error).splitlines()[0]})") from None
+        experiments = read_parquet(folder / "experiments.parquet")
+        table = read_arrow(folder / "signals.parquet", columns)
         if missing := {"exp", "samples"} - set(experiments.columns):
             raise BadInput(f"{folder}: damaged store (experiments.parquet has no column {min(missing)})")
-        offsets = np.concatenate([[0], np.cumsum(experiments["samples"].to_numpy())]).astype(np.int64)
+        samples = experiments["samples"].to_numpy()
+        if samples.dtype.kind not in "iu" or (samples < 0).any():
+            raise BadInput(f"{folder}: damaged store (experiments.parquet: samples must be counts)")
+        offsets = np.concatenate([[0], np.cumsum(samples)]).astype(np.int64)
         if offsets[-1] != table.num_rows:
             raise BadInput(f"{folder}: signals.parquet has {table.num_rows} rows, must have {offsets[-1]}")
         signals = {name: table[name].to_numpy() for name in table.column_names if name != "exp"}
-        return cls(experiments, signals, offsets, read_json(folder / "provenance.json"))
+        return cls(experiments, signals, offsets, read_shaped(folder / "provenance.json", {}))

@@ -17,6 +17,7 @@ from pipeline.diagnosis.windows import PORT, about_channels, laws, main_coordina
 from pipeline.evaluation.free_run import steps_of
 from pipeline.evaluation.gap import LARGEST_ERROR
 from pipeline.files import replacing, write_json
+from pipeline.parquet import write_parquet
 from pipeline.physics.effects.added import Added
 from pipeline.physics.effects.place import Place
 
@@ -61,7 +62,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     }
     for name, table in tables.items():
         with replacing(folder / FOLDER / f"{name}.parquet") as temporary:
-            table.to_parquet(temporary, index=False, compression="zstd")
+            write_parquet(table, temporary)
     write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, found, worst))
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
 from pipeline.measurements.logs import Logs
+from pipeline.parquet import read_parquet
 from pipeline.physics.system.model import System
 from pipeline.physics.system.numeric import numpy_system_function
 from pipeline.physics.system.phases import Experiments, trajectories
@@ -77,10 +78,7 @@ def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
     """
     parts = []
     for campaign, folder in folders:
-        path = folder / f"{name}.parquet"
-        if not path.exists():
-            raise BadInput(f"{path}: no such file")
-        table = pd.read_parquet(path)
+        table = read_parquet(folder / f"{name}.parquet")
         table.insert(0, "campaign", campaign)
         parts.append(table)
     return pd.concat(parts, ignore_index=True)

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from pipeline.errors import BadInput
-from pipeline.files import read_json
+from pipeline.evaluation.reported import read_told
 
 Report = Mapping[str, Any]
 Diagnoses = dict[str, dict[str, Report]]
@@ -33,9 +33,9 @@ def read_diagnoses(folder: Path) -> Diagnoses:
     """
     found: Diagnoses = {}
     for path in sorted(folder.glob(f"[!.]*/[!.]*{SUFFIX}/diagnosis.json")):
-        content = read_json(path)
-        if not isinstance(content, dict) or content.get("schema") != "diagnosis/1":
-            raise BadInput(f"{path}: schema must be diagnosis/1")
+        content = read_told(path)
+        if content["gap"]["floor"] <= 0.0 or len(content["gap"]["interval"]) != 2:
+            raise BadInput(f"{path}: gap: floor must be positive, interval two numbers")
         withheld = path.parent.name.removesuffix(SUFFIX)
         found.setdefault(path.parents[1].name, {})[withheld] = content
     if not found:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pipeline.errors import BadInput
 from pipeline.files import read_json
 from pipeline.measurements.logs import Logs
+from pipeline.parquet import read_parquet
 from pipeline.physics.system.model import System
 from pipeline.physics.system.numeric import numpy_system_function
 
@@ -55,7 +56,7 @@ def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
     for model, horizon, extra, split, path in cells(predictions):
         fit = read_json(fits / path.parent.name / path.name / "fit.json")
         about = {"model": model, "split": split, "horizon": horizon or fit["horizon"], "extra": extra}
-        parts.append(pd.read_parquet(path / f"{kind}.parquet").assign(**about))
+        parts.append(read_parquet(path / f"{kind}.parquet").assign(**about))
     return pd.concat(parts, ignore_index=True)
 
 
@@ -64,7 +65,7 @@ def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     recurrent models (horizon, fold, seconds_per_epoch)."""
     history, timing = [], []
     for model, horizon, extra, split, path in cells(fits):
-        table = pd.read_parquet(path / "history.parquet")
+        table = read_parquet(path / "history.parquet")
         if model in SETS and split == "leave_one_out":
             index = ["fold", "repeat", "epoch"]
             long = table.drop(columns=["loss", "seconds"]).melt(index, var_name="parameter")
@@ -121,11 +122,11 @@ def forces(
     parts = []
     for campaign, folder in predictions.items():
         own = measured[campaign][["id", "t", "d", "v"]]
-        load = _sample_by_sample(own, pd.read_parquet(truth[campaign]))
+        load = _sample_by_sample(own, read_parquet(truth[campaign]))
         for model, _, extra, split, path in cells(folder):
             if extra or split != "leave_one_out" or model not in ("hybrid_free", "nnap_split"):
                 continue
-            efforts = pd.read_parquet(path / "efforts.parquet").drop(columns=["id", "t"])
+            efforts = read_parquet(path / "efforts.parquet").drop(columns=["id", "t"])
             columns = {name: efforts[name].to_numpy() for name in efforts}
             if "F" not in columns:
                 columns["F"] = columns["F_c"] + columns["F_nc"]
@@ -144,7 +145,7 @@ def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
 
 def surface(predictions: Path) -> pd.DataFrame:
     """The network F(d, v) of one fold on a grid, before and after training: stage, d, v, F."""
-    table = pd.read_parquet(predictions / "surface.parquet")
+    table = read_parquet(predictions / "surface.parquet")
     return table.rename(columns={"q0": "d", "q1": "v", "effort": "F"}).drop(columns="network")
 
 

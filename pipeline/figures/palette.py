@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
 from pipeline.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY
+from pipeline.parquet import read_parquet
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ def look(model: str) -> Look:
 
 def table(data: Path, name: str) -> pd.DataFrame:
     """A table written by tabulate, from the data folder."""
-    return pd.read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
+    return read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
 
 
 def shares(rows: pd.DataFrame) -> pd.DataFrame:

@@ -21,6 +21,7 @@ from pipeline.learning.windows import Problem, Progress, finished
 from pipeline.measurements.logs import Logs
 from pipeline.models.nnap import Nnap
 from pipeline.models.rollout import Measured
+from pipeline.parquet import write_parquet
 from pipeline.physics.system.model import System
 from pipeline.progress import Counter
 
@@ -92,7 +93,7 @@ def fit(
     about = {"folds": list(members.folds), "repeats": members.repeats, "seed": seed}
     save(finished(problem.model, stack), out / "model.pt", about)
     with replacing(out / "history.parquet") as temporary:
-        _history(problem, members, stack).to_parquet(temporary, index=False)
+        write_parquet(_history(problem, members, stack), temporary)
     structure = problem.model.structure
     facts = {
         "parameters": structure.size + len(structure.trainable),

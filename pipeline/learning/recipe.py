@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,18 +37,29 @@ class Recipe:
 
 def save(model: nn.Module, path: Path, about: dict[str, Any]) -> None:
     """Write the weights of a fitted stack and the facts `about` it (plain types only)."""
-    content = {"class": type(model).__name__, "state": model.state_dict(), "about": about}
+    write_checkpoint(path, {"class": type(model).__name__, "state": model.state_dict(), "about": about})
+
+
+def write_checkpoint(path: Path, content: dict[str, Any]) -> None:
+    """Write class, state and about.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
+    whole = io.BytesIO()  # torch itself does not say of a full disk that it is full
+    torch.save(content, whole)
     with replacing(path) as temporary:
-        torch.save(content, temporary)
+        temporary.write_bytes(whole.getbuffer())
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:
-    """What `save` wrote: class, state, about; nothing in the file is executed.
+    """What `write_checkpoint` wrote: class, state, about; nothing in the file is executed.
 
     Raises:
         BadInput: when the file is missing or damaged.
     """
     try:
+        _check_sums(path)
         content = torch.load(path, weights_only=True)
         return {key: content[key] for key in ("class", "state", "about")}
     except FileNotFoundError:
@@ -54,6 +67,13 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
     except Exception as error:  # torch has no common base for what a damaged file can raise
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{path}: not a checkpoint ({reason[:80]})") from None
+
+
+def _check_sums(path: Path) -> None:
+    """Torch itself reads a file in which bits have changed, with other weights."""
+    with zipfile.ZipFile(path) as archive:
+        if damaged := archive.testzip():
+            raise zipfile.BadZipFile(f"{damaged} is damaged")
 
 
 def restore(model: nn.Module, content: dict[str, Any], path: Path) -> None:

@@ -10,8 +10,7 @@ import numpy as np
 import torch
 
 from pipeline.errors import BadInput
-from pipeline.files import replacing
-from pipeline.learning.recipe import read_checkpoint
+from pipeline.learning.recipe import read_checkpoint, write_checkpoint
 from pipeline.learning.windows import Problem, Progress, Training
 
 _ARRAYS = ("p", "xi", "weights", "moments_p", "moments_W", "nodes")
@@ -40,8 +39,7 @@ def save_progress(path: Path, stack: list[Progress], name: str) -> None:
             "losses": list(progress.losses),
             "seconds": list(progress.seconds),
         }
-    with replacing(path) as temporary:
-        torch.save({"class": "Progress", "state": state, "about": {"identity": name}}, temporary)
+    write_checkpoint(path, {"class": "Progress", "state": state, "about": {"identity": name}})
 
 
 def load_progress(path: Path, name: str) -> list[Progress] | None:

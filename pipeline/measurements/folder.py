@@ -11,7 +11,6 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
-from pipeline.files import read_json
 from pipeline.measurements.angles import wrapped
 from pipeline.measurements.clock import Kind, check_time, common_period, read_at, uniform_clock
 from pipeline.measurements.constants import logged, with_constants
@@ -20,6 +19,7 @@ from pipeline.measurements.logs import Logs, names
 from pipeline.measurements.states import estimate
 from pipeline.measurements.table import NUMBER, Columns, check_header, number, read_columns, read_rows
 from pipeline.physics.system.model import System
+from pipeline.shapes import ORIGIN, read_shaped
 
 Array = NDArray[np.float64]
 
@@ -114,9 +114,7 @@ def _provenance(folder: Path) -> dict[str, Any]:
     path = folder / "provenance.json"
     if not path.exists():
         return {"data": "measured", "description": f"log folder {folder.resolve().name}"}
-    content = read_json(path)
-    if not isinstance(content, dict) or content.get("data") not in ("measured", "virtual"):
-        raise BadInput(f'{path}: row 1: "data" must be "measured" or "virtual"')
+    content: dict[str, Any] = read_shaped(path, ORIGIN)
     return content
 
 

@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
+from pipeline.parquet import read_arrow
 
 Array = NDArray[np.float64]
 Rows = list[tuple[int, list[str]]]  # row number in the file, cells
@@ -166,9 +167,9 @@ def _cell_by_cell(path: Path, wanted: list[str]) -> dict[str, Array]:
 def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
     try:
         check_header(path, pq.read_schema(path).names, wanted)
-        table = pq.read_table(path, columns=wanted)
     except (pa.ArrowException, OSError) as error:
         raise BadInput(f"{path}: not a table ({str(error).splitlines()[0]})") from None
+    table = read_arrow(path, wanted)
     return {name: _numbers(path, name, table[name]) for name in wanted}
 
 

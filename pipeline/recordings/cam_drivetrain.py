@@ -14,6 +14,7 @@ import pandas as pd
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder
 from pipeline.numerics.resample import resample
+from pipeline.parquet import write_parquet
 from pipeline.trajectory import Campaign
 
 FACTORS = ("H", "beta", "m")
@@ -56,7 +57,7 @@ class CamDrivetrainRecording:
                 t, (theta,) = resample(log["t"], log["theta"][None], self.period)
                 kept = t >= t[0] + self.start
                 samples = pd.DataFrame({"t": t[kept] - t[kept][0], "theta": theta[kept]})
-                samples.to_parquet(out / f"{name}.parquet", index=False)
+                write_parquet(samples, out / f"{name}.parquet")
             cams = [f"H={H:g} beta={beta:.4g}" for H, beta in zip(table["H"], table["beta"], strict=True)]
             rows = pd.DataFrame({"id": names, "file": [f"{name}.parquet" for name in names], "group": cams})
             for name in (*FACTORS, "V"):

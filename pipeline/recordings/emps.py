@@ -18,6 +18,7 @@ from scipy.io.matlab import MatReadError
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder
+from pipeline.parquet import write_parquet
 
 Array = NDArray[np.float64]
 
@@ -57,7 +58,7 @@ class EmpsRecording:
             for group, recording in recordings.items():
                 for k, part in enumerate(_parts(recording, self.parts), start=1):
                     name = f"{group}_{k}"
-                    part.to_parquet(out / f"{name}.parquet", index=False)
+                    write_parquet(part, out / f"{name}.parquet")
                     rows.append((name, f"{name}.parquet", group))
             table = pd.DataFrame(rows, columns=["id", "file", "group"])
             table.to_csv(out / "experiments.csv", index=False, lineterminator="\n")

@@ -1,18 +1,16 @@
-"""The page of a diagnosis: one file that opens from disk."""
+"""The page of a diagnosis: one file that opens from disk, or the same in the frame of a site."""
 
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.files import read_json, replacing
+from pipeline.files import read_json, replacing, write_json
 from pipeline.report.diagnosis_tables import (
     GAPS,
     candidates_table,
-    effect_name,
     experiments_table,
     gap_table,
     identified_table,
@@ -20,9 +18,12 @@ from pipeline.report.diagnosis_tables import (
     where_tables,
 )
 from pipeline.report.formula import formula
-from pipeline.report.pages import Figure
-from pipeline.report.site import HERE, ORIGINS, read_figures, templates
-from pipeline.report.tables import Table, number
+from pipeline.report.headline import effect_name, headline, percent
+from pipeline.report.numbers import number
+from pipeline.report.reading import read_figures
+from pipeline.report.rendering import ORIGINS, STATIC, templates
+from pipeline.report.search import figure_entries, script, table_entries
+from pipeline.report.tables import Table
 
 PAGE = "index.html"
 
@@ -30,8 +31,8 @@ PAGE = "index.html"
 def write_page(folder: Path, command: str) -> None:
     """Write `folder`/index.html from diagnosis.json and the folders `tables` and `figures`.
 
-    The tables on it are written as CSV files beside those it was made from. Style, script and figures are in
-    the file itself.
+    The tables on it are written as CSV files beside those it was made from, and figures/figures.json gets the
+    command. Style, script and figures are in the file itself.
 
     Args:
         folder: of the diagnosis. command: that made it.
@@ -39,24 +40,34 @@ def write_page(folder: Path, command: str) -> None:
     Raises:
         BadInput: when a file is missing, damaged or cannot be written.
     """
-    content, about = read_json(folder / "diagnosis.json"), read_json(folder / "tables" / "about.json")
-    shown = _contents(content, about, read_figures(folder / "figures"), command)
-    text = templates().get_template("diagnosis.html.j2").render(**shown)
-    for figure in shown["figures"].values():
+    listed = folder / "figures" / "figures.json"
+    write_json(listed, [{**figure, "command": command} for figure in read_json(listed)])
+    shown = view(folder)
+    figures, tables = shown["figures"].values(), shown["tables"]
+    inside = {
+        "style": (STATIC / "style.css").read_text(),
+        "script": (STATIC / "report.js").read_text(),
+        "search": script([*figure_entries(figures, ""), *table_entries(tables, "")]),
+    }
+    text = templates().get_template("diagnosis.html.j2").render(**shown, **inside, root="")
+    for figure in figures:
         address = f"figures/{figure.source.name}"
         data = base64.b64encode(figure.source.read_bytes()).decode()
         text = text.replace(f'src="{address}"', f'src="data:image/svg+xml;base64,{data}"')
-    for table in shown["tables"]:
+    for table in tables:
         with replacing(folder / "tables" / f"{table.id}.csv") as temporary:
             temporary.write_text(table.csv)
     with replacing(folder / PAGE) as temporary:
         temporary.write_text(text)
 
 
-def _contents(
-    content: Mapping[str, Any], about: Mapping[str, Any], figures: list[Figure], command: str
-) -> dict[str, Any]:
-    """What the template is given."""
+def view(folder: Path) -> dict[str, Any]:
+    """What a template is given to show the diagnosis in `folder`.
+
+    Raises:
+        BadInput: when a file is missing or damaged.
+    """
+    content, about = read_json(folder / "diagnosis.json"), read_json(folder / "tables" / "about.json")
     units = about["units"]
     effects = parameter_tables(content)
     where = where_tables(content, units)
@@ -66,7 +77,6 @@ def _contents(
         "identified": identified_table(content, units),
         "candidates": candidates_table(content),
     }
-    tables, static = [*effects, *where, *others.values()], HERE / "static"
     return {
         "content": content,
         "about": about,
@@ -76,41 +86,13 @@ def _contents(
         "effects": [_effect(e, t, about) for e, t in zip(content["effects"], effects, strict=True)],
         "where": where,
         **others,
-        "tables": tables,
-        "figures": {figure.id: figure for figure in figures},
-        "command": command,
+        "tables": [*effects, *where, *others.values()],
+        "figures": {figure.id: figure for figure in read_figures(folder / "figures")},
         "origin": about["data"],
         "banner": ORIGINS[about["data"]] if about["data"] else "",
         "short": short,
         "percent": percent,
-        "root": "",
-        "style": (static / "style.css").read_text(),
-        "script": (static / "report.js").read_text(),
-        "search": _search(figures, tables),
     }
-
-
-def headline(content: Mapping[str, Any]) -> str:
-    """The verdict in one sentence."""
-    names = [effect_name(effect) for effect in content["effects"]]
-    together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
-    if content["verdict"] == "no_gap":
-        return "No gap beyond the noise of the sensors."
-    if content["verdict"] == "effect":
-        verb = "explains" if len(names) == 1 else "explain"
-        return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap."
-    first = content["where"]["channels"][:1]
-    found = [f"{percent(row['share'])} of it enters at {row['port']}" for row in first]
-    found += [f"{together} would explain {shrink}"] if names else []
-    return "; ".join(["A gap that no known effect explains", *found]) + "."
-
-
-def percent(value: float | None) -> str:
-    """A share; never rounded to all of something."""
-    if value is None:
-        return "–"
-    share = 100.0 * value
-    return f"{share:.1f}\u202f%" if 99.0 < share < 99.95 else f"{share:.0f}\u202f%"
 
 
 def short(value: float | None) -> str:
@@ -143,11 +125,3 @@ def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -
         "table": table,
         "alike": [effect_name(other) for other in effect["indistinguishable"]],
     }
-
-
-def _search(figures: list[Figure], tables: list[Table]) -> str:
-    """What the search box looks through, as JSON that cannot end a script."""
-    found = [("figure", f"Figure {f.number}", f.caption, f.id) for f in figures]
-    found += [("table", t.title, t.caption, t.id) for t in tables if t.rows]
-    rows = [{"kind": kind, "title": title, "text": text, "url": f"#{id}"} for kind, title, text, id in found]
-    return json.dumps(rows).replace("<", "\\u003c")

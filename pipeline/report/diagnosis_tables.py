@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from pipeline.report.tables import Cell, Table, number, quantity
+from pipeline.report.headline import effect_name
+from pipeline.report.numbers import number, quantity, unit_text
+from pipeline.report.tables import Cell, Table
 
 GAPS = {
     "known": ("as given", "the system file as it is"),
@@ -14,26 +16,6 @@ GAPS = {
     "neural": ("with networks", "a network in every port: what a flexible model could still explain"),
     "floor": ("noise", "what the noise of the sensors alone leaves"),
 }
-#: What kinds of channels are called.
-PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
-
-
-def effect_name(entry: Mapping[str, Any]) -> str:
-    """Family, variant, place, and the experiments where it acts, in words."""
-    if not entry.get("family"):
-        return "no effect"
-    family = " + ".join(word.replace("_", " ") for word in str(entry["family"]).split(" + "))
-    if entry.get("variant"):
-        family += f" ({str(entry['variant']).replace('_', ' ')})"
-    found = f"{family} at {' + '.join(map(_place, str(entry['port']).split(' + ')))}"
-    if entry.get("factor") is not None:
-        found += f", where {entry['factor']} is {number(entry['level'])}"
-    return found
-
-
-def _place(channel: str) -> str:
-    kind, _, name = channel.rpartition(":")
-    return f"{PLACES.get(kind, kind)} {name}".strip()
 
 
 def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
@@ -159,7 +141,7 @@ def _share(value: float) -> Cell:
 
 
 def _unit(unit: str) -> Cell:
-    return Cell("–" if unit in ("", "1") else unit, unit)
+    return Cell(unit_text(unit) or "–", unit)
 
 
 def _interval(values: Iterable[Any]) -> list[float] | None:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
-from pipeline.report.tables import Table, claims_table, metrics_table
+from pipeline.report.claims import claims_table
+from pipeline.report.metrics import ABOUT, metrics_table
+from pipeline.report.results import Diagnosis, Figure, Results
+from pipeline.report.tables import Table
 
 
 @dataclass(frozen=True)
 class Page:
-    """One page: everything of `chapter`, and what is named; "a|b" names the first of the two that exists."""
+    """One page: everything of `chapter`, and what is named; "a|b" names the first of the two that exists.
+
+    `campaign` is what the page shows results of, and `command` makes them where they do not exist yet.
+    """
 
     id: str
     label: str
@@ -21,9 +25,11 @@ class Page:
     summary: str = ""
     chapter: int | None = None
     campaign: str = ""
+    group: str = "Chapters"
     figures: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
     metrics: tuple[str, ...] = ()
+    command: str = "make report"
 
     @property
     def file(self) -> str:
@@ -31,10 +37,23 @@ class Page:
         return "../index.html" if self.id == "index" else f"{self.id}.html"
 
 
-LEAD = ("fig_6_20", "fig_6_23|fig_6_24", "fig_5_11")
+LEAD = ("fig_6_24", "fig_6_20", "fig_5_16|fig_5_11")
+REAL = "make measured DATASET=<zip or folder> EMPS=<folder with DATA_EMPS.mat>"
 
 PAGES = (
-    Page("index", "Home", "Hybrid physics-based neural network models", "home.html.j2", figures=LEAD),
+    Page(
+        "index", "Home", "Hybrid physics-based neural network models", "home.html.j2", group="", figures=LEAD
+    ),
+    Page(
+        "chapter_2",
+        "Tutorial",
+        "Physics, networks, and why to combine them",
+        "tutorial.html.j2",
+        summary="The ideas behind everything else, in ten minutes: chapter 2 of the dissertation with its "
+        "examples computed, on a virtual motor and a virtual pendulum.",
+        chapter=2,
+        campaign="tutorial",
+    ),
     Page(
         "chapter_3",
         "Chapter 3",
@@ -48,6 +67,9 @@ PAGES = (
         "chapter_4",
         "Chapter 4",
         "Neural networks that complete the physics of a slider-crank",
+        summary="Known is the mechanism; left out are a spring and friction at the slider. A network inside "
+        "the equation of motion learns the missing load from angle and speed alone. The bench is virtual, "
+        "for the dissertation's measurements were never published.",
         chapter=4,
         campaign="slider_crank",
     ),
@@ -55,10 +77,25 @@ PAGES = (
         "chapter_5",
         "Chapter 5",
         "Follower jumps: geometry, features, prediction, explanation",
+        summary="A follower that is driven fast enough leaves its cam. F† is the force that would keep it "
+        "there, computed from the motor side alone. LSTMs predict the distance ε from the cam: tau1 from the "
+        "encoder, tau2 from F† too, tau3 also from the shape of the cam, tau4 from F† and the motion along "
+        "the cam in place of the encoder.",
         chapter=5,
+        campaign="cam_follower",
         metrics=("cam_labels",),
     ),
-    Page("chapter_6", "Chapter 6", "Beyond nominal operation", chapter=6),
+    Page(
+        "chapter_6",
+        "Chapter 6",
+        "Beyond nominal operation",
+        summary="Models see the most stable contact runs only and simulate the rest: at which voltage Q does "
+        "the follower start to jump? f_bb is a black box, f_h1 the soft hybrid, f_h2 the hybrid, lls a "
+        "linear model, motor an identified DC motor, best the same motor with a network. I1 to I10 are the "
+        "contact runs in tenths, the most stable first.",
+        chapter=6,
+        campaign="cam_follower",
+    ),
     Page(
         "emps",
         "EMPS",
@@ -67,8 +104,10 @@ PAGES = (
         "dry friction, its viscous friction, or nothing: what the diagnosis finds, and what it cannot "
         "explain.",
         campaign="emps",
+        group="Diagnosis",
         tables=("emps", "emps_numbers", "emps_left_over"),
         metrics=("real",),
+        command=REAL,
     ),
     Page(
         "cam_drivetrain",
@@ -78,8 +117,10 @@ PAGES = (
         "of the follower's guide, the follower's inertia, or nothing: what the diagnosis finds, and what it "
         "cannot explain.",
         campaign="cam_drivetrain",
+        group="Diagnosis",
         tables=("cam_drivetrain", "cam_drivetrain_numbers", "cam_drivetrain_left_over"),
         metrics=("real",),
+        command=REAL,
     ),
     Page(
         "withheld",
@@ -88,52 +129,24 @@ PAGES = (
         summary="Five virtual machines that share no code with the models, with faults that the diagnosis is "
         "not told. Every miss is listed.",
         campaign="withheld/single",
+        group="Diagnosis",
         figures=("fig_W_1", "fig_W_2", "fig_W_3", "fig_W_4", "fig_W_5"),
         tables=("withheld", "withheld_misses"),
         metrics=("withheld",),
     ),
-    Page("data", "Data & provenance", "Data & provenance", "data.html.j2"),
-    Page("runs", "Runs", "Runs", "runs.html.j2"),
+    Page(
+        "benchmarks",
+        "Speed",
+        "Speed against peers",
+        summary="Seconds of this project and of a peer for the same work, side by side in one process; the "
+        "ratio is that of the peer's time to ours, with its range over repetitions.",
+        group="Record",
+        metrics=("benchmarks",),
+        command="make bench",
+    ),
+    Page("data", "Data & provenance", "Data & provenance", "data.html.j2", group="Record"),
+    Page("runs", "Runs", "Runs", "runs.html.j2", group="Record"),
 )
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A numbered SVG file; `size` is its width and height in pixels."""
-
-    id: str
-    number: str
-    chapter: int | None
-    caption: str
-    note: str
-    command: str
-    data: str
-    source: Path
-    size: tuple[int, int] | None
-
-
-@dataclass(frozen=True)
-class Results:
-    """Everything that was read."""
-
-    claims: list[dict[str, Any]] = field(default_factory=list)
-    figures: list[Figure] = field(default_factory=list)
-    tables: list[Table] = field(default_factory=list)
-    metrics: dict[str, dict[str, Any]] = field(default_factory=dict)
-    campaigns: dict[str, dict[str, Any]] = field(default_factory=dict)
-    runs: dict[str, dict[str, Any]] = field(default_factory=dict)
-    equations: list[dict[str, Any]] = field(default_factory=list)
-
-    def campaign(self, page: Page) -> dict[str, Any]:
-        """Where the data of `page` come from; a page of no campaign of its own shows the first one."""
-        first = next(iter(self.campaigns.values()), {})
-        return self.campaigns.get(page.campaign, first)
-
-    def chapter_of(self, topic: str) -> int | None:
-        """Chapter of a metrics file: as it says itself, or by its name."""
-        match = re.fullmatch(r"chapter(\d+)", topic)
-        chapter: int | None = self.metrics[topic].get("chapter", int(match[1]) if match else None)
-        return chapter
 
 
 @dataclass(frozen=True)
@@ -145,12 +158,25 @@ class Contents:
     tables: list[Table]
     metrics: list[Table]
     equations: list[dict[str, str]]
+    diagnoses: list[Diagnosis]
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing was found for the page."""
+        return not (
+            self.claims.rows
+            or self.figures
+            or self.tables
+            or self.metrics
+            or self.equations
+            or self.diagnoses
+        )
 
     @property
     def origins(self) -> set[str]:
         """Kinds of data that the claims, figures and numbers on the page were made from."""
         tables = {table.data for table in (*self.tables, *self.metrics)}
-        claims = {row[-1].exact for row in self.claims.rows}
+        claims = {cell.badge for row in self.claims.rows for cell in row}
         return (tables | claims | {figure.data for figure in self.figures}) - {""}
 
 
@@ -164,7 +190,7 @@ def pages(results: Results) -> list[Page]:
     extra = [Page(f"chapter_{n}", f"Chapter {n}", f"Chapter {n}", chapter=n) for n in new if n is not None]
     chapters = sorted((p for p in (*PAGES, *extra) if p.chapter is not None), key=lambda p: p.chapter or 0)
     rest = [page for page in PAGES[1:] if page.chapter is None]
-    return [PAGES[0], *chapters, *_leftovers(results), *rest]
+    return [PAGES[0], *chapters, *rest, *_leftovers(results)]
 
 
 def _leftovers(results: Results) -> list[Page]:
@@ -175,6 +201,7 @@ def _leftovers(results: Results) -> list[Page]:
         "other",
         "Other results",
         "Other results",
+        group="Record",
         figures=tuple(f.id for f in results.figures if f.chapter is None and f.id not in figures),
         tables=tuple(t.id for t in results.tables if t.chapter is None and t.id not in tables),
         metrics=tuple(t for t in results.metrics if results.chapter_of(t) is None and t not in topics),
@@ -197,6 +224,15 @@ def contents(page: Page, results: Results) -> Contents:
         claims_table(f"claims-{page.id}", claims),
         picked + [f for f in results.figures if here(f.chapter) and f not in picked],
         [t for t in results.tables if here(t.chapter) or t.id in page.tables],
-        [metrics_table(topic, results.metrics[topic]) for topic in topics],
+        [_metrics(topic, results.metrics[topic], page.campaign) for topic in topics],
         [row for block in results.equations if here(block["chapter"]) for row in block["rows"]],
+        [d for d in results.diagnoses if page.id == "index" or page.campaign in d.name.split("/")],
     )
+
+
+def _metrics(topic: str, content: dict[str, Any], campaign: str) -> Table:
+    """The numbers of a campaign where the file has them apart, else all."""
+    if campaign not in content:
+        return metrics_table(f"metrics-{topic}", content)
+    part = {key: content[key] for key in (*ABOUT, campaign) if key in content}
+    return metrics_table(f"metrics-{topic}-{campaign}", part)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder, write_json
+from pipeline.parquet import write_parquet
 from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
 
 Array = NDArray[np.float64]
@@ -227,7 +228,7 @@ class SliderCrankCampaign:
                 _write_csv(out / row.file, pd.DataFrame(rig.log(true, noise)))
                 load = {"F": true["spring"] + true["friction"]}
                 truth.append(pd.DataFrame({"id": row.id, **{k: true[k] for k in ("t", "d", "v")}, **load}))
-            pd.concat(truth).to_parquet(out / "truth.parquet", index=False)
+            write_parquet(pd.concat(truth), out / "truth.parquet")
             _write_csv(out / "experiments.csv", table)
             d = np.linspace(0.0, 2 * rig.crank_length, 60)
             _write_csv(out / "spring.csv", pd.DataFrame({"d": d, "F": rig.spring(d)}))

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from pipeline.errors import BadInput
 from pipeline.files import read_json, replacing_folder, write_json
@@ -16,6 +15,7 @@ from pipeline.learning.uncertainty.assessment import Assessment
 from pipeline.learning.uncertainty.estimate import Estimator
 from pipeline.learning.uncertainty.problem import read_problem
 from pipeline.learning.uncertainty.setup import Setup
+from pipeline.parquet import read_parquet, write_parquet
 from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.response import Response
 
@@ -98,15 +98,12 @@ def assess_uncertainty(
     }
     with replacing_folder(out) as folder:
         for name, table in tables.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
         write_json(folder / "assessment.json", about)
 
 
 def _identified(folder: Path, names: Sequence[str]) -> dict[str, Any]:
-    try:
-        table = pd.read_parquet(folder / "estimates.parquet")
-    except (FileNotFoundError, OSError) as error:
-        raise BadInput(f"{folder}: estimates.parquet cannot be read: {error}") from None
+    table = read_parquet(folder / "estimates.parquet", ["method", "name", "value"])
     found = {m: rows.set_index("name")["value"] for m, rows in table.groupby("method")}
     if set(found) != set(METHODS) or any(set(rows.index) != set(names) for rows in found.values()):
         raise BadInput(f"{folder}: was not written for the parameters {', '.join(names)}")

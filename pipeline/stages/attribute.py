@@ -21,6 +21,7 @@ from pipeline.learning.detachment import Family
 from pipeline.learning.sequence.fits import Fits
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import Sequences
+from pipeline.parquet import write_parquet
 from pipeline.progress import track
 from pipeline.trajectory import Campaign
 
@@ -88,7 +89,7 @@ def attribute(
             parts.append({kind: table.assign(model=name) for kind, table in own.items()})
         for kind in parts[0]:
             table = pd.concat([part[kind] for part in parts if kind in part], ignore_index=True)
-            table.to_parquet(folder / f"{kind}.parquet", index=False)
+            write_parquet(table, folder / f"{kind}.parquet")
         counts = {"runs": len(chosen.runs), "references": len(chosen.references), "fold": fold}
         write_json(folder / "attribution.json", {**counts, "seconds": time.monotonic() - begin})
 

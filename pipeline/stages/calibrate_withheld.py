@@ -25,13 +25,16 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
     Raises:
         BadInput: when an input is missing, or a verdict does not occur.
     """
-    rows = [
-        {"verdict": said["verdict"], "right": row["right"], **said["signs"]}
-        for _, said, row in answers(cases, diagnoses, refits)
-    ]
+    signs = [sign.name for sign in fields(Signs)]
+    rows = []
+    for place, said, row in answers(cases, diagnoses, refits):
+        shown = said.get("signs", {})
+        if missing := [name for name in signs if not isinstance(shown.get(name), int | float)]:
+            raise BadInput(f"{diagnoses / place}.json: signs.{missing[0]}: must be a number")
+        rows.append({"verdict": said["verdict"], "right": row["right"], **shown})
     table = pd.DataFrame(rows)
     for verdict in ("effect", "no_gap", "unknown"):
         if verdict not in set(table["verdict"]):
             raise BadInput(f"{diagnoses}: no case has the verdict {verdict}: weights need all of them")
-    write_json(out, fitted_weights(table, [sign.name for sign in fields(Signs)]))
+    write_json(out, fitted_weights(table, signs))
     print(table.groupby("verdict")["right"].agg(["size", "mean"]).to_string())

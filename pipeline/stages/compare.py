@@ -10,6 +10,7 @@ from pipeline.errors import BadInput
 from pipeline.figures.style import style
 from pipeline.figures.sweep import comparison, horizontal_key
 from pipeline.files import replacing
+from pipeline.parquet import write_parquet
 from pipeline.progress import track
 from pipeline.sweep.metrics import PREFERRED
 from pipeline.sweep.runs import Run, metric_names, read_run, run_folders, swept_keys, table_of
@@ -44,7 +45,7 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
     _check(over, ["run", *swept], "over")
     figure = comparison(table, swept, metric, over)
     with replacing(out / "comparison.parquet") as temporary:
-        table.to_parquet(temporary, index=False)
+        write_parquet(table, temporary)
     with replacing(out / "comparison.csv") as temporary:
         table.to_csv(temporary, index=False)
     with replacing(out / "comparison.svg") as temporary, style():

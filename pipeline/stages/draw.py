@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import BadInput
-from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.files import replacing_folder, write_json
 from pipeline.progress import track
+from pipeline.shapes import ORIGIN, read_shaped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,12 +49,12 @@ def draw(
         for name, function in track(chosen.items(), len(chosen), "drawing"):
             try:
                 figure = function(data)
-            except FileNotFoundError as error:
-                raise BadInput(f"{error.filename}: no such file, {name} needs it") from None
+            except BadInput as error:
+                raise BadInput(f"{error}, {name} needs it") from None
             figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
             entry = _entry(name, function)
             first = entry["number"].split(".")[0]
-            origin = read_json(raw / campaigns[first] / "provenance.json")
+            origin = read_shaped(raw / campaigns[first] / "provenance.json", ORIGIN)
             index.append({**entry, "data": origin["data"]})
         write_json(folder / "figures.json", index)
 

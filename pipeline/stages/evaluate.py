@@ -20,6 +20,7 @@ from pipeline.learning.recipe import Recipe, load
 from pipeline.measurements.folder import read_logs
 from pipeline.models.dataset import Dataset
 from pipeline.models.rollout import Measured
+from pipeline.parquet import write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.physics.system.reader import read_system
 from pipeline.trajectory import Campaign
@@ -81,10 +82,10 @@ def _evaluate_system(
     initial = model.problem(known, data, measured.period, first, about["seed"]).model
     shapes = surfaces({"initial": initial, "converged": fitted}, measured)
     with replacing_folder(out) as folder:
-        results.errors.to_parquet(folder / "errors.parquet", index=False)
-        results.examples.to_parquet(folder / "examples.parquet", index=False)
-        results.efforts.to_parquet(folder / "efforts.parquet", index=False)
-        shapes.to_parquet(folder / "surface.parquet", index=False)
+        write_parquet(results.errors, folder / "errors.parquet")
+        write_parquet(results.examples, folder / "examples.parquet")
+        write_parquet(results.efforts, folder / "efforts.parquet")
+        write_parquet(shapes, folder / "surface.parquet")
     units = {state.name: state.unit for state in known.states}
     for name, group in results.errors.groupby("state", sort=False):
         rmse, diverged = group["rmse"].median(), int(group["diverged"].sum())
@@ -113,7 +114,7 @@ def _evaluate_detachment(
     with replacing_folder(out) as folder:
         for kind in parts[0]:
             table = pd.concat([part[kind] for part in parts], ignore_index=True)
-            table.to_parquet(folder / f"{kind}.parquet", index=False)
+            write_parquet(table, folder / f"{kind}.parquet")
 
 
 def _evaluate_drivetrain(
@@ -127,9 +128,7 @@ def _evaluate_drivetrain(
     exp = campaign.experiments["exp"].to_numpy()
     results = simulate_tests(fitted, dataset, folds, about["repeats"], exp)
     with replacing_folder(out) as folder:
-        results.errors.to_parquet(folder / "errors.parquet", index=False)
-        results.examples.to_parquet(folder / "examples.parquet", index=False)
+        write_parquet(results.errors, folder / "errors.parquet")
+        write_parquet(results.examples, folder / "examples.parquet")
         if split.explore:
-            explore(fitted, dataset, folds, about["repeats"], exp).to_parquet(
-                folder / "force.parquet", index=False
-            )
+            write_parquet(explore(fitted, dataset, folds, about["repeats"], exp), folder / "force.parquet")

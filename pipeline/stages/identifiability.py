@@ -12,6 +12,7 @@ from pipeline.explanation.advice import advise
 from pipeline.explanation.identifiability import Identifiability, identify_sets
 from pipeline.files import replacing, write_json
 from pipeline.measurements.folder import read_logs
+from pipeline.parquet import write_parquet
 from pipeline.physics.system.model import System
 from pipeline.physics.system.reader import read_system
 
@@ -58,7 +59,7 @@ def identifiability(
     }
     for name, table in tables.items():
         with replacing(out / f"{name}.parquet") as temporary:
-            table.to_parquet(temporary, index=False)
+            write_parquet(table, temporary)
     write_json(out / "identifiability.json", _content(model, result, advice))
     print(_printed(result, advice))
 

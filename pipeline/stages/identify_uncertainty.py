@@ -12,6 +12,7 @@ from pipeline.learning.uncertainty import report
 from pipeline.learning.uncertainty.estimate import Estimator, least_squares
 from pipeline.learning.uncertainty.problem import read_problem, shown
 from pipeline.learning.uncertainty.setup import Setup, pairs
+from pipeline.parquet import write_parquet
 from pipeline.uncertainty.curvature import curvature
 from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.profile import profile as profile_likelihood
@@ -81,6 +82,6 @@ def identify_uncertainty(
     summary = report.summary(problem, estimator, found, profiles, bend, names, seconds)
     with replacing_folder(out) as folder:
         for name, table in tables.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
         write_json(folder / "uncertainty.json", summary)
     print(report.printed(tables["estimates"], summary))

@@ -12,13 +12,13 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pipeline.evaluation.labels import label, mean_extreme, unwrapped
-from pipeline.files import read_json
 from pipeline.measurements.folder import read_logs
 from pipeline.physics.mechanisms.cam import TURN
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.physics.system.reader import read_system
 from pipeline.progress import track
 from pipeline.rawlogs import ROWS, Archive
+from pipeline.shapes import ORIGIN, read_shaped
 from pipeline.trajectory import Campaign
 
 Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
@@ -61,7 +61,7 @@ def _ingest_cam_follower(raw: Path, mechanism: CamFollower, workers: int, out: P
             parts.append(part)
     signals = {name: np.concatenate([part.pop(name) for part in parts]) for name in ROWS}
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-    campaign = Campaign(parameters, signals, offsets, read_json(raw / "provenance.json"))
+    campaign = Campaign(parameters, signals, offsets, read_shaped(raw / "provenance.json", ORIGIN))
     labelled = pd.concat([parameters, _label(campaign, mechanism)], axis=1)
     Campaign(labelled, signals, offsets, campaign.provenance).write(out)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from pipeline.diagnosis.oracle import Known, oracle
 from pipeline.diagnosis.sparse_regression import largest_term
 from pipeline.diagnosis.study import Study
+from pipeline.evaluation.reported import read_held_out, read_truth
 from pipeline.evaluation.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, campaigns_in, cases_in
 from pipeline.files import read_json, write_json
 from pipeline.jobs import growing_folder, run_jobs
@@ -35,7 +36,7 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, o
     """
     folders = [case for campaign in campaigns_in(cases) for case in cases_in(campaign)]
     names = [case.relative_to(cases).as_posix() for case in folders]
-    held_out = {name: read_json(diagnoses / f"{name}.json")["gap"]["held_out"] for name in names}
+    held_out = {name: read_held_out(diagnoses / f"{name}.json") for name in names}
     origins = [read_json(campaign / PROVENANCE) for campaign in campaigns_in(cases)]
     with growing_folder(out, {"cases": origins, "held_out": held_out, "horizon": horizon}) as folder:
         jobs = {
@@ -52,7 +53,7 @@ def _refit(case: Path, held_out: list[str], horizon: float, path: Path) -> None:
     study = Study(system, logs, horizon, tuple(logs.ids.index(name) for name in held_out))
     planted = [
         Known(row["family"], row["channel"], row.get("factor"), row.get("level"))
-        for row in read_json(case / TRUTH)["effects"]
+        for row in read_truth(case / TRUTH)["effects"]
     ]
     best, term = oracle(study, planted), largest_term(study)
     content = {

@@ -5,11 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 from pipeline.files import write_json
-from pipeline.report.site import build, read
+from pipeline.report.reading import read
+from pipeline.report.site import build
 
 
 def report(
-    metrics: Path, claims: Path, tables: Path, figures: Path, provenance: Path, runs: Path, out: Path
+    metrics: Path,
+    claims: Path,
+    tables: Path,
+    figures: Path,
+    provenance: Path,
+    runs: Path,
+    diagnoses: Path,
+    executions: Path,
+    out: Path,
 ) -> None:
     """Write `out`/index.html, the folder `out`/site and `out`/claims.json.
 
@@ -23,11 +32,13 @@ def report(
         figures: folder of SVG files and figures.json, which says what they show.
         provenance: folder of <campaign>/provenance.json.
         runs: folder that is searched for fit.json.
+        diagnoses: folder that is searched for what `diagnose` wrote.
+        executions: folder of <stage>.json, what was noted of every stage that was executed.
         out: folder; these three in it are replaced as a whole, anything else is left alone.
 
     Raises:
         BadInput: when an input is damaged; nothing is written.
     """
-    results = read(metrics, claims, tables, figures, provenance, runs)
+    results = read(metrics, claims, tables, figures, provenance, runs, diagnoses, executions)
     build(results, out)
     write_json(out / "claims.json", results.claims)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from pipeline.errors import BadInput
 from pipeline.evaluation.free_run import steps_of
@@ -16,6 +15,7 @@ from pipeline.evaluation.gap import Gap, gap
 from pipeline.files import check_replaceable, replacing_folder, write_json
 from pipeline.measurements.folder import read_logs
 from pipeline.measurements.logs import Logs
+from pipeline.parquet import write_parquet
 from pipeline.physics.system.model import System
 from pipeline.physics.system.reader import read_system
 
@@ -48,7 +48,7 @@ def simulate(
     runs = _chosen(only, measured)
     found = gap(model, measured, horizon, runs)
     with replacing_folder(out) as folder:
-        pq.write_table(_table(measured, found, runs), folder / TABLE, compression="zstd")
+        write_parquet(_table(measured, found, runs), folder / TABLE)
         write_json(folder / SUMMARY, _summary(model, measured, horizon, found))
     worst = max(found.per_experiment, key=lambda name: found.per_experiment[name])
     seconds = steps_of(horizon, measured) * measured.period

@@ -13,6 +13,7 @@ from pipeline.evaluation import boundary, claims, summary
 from pipeline.evaluation.readable import training_seconds, write_table
 from pipeline.evaluation.splits import Fold, Split, nominal_subsets
 from pipeline.files import replacing_folder, write_json
+from pipeline.parquet import read_parquet, write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.revision import revision
 from pipeline.trajectory import Campaign
@@ -82,7 +83,7 @@ def tabulate(
 def _write_tables(out: Path, tables: dict[str, pd.DataFrame]) -> None:
     with replacing_folder(out) as folder:
         for name, table in tables.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
 
 
 def _subsets(experiments: pd.DataFrame) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
@@ -97,7 +98,7 @@ def _gather(predictions: Path, kind: str) -> pd.DataFrame:
     files = sorted(predictions.glob(f"[!.]*/[!.]*/{kind}.parquet"))
     if not files:
         raise BadInput(f"{predictions}: no */*/{kind}.parquet")
-    tables = [pd.read_parquet(f).assign(model=f.parts[-3], split=f.parts[-2]) for f in files]
+    tables = [read_parquet(f).assign(model=f.parts[-3], split=f.parts[-2]) for f in files]
     return pd.concat(tables, ignore_index=True)
 
 
@@ -123,7 +124,7 @@ def _boundaries(force: pd.DataFrame, experiments: pd.DataFrame, mechanism: CamFo
 
 
 def _tuning(folder: Path) -> pd.DataFrame:
-    return pd.concat([pd.read_parquet(f).assign(model=f.stem) for f in sorted(folder.glob("*.parquet"))])
+    return pd.concat([read_parquet(f).assign(model=f.stem) for f in sorted(folder.glob("*.parquet"))])
 
 
 def _readable(folder: Path, cells: pd.DataFrame, chapter: dict[str, Any]) -> None:

@@ -14,6 +14,7 @@ from pipeline.evaluation.claims import complete
 from pipeline.evaluation.readable import write_table
 from pipeline.files import read_json, replacing_folder, write_json
 from pipeline.measurements.folder import read_logs
+from pipeline.parquet import write_parquet
 from pipeline.physics.system.equations import equations
 from pipeline.physics.system.reader import read_system
 from pipeline.revision import revision
@@ -59,7 +60,7 @@ def tabulate_clutch(
     rows = complete(claims(own[campaign], identified, about[campaign]["samples"]), kind)
     with replacing_folder(out) as folder:
         for name, table in found.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
         write_json(folder / "claims.json", rows)
         write_json(folder / "equations.json", {"chapter": 3, "rows": [asdict(e) for e in equations(known)]})
         write_json(folder / "about.json", about)

@@ -13,6 +13,7 @@ from pipeline.evaluation.claims import complete
 from pipeline.evaluation.readable import training_seconds, write_table
 from pipeline.evaluation.splits import Split
 from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.parquet import read_parquet, write_parquet
 from pipeline.revision import revision
 from pipeline.trajectory import Campaign
 
@@ -61,7 +62,7 @@ def tabulate_jumps(
     """
     campaign = Campaign.read(features, ["t"])
     found = {kind: _gather(predictions, kind) for kind in PREDICTED}
-    found |= {kind: _read(attributions / f"{kind}.parquet") for kind in EXPLAINED}
+    found |= {kind: read_parquet(attributions / f"{kind}.parquet") for kind in EXPLAINED}
     chapter = chapter5.predictions(found["runs"])
     accuracy = chapter5.force_accuracy(campaign.experiments, split.folds(campaign.experiments))
     chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
@@ -70,7 +71,7 @@ def tabulate_jumps(
     rows = complete(claims(found["repeats"], found["overall"]), data)
     with replacing_folder(out) as folder:
         for name, table in found.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
         write_json(folder / "claims.json", rows)
     seconds = training_seconds(fits) + float(read_json(attributions / "attribution.json")["seconds"])
     head = {"data": data, "profile": profile_name, "revision": revision(), "seconds": seconds}
@@ -84,17 +85,9 @@ def tabulate_jumps(
     )
 
 
-def _read(path: Path) -> pd.DataFrame:
-    try:
-        return pd.read_parquet(path)
-    except (OSError, ValueError) as error:
-        reason = "no such file" if isinstance(error, FileNotFoundError) else str(error).splitlines()[0]
-        raise BadInput(f"{path}: {reason}") from None
-
-
 def _gather(predictions: Path, kind: str) -> pd.DataFrame:
     files = sorted(predictions.glob(f"[!.]*/[!.]*/{kind}.parquet"))
     if not files:
         raise BadInput(f"{predictions}: no */*/{kind}.parquet")
-    found = pd.concat([_read(f).assign(trained=f.parts[-2]) for f in files], ignore_index=True)
+    found = pd.concat([read_parquet(f).assign(trained=f.parts[-2]) for f in files], ignore_index=True)
     return found.assign(split=chapter5.splits(found["trained"], found["fold"])).drop(columns="trained")

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from pipeline.evaluation import real
 from pipeline.evaluation.readable import write_table
-from pipeline.files import read_json, write_json
+from pipeline.files import write_json
 from pipeline.revision import revision
+from pipeline.shapes import ORIGIN, read_shaped
 
 TITLES = {
     "": "What the diagnosis says",
@@ -29,7 +30,9 @@ def tabulate_real(diagnoses: Path, raw: Path, profile_name: str, reports: Path) 
         BadInput: when there is no diagnosis, or a machine's provenance is missing.
     """
     found = real.read_diagnoses(diagnoses)
-    kinds = {machine: str(read_json(raw / machine / "provenance.json")["data"]) for machine in found}
+    kinds = {
+        machine: str(read_shaped(raw / machine / "provenance.json", ORIGIN)["data"]) for machine in found
+    }
     for machine, reports_of in found.items():
         parts = {
             "": real.verdicts(reports_of),

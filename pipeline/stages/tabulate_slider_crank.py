@@ -16,6 +16,7 @@ from pipeline.evaluation.readable import training_seconds, write_table
 from pipeline.explanation.closed_form import closed_form
 from pipeline.files import read_json, replacing_folder, write_json
 from pipeline.measurements.folder import read_logs
+from pipeline.parquet import read_parquet, write_parquet
 from pipeline.physics.system.equations import equations
 from pipeline.physics.system.reader import read_system
 from pipeline.revision import revision
@@ -47,7 +48,7 @@ def tabulate_slider_crank(
     formula = _formula(found["force"])
     advice = read_json(data / "identifiability" / "slider_crank" / "identifiability.json")["advice"]
     fits = data / "fits" / "slider_crank"
-    free = pd.read_parquet(fits / "hybrid_free" / "leave_one_out" / "history.parquet")
+    free = read_parquet(fits / "hybrid_free" / "leave_one_out" / "history.parquet")
     spring = found["spring"]
     chapter = chapter4.accuracy(found["errors"], found["timing"]) | {
         "recovered": chapter4.recovered(
@@ -61,7 +62,7 @@ def tabulate_slider_crank(
     seconds = training_seconds(fits)
     with replacing_folder(out) as folder:
         for name, table in {**found, "closed_form": formula}.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
         write_json(folder / "claims.json", rows)
         write_json(folder / "equations.json", {"chapter": 4, "rows": [asdict(e) for e in equations(known)]})
     head = {"data": kind, "profile": profile_name, "revision": revision(), "seconds": seconds}
@@ -93,8 +94,7 @@ def _tables(known: Any, logs: dict[str, Any], data: Path) -> dict[str, pd.DataFr
         ),
         "surface": tables.surface(predictions / "hybrid_free" / "leave_one_out"),
         **{
-            name: pd.read_parquet(study / f"{name}.parquet")
-            for name in ("sensitivity", "correlation", "advice")
+            name: read_parquet(study / f"{name}.parquet") for name in ("sensitivity", "correlation", "advice")
         },
     }
 

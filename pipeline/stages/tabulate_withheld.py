@@ -21,6 +21,7 @@ from pipeline.evaluation.withheld.scores import (
     scores,
 )
 from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.parquet import write_parquet
 from pipeline.revision import revision
 
 
@@ -47,7 +48,7 @@ def tabulate_withheld(
     found |= {"confusion": confusion(rows), "misses": misses(rows)}
     with replacing_folder(out) as folder:
         for name, table in found.items():
-            table.to_parquet(folder / f"{name}.parquet", index=False)
+            write_parquet(table, folder / f"{name}.parquet")
     systems = {str(name): scores(group) for name, group in rows.groupby("system")}
     head = {
         "data": "virtual",

@@ -15,6 +15,7 @@ from pipeline.evaluation.splits import Split
 from pipeline.files import replacing
 from pipeline.learning.recipe import Recipe
 from pipeline.models.dataset import Dataset
+from pipeline.parquet import write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
@@ -63,5 +64,5 @@ def tune(
         tables.append(errors.groupby("repeat")["omega_mse"].median().reset_index().assign(hidden=width))
     tried = pd.concat(tables, ignore_index=True)
     with replacing(out) as temporary:
-        tried.to_parquet(temporary, index=False)
+        write_parquet(tried, temporary)
     return float(tried.groupby("hidden")["omega_mse"].median().min())

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import pyarrow as pa
 
 from pipeline.errors import BadInput
 from pipeline.files import read_json
+from pipeline.parquet import read_parquet
 
 #: The first of these that a sweep has is what it is compared by.
 PREFERRED = (
@@ -49,11 +49,9 @@ Measures = Iterator[tuple[str, float]]
 
 def _measured(path: Path, measure: Callable[[pd.DataFrame], Measures]) -> list[tuple[str, float]]:
     try:
-        return [(name, float(value)) for name, value in measure(pd.read_parquet(path))]
+        return [(name, float(value)) for name, value in measure(read_parquet(path))]
     except KeyError as error:
         raise BadInput(f"{path}: has no column {error}") from None
-    except (OSError, pa.ArrowException) as error:
-        raise BadInput(f"{path}: not a Parquet file ({' '.join(str(error).split())})") from None
 
 
 def _leaves(node: Any, path: str) -> Measures:

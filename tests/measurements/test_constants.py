@@ -94,7 +94,7 @@ def damaged(store: Path) -> None:
     [
         (
             lambda store: (store / "provenance.json").write_text("[]"),
-            "provenance.json: is not that of a store",
+            "provenance.json: must be an object, got a list",
         ),
         (lambda store: (store / "provenance.json").write_text('{"logs": 1}'), "is not that of a store"),
         (lambda store: (store / "provenance.json").unlink(), "provenance.json: no such file"),

@@ -138,7 +138,7 @@ BAD: list[tuple[Change, str]] = [
         "b.parquet: row 1: column angle: '1.0' is not a finite number",
     ),
     (log(suffix="parquet", angle=T > 0.1), "b.parquet: row 1: column angle: 'False' is not a finite number"),
-    (text("{}", "provenance.json"), 'provenance.json: row 1: "data" must be "measured" or "virtual"'),
+    (text("{}", "provenance.json"), "provenance.json: data is missing"),
     (text("{", "provenance.json"), "provenance.json: not a JSON file"),
 ]
 

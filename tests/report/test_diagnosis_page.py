@@ -18,11 +18,13 @@ from pipeline.errors import BadInput
 from pipeline.figures.diagnosis.files import write_figures
 from pipeline.files import write_json
 from pipeline.physics.effects.library import effects
-from pipeline.report.diagnosis_page import headline, write_page
+from pipeline.report.diagnosis_page import write_page
 from pipeline.report.equations import ELEMENTS
 from pipeline.report.formula import formula
+from pipeline.report.headline import headline
 from tests.diagnosis.found import BENCH, friction
-from tests.report.test_site import Page, check_addresses
+from tests.report.case import Page
+from tests.report.test_site import check_addresses
 
 COMMAND = "python -m pipeline diagnose system=<b>.yaml logs=logs out=out"
 EVIL = "<script>alert('x')</script>"

@@ -1,7 +1,6 @@
 """The site opens from disk: its links resolve, it escapes what it shows, and damaged input is named."""
 
 import json
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -9,107 +8,26 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from pipeline.errors import BadInput
-from pipeline.report.tables import number, quantity
-from pipeline.stages.report import report
+from pipeline.report.pages import PAGES as DECLARED
+from tests.report.case import (
+    Page,
+    claim,
+    execution,
+    figure,
+    formula,
+    make,
+    put,
+    write_diagnosis,
+    write_inputs,
+)
 
-SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500.5 300"><path d="M0 0h9"/></svg>'
 EVIL = "<script>alert('x')</script>"
-PAGES = {
-    "index.html",
-    *(f"site/chapter_{number}.html" for number in (3, 4, 5, 6)),
-    *(f"site/{name}.html" for name in ("emps", "cam_drivetrain", "withheld", "data", "runs")),
-}
-
-
-def claim(**changes: Any) -> dict[str, Any]:
-    return {
-        "id": "hybrids",
-        "chapter": 6,
-        "page": "section 6.5.2",
-        "claim": "hybrids extrapolate better",
-        "dissertation": "better",
-        "ours": 0.25123,
-        "interval": [0.23, 0.28],
-        "unit": "V",
-        "protocol": "ten repeats",
-        "data": "virtual",
-        "verdict": "holds",
-    } | changes
-
-
-def formula(mathml: str) -> dict[str, Any]:
-    return {"chapter": 6, "rows": [{"kind": "dynamics", "text": "v", "mathml": mathml}]}
-
-
-def figure(number: str, **changes: Any) -> dict[str, Any]:
-    about = {
-        "caption": f"caption of {number}",
-        "note": "note",
-        "command": "python -m pipeline draw",
-        "data": "virtual",
-    }
-    return (
-        {"id": f"fig_{number.replace('.', '_')}", "number": number, "chapter": int(number[0])}
-        | about
-        | changes
-    )
-
-
-def put(path: Path, content: Any) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(content if isinstance(content, str) else json.dumps(content))
+PAGES = {"index.html", *(f"site/{page.file}" for page in DECLARED[1:])}
 
 
 @pytest.fixture
 def inputs(tmp_path: Path) -> Path:
-    folder = tmp_path / "inputs"
-    leaf = {"value": 0.25, "unit": "V", "interval": [0.23, 0.28], "n": 10}
-    head = {"data": "virtual", "profile": "quick", "revision": "abc1234", "seconds": 3.5}
-    put(
-        folder / "metrics" / "chapter6.json",
-        {**head, "protocol": "free run", "boundary": {"10%": {"f_h2": leaf}}},
-    )
-    put(folder / "metrics" / "cam_labels.json", {**head, "stall": {"value": 9, "unit": "runs", "n": 180}})
-    put(
-        folder / "bench" / "claims.json",
-        [claim(), claim(id="none", chapter=5, page=98, ours=None, interval=None)],
-    )
-    put(folder / "tables" / "table_5_1.csv", "name,value\na,0.123456\nb,\n")
-    put(folder / "tables" / "table_5_1.json", {"title": "Table 5.1", "caption": "cams", "chapter": 5})
-    numbers = ("6.20", "6.23", "6.24", "5.11", "5.4")
-    put(folder / "figures" / "figures.json", [figure(n) for n in numbers])
-    for n in numbers:
-        put(folder / "figures" / f"fig_{n.replace('.', '_')}.svg", SVG)
-    put(
-        folder / "raw" / "cam_follower" / "provenance.json",
-        {"data": "virtual", "description": "virtual bench", "experiments": 180},
-    )
-    fit = {"folds": ["10%", "20%"], "repeats": 3, "seed": 0, "seconds": 1.5, "parameters": 1234}
-    put(folder / "fits" / "cam_follower" / "f_h2" / "extrapolation" / "fit.json", fit)
-    return folder
-
-
-def make(inputs: Path, out: Path) -> dict[str, str]:
-    """Build; return the text of every page by its address."""
-    folders = {name: inputs / name for name in ("metrics", "tables", "figures")}
-    files = {"claims": inputs, "provenance": inputs / "raw"}
-    report(**folders, **files, runs=inputs / "fits", out=out)
-    return {path.relative_to(out).as_posix(): path.read_text() for path in out.rglob("*.html")}
-
-
-class Page(HTMLParser):
-    """Addresses, ids and scripts of a page."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.addresses: list[str] = []
-        self.ids: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = dict(attrs)
-        self.addresses += [value for key in ("href", "src") if (value := given.get(key))]
-        self.ids += [value for key, value in attrs if key == "id" and value]
+    return write_inputs(tmp_path / "inputs")
 
 
 def check_addresses(out: Path, pages: dict[str, str]) -> None:
@@ -131,10 +49,13 @@ def test_pages_links_and_banner(inputs: Path, tmp_path: Path) -> None:
     pages = make(inputs, tmp_path / "out")
     assert set(pages) == PAGES
     check_addresses(tmp_path / "out", pages)
-    assert all("Virtual campaign – simulated logs, not measurements" in text for text in pages.values())
+    virtual = ("index.html", *(f"site/{name}.html" for name in ("chapter_5", "chapter_6", "data", "runs")))
+    assert all("Virtual campaign – simulated logs, not measurements" in pages[name] for name in virtual)
+    assert all("No campaign yet" in pages[f"site/{name}.html"] for name in ("emps", "withheld"))
+    assert "make measured" in pages["site/emps.html"]
     home = pages["index.html"]
-    assert home.index("Figure 6.20") < home.index("Figure 6.23") < home.index("Figure 5.11")
-    assert "Figure 6.24" not in home
+    assert home.index("Figure 6.24") < home.index("Figure 6.20") < home.index("Figure 5.11")
+    assert "Figure 6.23" not in home and "180" in home and "virtual bench" in home
     assert "free run" in pages["site/chapter_6.html"] and "stall" in pages["site/chapter_5.html"]
     assert 'width="667" height="400"' in home
 
@@ -157,7 +78,8 @@ def test_measured_data_are_named_and_exceptions_marked(inputs: Path, tmp_path: P
         {"data": "measured", "description": "bench", "experiments": 1600},
     )
     pages = make(inputs, tmp_path / "out")
-    assert all("Measured data" in text for text in pages.values())
+    assert all("Measured data" in pages[f"site/{name}.html"] for name in ("chapter_6", "data", "runs"))
+    assert "Measured data" in pages["index.html"]
     assert "results on this page are from virtual data" in pages["site/chapter_6.html"]
 
 
@@ -201,6 +123,49 @@ def test_results_without_a_page_of_their_own_get_one(inputs: Path, tmp_path: Pat
     assert "extra" in pages["site/other.html"] and "arm · verdict" in pages["site/other.html"]
 
 
+def test_a_diagnosis_has_a_page_in_the_site(inputs: Path, tmp_path: Path) -> None:
+    write_diagnosis(inputs / "diagnoses" / "real" / "emps" / "coulomb_withheld")
+    out = tmp_path / "out"
+    pages = make(inputs, out)
+    assert set(pages) == PAGES | {"site/diagnoses/emps_coulomb_withheld/index.html"}
+    check_addresses(out, pages)
+    verdict = "Coulomb friction at rail explains 98\u202f% of the gap."
+    for name in ("index.html", "site/emps.html", "site/diagnoses/emps_coulomb_withheld/index.html"):
+        assert verdict in pages[name]
+    assert verdict not in pages["site/cam_drivetrain.html"]
+    rows = (out / "site/diagnoses/emps_coulomb_withheld/tables/effect_1.csv").read_text().splitlines()
+    assert rows[1] == "F_c,22.4,22.10 to 22.80,N"
+
+
+def test_a_damaged_diagnosis_is_named(inputs: Path, tmp_path: Path) -> None:
+    folder = inputs / "diagnoses" / "slider_crank"
+    write_diagnosis(folder)
+    content = json.loads((folder / "diagnosis.json").read_text())
+    put(folder / "diagnosis.json", {**content, "gap": {}})
+    with pytest.raises(BadInput, match="slider_crank: not a diagnosis"):
+        make(inputs, tmp_path / "out")
+
+
+def test_times_seeds_configurations_and_versions_of_the_stages(inputs: Path, tmp_path: Path) -> None:
+    cells = {"train@a": 90.0, "train@b": 30.0, "acquire": 5.0}
+    for stage, seconds in cells.items():
+        put(inputs / "executions" / f"{stage}.json", execution(stage, seconds=seconds))
+    put(
+        inputs / "executions" / "draw.json",
+        execution("draw", seconds=15.0, versions={"python": "3.12.0"}, seed=None),
+    )
+    out = tmp_path / "out"
+    pages = make(inputs, out)
+    check_addresses(out, pages)
+    tables = {name: (out / f"site/tables/{name}.csv").read_text() for name in ("stages", "versions")}
+    assert tables["stages"].splitlines()[1:3] == ["train,2,120.0,90.0,0.8571", "draw,1,15.0,15.0,0.1071"]
+    assert "python,3.11.2,3\npython,3.12.0,1\ntorch,2.13.0,3\n" in tables["versions"]
+    runs = pages["site/runs.html"]
+    assert "2 min 20 s of wall time in all" in runs and 'href="configs/train%40a.txt"' in runs
+    assert "seed: 0" in (out / "site/configs/train@a.txt").read_text()
+    assert "4 cells of the stage graph in 2 min 20 s" in pages["index.html"]
+
+
 @pytest.mark.parametrize("machine", ["emps", "cam_drivetrain"])
 def test_a_measured_machine_has_a_page(machine: str, inputs: Path, tmp_path: Path) -> None:
     leaf = {"value": "effect", "n": 3}
@@ -233,6 +198,8 @@ def test_a_measured_machine_has_a_page(machine: str, inputs: Path, tmp_path: Pat
         ("tables/table_5_1.json", "[", "not a JSON file"),
         ("figures/figures.json", [figure("6.20", id="../6")], "must be letters"),
         ("fits/cam_follower/f_h2/extrapolation/fit.json", "nonsense", "not a JSON file"),
+        ("executions/train.json", {"stage": "train"}, "has no command"),
+        ("diagnoses/emps/figures/figures.json", [], "diagnosis.json: no such file"),
     ],
 )
 def test_damaged_input_is_named(
@@ -241,7 +208,7 @@ def test_damaged_input_is_named(
     put(inputs / name, content)
     with pytest.raises(BadInput, match=complaint) as caught:
         make(inputs, tmp_path / "out")
-    assert str(inputs / name) in str(caught.value) and "\n" not in str(caught.value)
+    assert str(inputs / name.split("/figures/")[0]) in str(caught.value) and "\n" not in str(caught.value)
     assert not (tmp_path / "out").exists()
 
 
@@ -249,32 +216,6 @@ def test_a_listed_figure_must_exist(inputs: Path, tmp_path: Path) -> None:
     (inputs / "figures" / "fig_6_20.svg").unlink()
     with pytest.raises(BadInput, match=r"fig_6_20\.svg: no such file"):
         make(inputs, tmp_path / "out")
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (None, "–"),
-        (float("nan"), "–"),
-        (754, "754"),
-        (12345, "12\u202f345"),
-        (-0.123456, "−0.1235"),
-        (1.234e-7, "1.23×10⁻⁷"),
-        (98765.4, "98\u202f765"),
-        (0.0, "0"),
-        (2e9, "2.00×10⁹"),
-        ("H2 < H1", "H2 < H1"),
-    ],
-)
-def test_numbers_have_sensible_digits(value: Any, text: str) -> None:
-    assert number(value) == text
-
-
-def test_an_interval_sets_the_digits() -> None:
-    assert quantity(0.251234, [0.2312, 0.2799]) == ("0.251", "0.231 to 0.280")
-    assert quantity(-41.23, [-48.3, -35.1]) == ("−41", "−48 to −35")
-    assert quantity(3.0, [3.0, 3.0]) == ("3", "3 to 3")
-    assert quantity(None, None) == ("–", "")
 
 
 def test_equations_are_typeset_and_named_as_written(inputs: Path, tmp_path: Path) -> None:

@@ -188,7 +188,7 @@ LOGS: list[tuple[Change, str]] = [
         columns(t=2.0 * T),
         r"logs/b\.csv: row 3: column t: median sampling period of 0\.02 s differs from 0\.01",
     ),
-    (text("logs/provenance.json", "[1]"), r'logs/provenance\.json: row 1: "data" must be'),
+    (text("logs/provenance.json", "[1]"), r"logs/provenance\.json: must be an object, got a list"),
 ]
 
 CASES = [(nothing, arguments, words) for arguments, words in ARGUMENTS]

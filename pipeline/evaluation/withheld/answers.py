@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from pipeline.errors import BadInput
 from pipeline.evaluation.channels import parameter_channels
+from pipeline.evaluation.reported import read_judged, read_refit, read_truth
 from pipeline.evaluation.withheld.folders import SYSTEM, TRUTH, campaigns_in, cases_in
 from pipeline.evaluation.withheld.judging import judged
-from pipeline.files import read_json
 from pipeline.physics.system.reader import read_system
 
 
@@ -23,12 +24,15 @@ def answers(
         diagnoses, refits: folders of diagnose_withheld and refit_withheld.
 
     Raises:
-        BadInput: when an input is missing.
+        BadInput: when an input is missing or damaged.
     """
     for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
         place = case.relative_to(cases)
-        said, refit = (
-            read_json(folder / place.parent / f"{case.name}.json") for folder in (diagnoses, refits)
-        )
-        acts_at = parameter_channels(read_system(case / SYSTEM))
-        yield place, said, judged(read_json(case / TRUTH), said, refit, acts_at)
+        said = read_judged(diagnoses / place.parent / f"{case.name}.json")
+        path = refits / place.parent / f"{case.name}.json"
+        truth, refit = read_truth(case / TRUTH), read_refit(path)
+        if len(refit["oracle"]["seen"]) != len(truth["effects"]):
+            raise BadInput(
+                f"{path}: oracle.seen: must have {len(truth['effects'])} entries, as many as planted"
+            )
+        yield place, said, judged(truth, said, refit, parameter_channels(read_system(case / SYSTEM)))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from pipeline.figures.palette import Look
 from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE
 from pipeline.files import read_json
+from pipeline.parquet import read_parquet
 
 Array = NDArray[np.float64]
 
@@ -52,9 +53,7 @@ PARAMETERS = {
 
 def table(data: Path, name: str, campaign: str | None = CAMPAIGN) -> pd.DataFrame:
     """A table of the wet clutch, from the data folder; of one campaign, or of all if that is None."""
-    # opened here, so that the error about a missing table names it
-    with (data / "tables" / "clutch" / f"{name}.parquet").open("rb") as file:
-        rows = pd.read_parquet(file)
+    rows = read_parquet(data / "tables" / "clutch" / f"{name}.parquet")
     if campaign is None or "campaign" not in rows:
         return rows
     return rows[rows["campaign"] == campaign].drop(columns="campaign").reset_index(drop=True)

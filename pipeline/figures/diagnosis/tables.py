@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pipeline.figures.palette import Look
 from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY
 from pipeline.files import read_json
+from pipeline.parquet import read_parquet
 
 Array = NDArray[np.float64]
 
@@ -37,9 +38,7 @@ GAP = "gap (standard deviations of the outputs)"
 
 def table(data: Path, name: str) -> pd.DataFrame:
     """A table of the diagnosis in the folder `data`."""
-    # opened here, so that the error about a missing table names it
-    with (data / "tables" / f"{name}.parquet").open("rb") as file:
-        return pd.read_parquet(file)
+    return read_parquet(data / "tables" / f"{name}.parquet")
 
 
 def about(data: Path) -> dict[str, Any]:

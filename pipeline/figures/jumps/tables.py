@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 
 from pipeline.figures.palette import Look
 from pipeline.figures.style import BLACK, GREEN, ORANGE, SKY, absent, new_figure, setting
+from pipeline.parquet import read_parquet
 from pipeline.trajectory import Campaign
 
 INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
@@ -81,9 +82,7 @@ ANGLE = ("sin(theta)", "cos(theta)")
 
 def table(data: Path, name: str) -> pd.DataFrame:
     """A table of the follower jumps, from the data folder."""
-    # opened here, so that the error about a missing table names it
-    with (data / "tables" / "jumps" / f"{name}.parquet").open("rb") as file:
-        return pd.read_parquet(file)
+    return read_parquet(data / "tables" / "jumps" / f"{name}.parquet")
 
 
 def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:

@@ -15,6 +15,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from pipeline.figures.style import BLACK, ORANGE
+from pipeline.parquet import read_parquet
 
 Array = NDArray[np.float64]
 
@@ -46,7 +47,7 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 def table(data: Path, name: str) -> pd.DataFrame:
     """A table of the slider-crank, from the data folder."""
-    return pd.read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
+    return read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
 
 
 def plain(rows: pd.DataFrame, split: str = "leave_one_out") -> pd.DataFrame:

@@ -8,6 +8,7 @@ import pandas as pd
 
 from pipeline.figures.palette import Look
 from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY
+from pipeline.parquet import read_parquet
 
 INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 
@@ -36,7 +37,7 @@ KINDS = {
 
 def table(data: Path, name: str) -> pd.DataFrame:
     """A table written by tabulate_withheld, from the data folder."""
-    return pd.read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
+    return read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
 
 
 def readable(name: str) -> str:

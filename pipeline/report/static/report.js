@@ -1,6 +1,6 @@
 "use strict";
 
-const KINDS = { page: "Page", figure: "Figure", claim: "Claim", table: "Table", metrics: "Metrics" };
+const KINDS = { page: "Page", diagnosis: "Diagnosis", figure: "Figure", claim: "Claim", table: "Table", metrics: "Numbers" };
 const MOST = 30;
 
 function element(tag, text, attributes = {}) {
@@ -111,21 +111,55 @@ function filterable(input) {
   });
 }
 
-// figures: enlarge, and copy the command
+// claims: only those with one verdict; a second click shows all again
+function verdictTiles() {
+  const tiles = [...document.querySelectorAll("[data-show]")];
+  for (const tile of tiles) {
+    tile.addEventListener("click", () => {
+      const only = tile.hasAttribute("aria-current") ? "" : tile.dataset.show;
+      for (const other of tiles) other.toggleAttribute("aria-current", other.dataset.show === only);
+      for (const row of document.querySelectorAll("#claims-index tbody tr")) {
+        row.classList.toggle("other", Boolean(only) && !row.querySelector(`span.${only}`));
+      }
+    });
+  }
+}
+
+// figures: enlarge, and step through those of the page; on a phone the figure scrolls at the size it was drawn
 function zoom() {
   const dialog = document.getElementById("zoom");
-  const [title, link, image] = ["span", "a", "img"].map((tag) => dialog.querySelector(tag));
-  for (const plate of document.querySelectorAll("[data-zoom]")) {
+  const [title, link, pan, image, caption] = ["strong", "a", ".pan", "img", "p"].map((what) => dialog.querySelector(what));
+  const plates = [...document.querySelectorAll("[data-zoom]")];
+  let at = 0;
+
+  function show(i) {
+    at = (i + plates.length) % plates.length;
+    const plate = plates[at];
+    title.textContent = plate.dataset.zoom;
+    link.href = plate.href;
+    image.src = plate.querySelector("img").src;
+    image.alt = plate.querySelector("img").alt;
+    caption.textContent = image.alt;
+    pan.scrollTo(0, 0);
+  }
+
+  plates.forEach((plate, i) => {
     plate.addEventListener("click", (event) => {
       if (event.ctrlKey || event.metaKey || event.shiftKey) return;
       event.preventDefault();
-      title.textContent = plate.dataset.zoom;
-      link.href = plate.href;
-      image.src = plate.href;
-      image.alt = plate.querySelector("img").alt;
+      show(i);
       dialog.showModal();
     });
+  });
+  for (const button of dialog.querySelectorAll("[data-step]")) {
+    button.addEventListener("click", () => show(at + Number(button.dataset.step)));
+    button.hidden = plates.length < 2;
   }
+  dialog.querySelector("[data-close]").addEventListener("click", () => dialog.close());
+  dialog.addEventListener("keydown", (event) => {
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (step && document.activeElement !== pan) show(at + step);
+  });
   dialog.addEventListener("click", (event) => { if (event.target === dialog) dialog.close(); });
 }
 
@@ -150,5 +184,8 @@ themeButton();
 searchBox();
 document.querySelectorAll("main table").forEach(sortable);
 document.querySelectorAll("[data-filter]").forEach(filterable);
+verdictTiles();
 zoom();
 copyButtons();
+// on a phone the list of pages is one line that scrolls
+document.querySelector(".side [aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" });

@@ -11,6 +11,7 @@ import pandas as pd
 import yaml
 
 from pipeline.files import replacing_folder, write_json
+from pipeline.parquet import write_parquet
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.effect import Plan
@@ -65,7 +66,7 @@ def _write_logs(case: Case, made: Experiments, folder: Path) -> None:
         columns: Mapping[str, Any] = {"t": made.t, case.machine.input: made.u[:, i]}
         log = pd.DataFrame({**columns, **{name: y[:, i] for name, y in made.outputs.items()}})
         if packed:
-            log.to_parquet(folder / file, index=False)
+            write_parquet(log, folder / file)
         else:
             log.to_csv(folder / file, index=False, float_format="%.9g", lineterminator="\n")
     table = pd.DataFrame({"id": ids, "file": files, **plan.conditions})

@@ -1,0 +1,114 @@
+"""The page on the config files that keys choose."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from docs.reference.docstrings import of
+from docs.reference.markdown import code, table, value
+from pipeline.__main__ import CONF
+
+#: Group -> what it is.
+GROUPS = {
+    "model": "What is fitted, and how. Of any system: `hybrid`, and `physics training@model=multi_step`; "
+    "other `hybrid_*`, `nnap*` and `black_box` name parameters or inputs of the slider-crank. Of the "
+    "drivetrain of the cam-follower: `f_bb`, `f_h1`, `f_h2`, `lls`, `motor`, `best`; of its jumps: others.",
+    "training": "What models have in common: `training@model=shooting` swaps it, `model.windows.epochs=50` "
+    "changes one of its keys.",
+    "split": "Which experiments a model may see, and which it is judged on.",
+    "profile": "How long everything takes.",
+    "source": "Where logs come from.",
+    "uncertainty": "Families of distributions, and how they are propagated and identified.",
+    "mechanism": "Constants of a mechanism that is written in Python.",
+}
+HYDRA = {"_target_", "_partial_", "_convert_", "defaults"}
+
+
+def page() -> str:
+    """One section a group of config files."""
+    index = "\n".join(f"- [{group}](#{group})" for group in GROUPS)
+    head = (
+        "# Configs\n\nA key such as `model=hybrid` chooses the file `conf/model/hybrid.yaml`; "
+        "`model.windows.horizon=30` changes one of its keys. Launchers and sweepers: "
+        "[sweeps](../sweeps/README.md).\n\n"
+    )
+    return "\n".join([head + index + "\n", *(_section(group, text) for group, text in GROUPS.items())])
+
+
+def _section(group: str, text: str) -> str:
+    files = sorted((CONF / group).glob("*.yaml"))
+    rows = [_row(path) for path in files]
+    used: dict[str, set[str]] = {}
+    for path in files:
+        for target, keys in _targets(_content(path)):
+            used.setdefault(target, set()).update(keys)
+    parts = [f"## {group}\n", f"{text}\n", table(("choice", "what it is", "builds on", "own keys"), rows)]
+    meanings = [_meaning(target, keys) for target, keys in used.items()]
+    if any(meanings):
+        parts += [f"### Keys of {group}\n", *filter(None, meanings)]
+    return "\n".join(parts)
+
+
+def _row(path: Path) -> tuple[str, str, str, str]:
+    content = _content(path)
+    base = [entry for d in content.get("defaults", []) if d != "_self_" for entry in _bases(d)]
+    keys = [f"{code(f'{name}: {value(v)}')}" for name, v in _flat(content)]
+    return code(path.stem), _about(path, content), ", ".join(map(code, base)), ", ".join(keys)
+
+
+def _content(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = yaml.safe_load(path.read_text())
+    return content
+
+
+def _bases(entry: str | dict[str, str]) -> Iterator[str]:
+    """Names of the files that an entry of a defaults list names."""
+    if isinstance(entry, str):
+        yield entry.partition("@")[0]
+    else:
+        for group, name in entry.items():
+            yield f"{group.strip('/').partition('@')[0]}/{name}"
+
+
+def _about(path: Path, content: dict[str, Any]) -> str:
+    """The comment at the head of the file, or how that is documented which makes the difference."""
+    comment = re.match(r"((?:#.*\n)+)", path.read_text())
+    if comment:
+        return " ".join(line.lstrip("# ").rstrip() for line in comment[1].splitlines())
+    inner = content.get("dynamics") or content.get("folds") or content
+    return of(inner["_target_"]).first
+
+
+def _targets(content: Any) -> Iterator[tuple[str, set[str]]]:
+    """Every target in a file, with the keys beside it."""
+    if isinstance(content, dict):
+        if "_target_" in content:
+            yield content["_target_"], set(content)
+        for inner in content.values():
+            yield from _targets(inner)
+
+
+def _flat(content: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Keys as the command line knows them; the name of a target for the key that holds it."""
+    for name, inner in content.items():
+        if name in HYDRA:
+            continue
+        if isinstance(inner, dict):
+            if "_target_" in inner:
+                yield f"{before}{name}", inner["_target_"].rpartition(".")[2]
+            yield from _flat(inner, f"{before}{name}.")
+        else:
+            yield f"{before}{name}", inner
+
+
+def _meaning(target: str, keys: set[str]) -> str:
+    """What is said of the keys of `target` that a file sets."""
+    found = of(target)
+    lines = [f"- {code(name)}: {text}" for name, text in found.meanings().items() if name in keys]
+    name = ".".join(target.split(".")[-2:])
+    return "\n".join([f"**{name}**: {found.first}\n", *lines]) + "\n" if lines else ""

@@ -1,0 +1,94 @@
+"""Docstrings, read without importing what they belong to."""
+
+from __future__ import annotations
+
+import ast
+import re
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+HEADING = re.compile(r"^(Args|Attributes|Class attributes|Raises|Returns|Yields):$", re.M)
+
+
+@dataclass(frozen=True)
+class Documented:
+    """A function or class.
+
+    Attributes:
+        text: what its docstring says before the first section.
+        sections: heading -> what stands below it.
+        parameters: names -> annotations, of a function or of the fields of a dataclass.
+    """
+
+    text: str
+    sections: dict[str, str]
+    parameters: dict[str, str]
+
+    @property
+    def first(self) -> str:
+        """The first sentence."""
+        return " ".join(self.text.split("\n\n")[0].split())
+
+    def meanings(self) -> dict[str, str]:
+        """What is said of each parameter; several may stand in one line."""
+        said = self.sections.get("Args") or self.sections.get("Attributes") or ""
+        names = "|".join(map(re.escape, self.parameters))
+        if not names:
+            return {}
+        # a name, or several with commas, at the start of a line or after the end of a sentence
+        pattern = rf"(?:^\s*|(?<=\.) )((?:{names})(?:, (?:{names}))*): "
+        parts = re.split(pattern, said, flags=re.M)
+        found = {}
+        for those, meaning in zip(parts[1::2], parts[2::2], strict=True):
+            found |= dict.fromkeys(those.split(", "), " ".join(meaning.split()))
+        return found
+
+
+def of(target: str) -> Documented:
+    """What is documented under a dotted path, such as a config file names.
+
+    Raises:
+        KeyError: when there is no such function or class.
+    """
+    module, _, name = target.rpartition(".")
+    path = ROOT / (module.replace(".", "/") + ".py")
+    if not path.exists():  # what a package passes on
+        return of(_passed_on(ROOT / module.replace(".", "/") / "__init__.py", name))
+    nodes = {n.name: n for n in _tree(path).body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+    return _documented(nodes[name])
+
+
+def summary(path: Path) -> str:
+    """The first line of a module's docstring."""
+    return (ast.get_docstring(_tree(path)) or "").partition("\n")[0]
+
+
+@cache
+def _tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
+
+
+def _passed_on(path: Path, name: str) -> str:
+    for node in _tree(path).body:
+        if isinstance(node, ast.ImportFrom) and name in {alias.name for alias in node.names}:
+            return f"{node.module}.{name}"
+    raise KeyError(f"{path} has no {name}")
+
+
+def _documented(node: ast.FunctionDef | ast.ClassDef) -> Documented:
+    parts = HEADING.split(ast.get_docstring(node) or "")
+    sections = {name: text.strip("\n") for name, text in zip(parts[1::2], parts[2::2], strict=True)}
+    if isinstance(node, ast.FunctionDef):
+        found = {a.arg: a.annotation for a in (*node.args.args, *node.args.kwonlyargs)}
+    else:
+        found = {
+            n.target.id: n.annotation
+            for n in node.body
+            if isinstance(n, ast.AnnAssign) and isinstance(n.target, ast.Name)
+        }
+        inits = (n for n in node.body if isinstance(n, ast.FunctionDef) and n.name == "__init__")
+        found |= {a.arg: a.annotation for init in inits for a in init.args.args if a.arg != "self"}
+    parameters = {name: ast.unparse(a) if a is not None else "" for name, a in found.items()}
+    return Documented(parts[0].strip(), sections, parameters)

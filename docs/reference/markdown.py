@@ -1,0 +1,26 @@
+"""Small pieces of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import yaml
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table, or nothing without rows."""
+    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    if not lines:
+        return ""
+    return "\n".join([f"| {' | '.join(head)} |", "|" + "---|" * len(head), *lines]) + "\n"
+
+
+def code(text: object) -> str:
+    """Text as code."""
+    return f"`{text}`" if str(text) else ""
+
+
+def value(content: object) -> str:
+    """A value as one writes it on the command line."""
+    text = yaml.safe_dump(content, default_flow_style=True, width=1000, sort_keys=False)
+    return text.strip().removesuffix("\n...").strip()

@@ -1,0 +1,69 @@
+"""The page on verbs."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import yaml
+
+from docs.reference.docstrings import Documented, of
+from docs.reference.markdown import code, table, value
+from pipeline.__main__ import CONF, verbs
+
+OUT = "${hydra:runtime.output_dir}"
+
+
+def page() -> str:
+    """One section a verb, in the order of their names."""
+    known = verbs()
+    index = "\n".join(f"- [{verb}](#{verb}): {line}" for verb, line in known.items())
+    head = f"# Verbs\n\n`python -m pipeline <verb> key=value ...`\n\n{index}\n"
+    return "\n".join([head, *(_section(verb, line) for verb, line in known.items())])
+
+
+def _section(verb: str, line: str) -> str:
+    found = of(f"pipeline.stages.{verb}.{verb}")
+    config = yaml.safe_load((CONF / f"{verb}.yaml").read_text())
+    chosen = {
+        group: name for d in config.get("defaults", []) if isinstance(d, dict) for group, name in d.items()
+    }
+    meanings = found.meanings()
+    rows = [
+        (code(name), _default(name, kind, config, chosen), meanings.get(name, ""))
+        for name, kind in found.parameters.items()
+    ]
+    parts = [
+        f"## {verb}\n",
+        f"{line}\n",
+        f"{_joined(found.text)}\n",
+        table(("key", "default", "meaning"), rows),
+    ]
+    if "Raises" in found.sections:
+        parts.append(f"Refused: {_refused(found)}\n")
+    return "\n".join(parts)
+
+
+def _default(name: str, kind: str, config: dict[str, Any], chosen: dict[str, str]) -> str:
+    if name in chosen or name == "profile_name":
+        return f"[{code(chosen.get(name, config.get(name)))}](configs.md#{name.removesuffix('_name')})"
+    content = config[name]
+    if content == OUT:
+        return "a folder under `outputs/`"
+    if content == "???" or (content is None and kind == "Path"):
+        return "must be given"
+    if isinstance(content, dict) and len(str(content)) > 80:
+        return f"see [conf/{config['_target_'].rpartition('.')[2]}.yaml](../../conf)"
+    return code(value(content))
+
+
+def _refused(found: Documented) -> str:
+    text = " ".join(found.sections["Raises"].split())
+    return text.removeprefix("BadInput: ")
+
+
+def _joined(text: str) -> str:
+    """Paragraphs, and entries of lists, each on one line."""
+    paragraphs = re.split(r"\n\n|\n(?=- )", text)
+    lines = [" ".join(paragraph.split()) for paragraph in paragraphs]
+    return "\n\n".join(lines).replace("\n\n- ", "\n- ").replace(":\n- ", ":\n\n- ")

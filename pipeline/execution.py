@@ -1,0 +1,64 @@
+"""What is noted of a stage of the graph once it is done: its time, configuration, seed and versions."""
+
+from __future__ import annotations
+
+import os
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from urllib.parse import quote
+
+from pipeline.files import write_json
+from pipeline.revision import revision
+
+#: Beside the outputs of the stages and not among them: an output that holds a time is never equal to itself.
+FOLDER = Path("data") / "executions"
+
+#: Whose version can change a number, a figure or a time.
+PACKAGES = (
+    "dvc",
+    "hydra-core",
+    "matplotlib",
+    "mujoco",
+    "numba",
+    "numpy",
+    "pandas",
+    "pyarrow",
+    "scikit-learn",
+    "scipy",
+    "shap",
+    "sympy",
+    "torch",
+)
+
+
+def note(command: str, configuration: str, seed: int | None, seconds: float) -> None:
+    """Write `FOLDER`/<stage>.json if DVC runs this command as a stage; nothing if a user does.
+
+    The file is renamed into place after the stage has written its outputs, so that a killed stage leaves the
+    note of its last complete execution.
+
+    Args:
+        command: as a user would type it. configuration: as YAML, everything resolved.
+        seed: of everything random, if there is one. seconds: wall time.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
+    stage = os.environ.get("DVC_STAGE")
+    if not stage:
+        return
+    content = {
+        "stage": stage,
+        "command": command,
+        "configuration": configuration,
+        "seed": seed,
+        "seconds": round(seconds, 3),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "revision": revision(),
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "versions": {"python": platform.python_version(), **{name: version(name) for name in PACKAGES}},
+    }
+    root = Path(os.environ.get("DVC_ROOT", "."))
+    write_json(root / FOLDER / f"{quote(stage, safe='@')}.json", content)

@@ -1,0 +1,1 @@
+"""Figures of the tutorial, chapter 2; see `pipeline.figures`."""

@@ -1,0 +1,123 @@
+"""Free runs of a pendulum inside and beyond what the models have seen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from pipeline.figures.style import BLACK, GREY, absent, new_figure, styled, thin
+from pipeline.figures.tutorial.tables import LOOKS, line, table
+
+Array = NDArray[np.float64]
+
+ANGLE, SPEED, TIME = "angle θ (rad)", "angular velocity ω (rad/s)", "time t (s)"
+
+
+@styled
+def physics_forecast(data: Path) -> Figure:
+    """Forward propagation of the physics: never exact, but robust beyond the region where it was identified.
+
+    Left, the states that the training runs explored (grey), and a measured run that leaves them (black) with
+    its prediction. Right, free runs from the measured first state, one that stays in the region and that one;
+    grey, while it is in the region. The physics knows no dry friction, so that its swing dies down at the
+    wrong pace everywhere; but gravity acts beyond the region as it does inside.
+    """
+    return _forecast(data, "physics")
+
+
+@styled
+def black_box_forecast(data: Path) -> Figure:
+    """Forward propagation of a black-box model: accurate in the explored region, lost beyond it.
+
+    As the figure before, with a network in place of all physics but kinematics; a line a training. It has
+    learned the friction too, and predicts the run that stays in the region better than the physics does.
+    Beyond the region it goes on as it happens to, and an error once made is the start of the next step.
+    """
+    return _forecast(data, "black_box")
+
+
+@styled
+def hybrid_forecast(data: Path) -> Figure:
+    """Forward propagation of a hybrid model: the physics, and a network for the torque that it leaves out.
+
+    As the two figures before. What is known need not be learned: gravity and inertia stay what they are
+    beyond the region, and the network has only the friction to add. How that goes on at speeds it has not
+    seen is its guess, on which trainings differ.
+    """
+    return _forecast(data, "hybrid")
+
+
+def _forecast(data: Path, model: str) -> Figure:
+    forecasts, errors, region = (table(data, n) for n in ("forecasts", "swing_errors", "region"))
+    figure = new_figure(4.8)
+    left, right = figure.subfigures(1, 2, squeeze=False, width_ratios=[1.0, 1.45])[0]
+    plane, panels = left.subplots(), right.subplots(2, 1, sharex=True)
+    colour = LOOKS[model].colour
+    mine = forecasts[forecasts["model"] == model]
+    if mine.empty:
+        absent(plane, f"no model {model} was trained")
+        for axes in panels:
+            axes.set_axis_off()
+        return figure
+    for axes, group in zip(panels, ("explored", "unseen"), strict=True):
+        chosen = _middle(errors[errors["group"] == group])
+        rmse = errors[(errors["model"] == model) & (errors["id"] == chosen)]["rmse"]
+        _over_time(axes, mine[mine["id"] == chosen], colour)
+        ends = sorted({f"{rmse.min():.2g}", f"{rmse.max():.2g}"}, key=float)
+        name = "stays in" if group == "explored" else "leaves"
+        axes.set_title(f"a run that {name} the explored region: RMSE {' to '.join(ends)} rad")
+    panels[-1].set_xlabel(TIME)
+    plane.fill(region["theta"], region["omega"], color=GREY, alpha=0.3, linewidth=0)
+    shown = mine[mine["id"] == chosen]
+    for k, (_, run) in enumerate(shown.groupby("fold")):
+        if not k:
+            plane.plot(*_states(run, "_measured"), color=BLACK, linewidth=2.6)
+        plane.plot(*_states(run, ""), color=colour, linewidth=1.2)
+    _framed(plane, shown)
+    handles = [
+        Patch(color=GREY, alpha=0.3, linewidth=0, label="explored in training"),
+        Line2D([], [], color=BLACK, linewidth=3.0, label="measured"),
+        line(LOOKS[model].label, colour),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _middle(errors: pd.DataFrame) -> str:
+    """The run on which the physics has its middle error."""
+    runs = errors[errors["model"] == "physics"].groupby("id")["rmse"].median().sort_values(kind="stable")
+    return str(runs.index[(len(runs) - 1) // 2])
+
+
+def _states(run: pd.DataFrame, suffix: str) -> list[Array]:
+    return thin(*(run[f"{name}{suffix}"].to_numpy() for name in ("theta", "omega")), points=600)
+
+
+def _over_time(axes: Axes, runs: pd.DataFrame, colour: str) -> None:
+    for k, (_, run) in enumerate(runs.groupby("fold")):
+        columns = (run[name].to_numpy(np.float64) for name in ("t", "theta_measured", "theta", "explored"))
+        t, measured, predicted, explored = thin(*columns, points=600)
+        if not k:
+            where: dict[str, Any] = {"where": explored > 0.5, "transform": axes.get_xaxis_transform()}
+            axes.fill_between(t, 0, 1, **where, color=GREY, alpha=0.3, linewidth=0)
+            axes.plot(t, measured, color=BLACK, linewidth=3.0)
+        axes.plot(t, predicted, color=colour, linewidth=1.2)
+    low, high = measured.min(), measured.max()
+    axes.set(ylim=(low - 0.5 * (high - low), high + 0.5 * (high - low)), xlim=(t[0], t[-1]), ylabel=ANGLE)
+
+
+def _framed(axes: Axes, run: pd.DataFrame) -> None:
+    """Half as much again as the measurement needs, so that a prediction that is lost leaves the frame."""
+    for name, setter in (("theta", axes.set_xlim), ("omega", axes.set_ylim)):
+        largest = 1.5 * float(run[f"{name}_measured"].abs().max())
+        setter(-largest, largest)
+    axes.set(xlabel=ANGLE, ylabel=SPEED)
+    axes.grid(linewidth=0.5)

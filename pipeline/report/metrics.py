@@ -1,0 +1,74 @@
+"""Nested numbers of a metrics file as a table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from pipeline.report.numbers import duration, number, quantity, unit_text
+from pipeline.report.tables import Cell, Table, exact
+
+#: Keys of a metrics file that describe the file; everything else holds numbers.
+ABOUT = ("data", "profile", "revision", "seconds", "protocol", "chapter")
+
+COLUMNS = ("Metric", "Value", "95 % interval", "Unit", "n", "Protocol")
+
+
+def metrics_table(id: str, content: dict[str, Any]) -> Table:
+    """Flatten nested numbers; a protocol that all of them share stands above the table."""
+    general = content.get("protocol", "")
+    rows = []
+    for name, leaf, protocol in leaves({k: v for k, v in content.items() if k not in ABOUT}, general):
+        value, interval = quantity(leaf["value"], leaf.get("interval"))
+        cells = (
+            Cell(" · ".join(name), ".".join(name), "metric", note="\n".join(leaf.get("text", ()))),
+            Cell(value, exact(leaf["value"]), "figure" if _fits(leaf["value"]) else "words"),
+            Cell(interval or "–", " to ".join(map(str, leaf.get("interval") or [])), "nowrap"),
+            Cell(unit_text(leaf.get("unit")) or "–", leaf.get("unit") or ""),
+            Cell(number(leaf.get("n")), exact(leaf.get("n"))),
+            Cell(protocol or "–", protocol, "small"),
+        )
+        rows.append(cells)
+    used = len(COLUMNS) if any(row[-1].exact != general for row in rows) else len(COLUMNS) - 1
+    return Table(
+        id,
+        _title(id.removeprefix("metrics-")),
+        COLUMNS[:used],
+        (False, True, False, False, True, False)[:used],
+        tuple(row[:used] for row in rows),
+        _about(content),
+        general,
+        data=content.get("data") or "",
+    )
+
+
+def _title(topic: str) -> str:
+    words = re.sub(r"([a-z])(\d)", r"\1 \2", topic.replace("_", " "))
+    return f"Numbers: {words.replace('-', ', ')}"
+
+
+def _about(content: dict[str, Any]) -> str:
+    parts = [f"{key} {content[key]}" for key in ("profile", "revision") if content.get(key, "-") != "-"]
+    parts += [duration(content["seconds"])] if content.get("seconds") else []
+    return ", ".join(parts)
+
+
+def _fits(value: Any) -> bool:
+    """Whether a value is short enough to stay on one line."""
+    return len(str(value)) < 25
+
+
+def leaves(
+    content: Any, protocol: str, name: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], Any, str]]:
+    """Name, leaf and protocol of every number; a bare number or word counts as a leaf without a unit."""
+    if not isinstance(content, dict):
+        yield name, {"value": content}, protocol
+    elif "value" in content:
+        yield name, content, content.get("protocol", protocol)
+    else:
+        inner = content.get("protocol", protocol)
+        for key in content:
+            if key != "protocol":
+                yield from leaves(content[key], inner, (*name, key))

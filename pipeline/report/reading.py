@@ -1,0 +1,165 @@
+"""Reads what the other stages wrote; whatever does not exist yet is left out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import BadInput
+from pipeline.report.checks import (
+    KINDS,
+    check_chapter,
+    check_choice,
+    check_interval,
+    read_object,
+    read_rows,
+)
+from pipeline.report.claims import KEYS, VERDICTS
+from pipeline.report.equations import read_equations
+from pipeline.report.headline import headline
+from pipeline.report.metrics import leaves
+from pipeline.report.results import Diagnosis, Figure, Results
+from pipeline.report.tables import Table, file_table
+
+#: What the note of an execution says at least.
+EXECUTION = (
+    "stage",
+    "command",
+    "configuration",
+    "seed",
+    "seconds",
+    "finished",
+    "revision",
+    "machine",
+    "versions",
+)
+
+
+def read(
+    metrics: Path,
+    claims: Path,
+    tables: Path,
+    figures: Path,
+    provenance: Path,
+    runs: Path,
+    diagnoses: Path,
+    executions: Path,
+) -> Results:
+    """Read every input that exists.
+
+    Raises:
+        BadInput: names the file that cannot be used.
+    """
+    return Results(
+        _claims(claims),
+        read_figures(figures) if (figures / "figures.json").exists() else [],
+        [_table(path) for path in sorted(tables.glob("*.csv"))],
+        {path.stem: _metrics(path) for path in sorted(metrics.glob("*.json"))},
+        {
+            path.parent.relative_to(provenance).as_posix(): _provenance(path)
+            for depth in ("*", "*/*")
+            for path in sorted(provenance.glob(f"{depth}/provenance.json"))
+        },
+        {
+            path.parent.relative_to(runs).as_posix(): read_object(path)
+            for path in sorted(runs.glob("**/fit.json"))
+        },
+        [read_equations(path) for path in sorted(claims.glob("*/equations.json"))],
+        [
+            _diagnosis(path.parents[1], diagnoses)
+            for path in sorted(diagnoses.glob("**/figures/figures.json"))
+        ],
+        [_execution(path) for path in sorted(executions.glob("*.json"))],
+    )
+
+
+def _claims(folder: Path) -> list[dict[str, Any]]:
+    found = []
+    for path in sorted(folder.glob("*/claims.json")):
+        rows = read_rows(path, KEYS)
+        for row in rows:
+            where = f"claim {row['id']!r}:"
+            check_choice(path, f"{where} verdict", row["verdict"], tuple(VERDICTS))
+            check_choice(path, f"{where} data", row["data"], KINDS)
+            check_chapter(path, where, row["chapter"], needed=True)
+            check_interval(path, where, row["interval"])
+        found += rows
+    return sorted(found, key=lambda row: row["chapter"])
+
+
+def read_figures(folder: Path) -> list[Figure]:
+    """What `folder`/figures.json lists, by chapter and number.
+
+    Raises:
+        BadInput: when it is damaged, or names a file that does not exist.
+    """
+    path = folder / "figures.json"
+    found = []
+    for row in read_rows(path, ("id", "number", "chapter", "caption")):
+        if not re.fullmatch(r"\w+", str(row["id"])):
+            raise BadInput(f"{path}: id {row['id']!r}, must be letters, digits and underscores")
+        source = folder / f"{row['id']}.svg"
+        if not source.exists():
+            raise BadInput(f"{source}: no such file, but {path} lists it")
+        check_chapter(path, f"figure {row['id']!r}:", row["chapter"])
+        caption, note, command, data = (
+            str(row.get(key) or "") for key in ("caption", "note", "command", "data")
+        )
+        number, chapter = str(row["number"]), row["chapter"]
+        about = (number, chapter, caption, note, command, data)
+        found.append(Figure(row["id"], *about, source, _size(source)))
+    return sorted(found, key=lambda f: (f.chapter or 0, [int(n) for n in re.findall(r"\d+", f.number)], f.id))
+
+
+def _size(path: Path) -> tuple[int, int] | None:
+    """Width and height, so that a page does not move while its figures load."""
+    box = re.search(rb'<svg[^>]*viewBox="[\d.-]+ [\d.-]+ ([\d.]+) ([\d.]+)"', path.read_bytes()[:4000])
+    # figures are drawn in points, 72 to the inch; a browser has 96 pixels there
+    return (round(float(box[1]) * 96 / 72), round(float(box[2]) * 96 / 72)) if box else None
+
+
+def _table(path: Path) -> Table:
+    sidecar = path.with_suffix(".json")
+    about = read_object(sidecar) if sidecar.exists() else {}
+    if not re.fullmatch(r"\w+", path.stem):
+        raise BadInput(f"{path}: the name must be letters, digits and underscores")
+    check_chapter(sidecar, "", about.get("chapter"))
+    try:
+        return file_table(path.stem, path.read_text(), about)
+    except (ValueError, IndexError) as error:
+        raise BadInput(f"{path}: not a table with a header and equally long rows ({error})") from None
+
+
+def _metrics(path: Path) -> dict[str, Any]:
+    content = read_object(path)
+    check_choice(path, "data", content.get("data"), KINDS)
+    check_chapter(path, "", content.get("chapter"))
+    for name, leaf, _ in leaves(content, ""):
+        check_interval(path, ".".join(name), leaf.get("interval"))
+    return content
+
+
+def _provenance(path: Path) -> dict[str, Any]:
+    content = read_object(path)
+    check_choice(path, "data", content.get("data"), KINDS)
+    return content
+
+
+def _diagnosis(folder: Path, root: Path) -> Diagnosis:
+    content = read_object(folder / "diagnosis.json")
+    about = read_object(folder / "tables" / "about.json")
+    try:
+        return Diagnosis(
+            folder.relative_to(root).as_posix(), headline(content), str(about["data"] or ""), folder
+        )
+    except (KeyError, TypeError, IndexError) as error:
+        raise BadInput(f"{folder}: not a diagnosis (lacks {error})") from None
+
+
+def _execution(path: Path) -> Mapping[str, Any]:
+    content = read_object(path)
+    if missing := [key for key in EXECUTION if key not in content]:
+        raise BadInput(f"{path}: has no {', '.join(missing)}")
+    return content

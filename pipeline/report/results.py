@@ -1,0 +1,77 @@
+"""Everything that a report is made from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.report.tables import Table
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A numbered SVG file; `size` is its width and height in pixels."""
+
+    id: str
+    number: str
+    chapter: int | None
+    caption: str
+    note: str
+    command: str
+    data: str
+    source: Path
+    size: tuple[int, int] | None
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A folder that `diagnose` wrote; `name` is its path below the folder of all, `headline` its verdict."""
+
+    name: str
+    headline: str
+    data: str
+    folder: Path
+
+    @property
+    def id(self) -> str:
+        """Name of its page's folder."""
+        return self.name.removeprefix("real/").replace("/", "_")
+
+    @property
+    def label(self) -> str:
+        """What it was made of, in words."""
+        return ": ".join(self.name.removeprefix("real/").split("/")).replace("_", " ")
+
+    @property
+    def file(self) -> str:
+        """Address, seen from the site folder."""
+        return f"diagnoses/{self.id}/index.html"
+
+    @property
+    def picture(self) -> str:
+        """Address of the figure that shows how far the gap shrinks."""
+        return f"diagnoses/{self.id}/figures/gap.svg"
+
+
+@dataclass(frozen=True)
+class Results:
+    """Everything that was read."""
+
+    claims: list[dict[str, Any]] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    metrics: dict[str, dict[str, Any]] = field(default_factory=dict)
+    campaigns: dict[str, dict[str, Any]] = field(default_factory=dict)
+    runs: dict[str, dict[str, Any]] = field(default_factory=dict)
+    equations: list[dict[str, Any]] = field(default_factory=list)
+    diagnoses: list[Diagnosis] = field(default_factory=list)
+    executions: list[Mapping[str, Any]] = field(default_factory=list)
+
+    def chapter_of(self, topic: str) -> int | None:
+        """Chapter of a metrics file: as it says itself, or by its name."""
+        match = re.fullmatch(r"chapter(\d+)", topic)
+        chapter: int | None = self.metrics[topic].get("chapter", int(match[1]) if match else None)
+        return chapter

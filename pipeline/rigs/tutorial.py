@@ -1,0 +1,124 @@
+"""Virtual benches of the tutorial (chapter 2): a motor whose efficiency is measured, and a swinging pendulum.
+
+The motor of the text is fictitious. This one obeys more physics than the two-parameter model of Fig. 2.4a:
+its winding warms up, its brushes and its dry friction cost something, its field weakens, a fan comes on.
+"""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.special import expit
+
+from pipeline.files import replacing_folder, write_json
+from pipeline.rigs.pendulum import PendulumCampaign
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MotorBench:
+    """A separately excited DC motor in steady state at a constant voltage, SI units.
+
+    Attributes:
+        voltage: of the armature, V. resistance: of the cold winding, Ohm. brushes: voltage they cost, V.
+        constant: motor constant K without load, V s/rad. dry: friction, N m. viscous: friction, N m s/rad.
+        nominal: current, A, at which the winding's resistance has risen by the share `warming` and the motor
+            constant has fallen by the share `reaction`.
+        fan: power, W, that it takes above `fan_starts`, A, within about an ampere.
+    """
+
+    voltage: float = 200.0
+    resistance: float = 3.4
+    brushes: float = 2.0
+    constant: float = 1.25
+    dry: float = 0.55
+    viscous: float = 0.006
+    nominal: float = 15.0
+    warming: float = 0.3
+    reaction: float = 0.08
+    fan: float = 120.0
+    fan_starts: float = 9.0
+
+    def efficiency(self, current: Array) -> Array:
+        """Mechanical power by electrical power, at armature currents in A."""
+        load = current / self.nominal
+        resistance = self.resistance * (1.0 + self.warming * load**2)
+        constant = self.constant * (1.0 - self.reaction * load**1.5)
+        speed = (self.voltage - self.brushes - resistance * current) / constant
+        torque = constant * current - self.dry - self.viscous * speed
+        fan = self.fan * expit((current - self.fan_starts) / 0.5)
+        return np.asarray(torque * speed / (self.voltage * current + fan))
+
+
+@dataclass(frozen=True)
+class TutorialCampaign:
+    """Efficiencies measured between two currents, and runs of a pendulum with small and with large torques.
+
+    Attributes:
+        samples: measured, evenly spread. new: measured at random currents, to judge by.
+        lowest, highest: current, A. noise: of an efficiency, rms.
+        runs: of the pendulum with a torque of `small`, N m, group "explored"; `far_runs` with `large`, group
+            "unseen".
+        coulomb: dry friction of the pendulum, N m.
+        motor: the bench.
+    """
+
+    samples: int = 16
+    new: int = 200
+    lowest: float = 4.0
+    highest: float = 15.0
+    noise: float = 0.01
+    runs: int = 10
+    far_runs: int = 6
+    small: float = 0.2
+    large: float = 0.5
+    coulomb: float = 0.04
+    motor: MotorBench = field(default_factory=MotorBench)
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Replace `folder` and return the provenance.
+
+        It gets training.csv (current in A, efficiency) and the log folder `pendulum` (t, torque, theta;
+        groups explored and unseen); for judging only, new.csv and, without noise and over a wider range,
+        truth.csv, and bench.json (the motor, the range of the measured currents and their noise).
+
+        Raises:
+            BadInput: when the folder cannot be written.
+        """
+        rng = np.random.default_rng(seed)
+        sets = {
+            "training": np.linspace(self.lowest, self.highest, self.samples),
+            "new": np.sort(rng.uniform(self.lowest, self.highest, self.new)),
+        }
+        grid = np.linspace(0.4 * self.lowest, 1.5 * self.highest, 210)
+        with replacing_folder(folder) as out:
+            for name, current in {**sets, "truth": grid}.items():
+                noise = 0.0 if name == "truth" else rng.normal(0.0, self.noise, len(current))
+                table = {"current": current, "efficiency": self.motor.efficiency(current) + noise}
+                pd.DataFrame(table).to_csv(out / f"{name}.csv", index=False, float_format="%.6g")
+            bench = {"lowest": self.lowest, "highest": self.highest, "noise": self.noise}
+            write_json(out / "bench.json", {**bench, "motor": asdict(self.motor)})
+            runs = pd.concat(self._swings(out / "pendulum", seed), ignore_index=True)
+            runs.to_csv(out / "pendulum" / "experiments.csv", index=False)
+        return {
+            "data": "virtual",
+            "description": "a virtual DC motor and a virtual pendulum for the tutorial, parameters invented "
+            "but plausible, not measurements",
+            "seed": seed,
+            "experiments": len(runs),
+        }
+
+    def _swings(self, folder: Path, seed: int) -> Iterator[pd.DataFrame]:
+        """Write the runs of both groups into folders of their own; their rows of experiments.csv."""
+        groups = {"explored": (self.runs, self.small), "unseen": (self.far_runs, self.large)}
+        for k, (group, (runs, torque)) in enumerate(groups.items()):
+            campaign = PendulumCampaign(runs=runs, torque=torque, coulomb=self.coulomb)
+            campaign.write(folder / group, seed + k)
+            table = pd.read_csv(folder / group / "experiments.csv")
+            (folder / group / "experiments.csv").unlink()
+            yield table.assign(id=f"{group}_" + table["id"], file=f"{group}/" + table["file"], group=group)

@@ -1,0 +1,156 @@
+"""Work the examples of chapter 2, the tutorial: what physics, networks and both together can predict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.errors import BadInput
+from pipeline.evaluation import chapter2
+from pipeline.evaluation.claims import complete
+from pipeline.evaluation.held_out import free_runs
+from pipeline.evaluation.splits import Fold
+from pipeline.files import read_json, replacing_folder, write_json
+from pipeline.learning.augmented import AugmentedRecipe
+from pipeline.learning.static import fit_motor, fit_network
+from pipeline.learning.windows import Progress, Training, finished
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.measurements.table import read_columns
+from pipeline.models.efficiency import efficiency
+from pipeline.models.rollout import Measured
+from pipeline.models.structures import Structure
+from pipeline.parquet import write_parquet
+from pipeline.physics.system.equations import equations
+from pipeline.physics.system.model import System
+from pipeline.physics.system.reader import read_system
+from pipeline.revision import revision
+
+Array = NDArray[np.float64]
+Tables = dict[str, pd.DataFrame]
+
+
+def teach(
+    raw: Path,
+    system: Path,
+    models: Mapping[str, Structure],
+    windows: Training,
+    trained: int,
+    repeats: int,
+    hidden: Sequence[int],
+    penalty: float,
+    seeds: int,
+    seed: int,
+    out: Path,
+    reports: Path,
+) -> None:
+    """Write tables, claims and equations to `out`, and metrics/chapter2.json to `reports`.
+
+    Args:
+        raw: folder that acquire source=tutorial wrote.
+        system: file of the pendulum's known physics.
+        models: of the pendulum: physics, black_box and any others.
+        windows: how they are trained.
+        trained: runs of the group explored that they see; the others are held out.
+        repeats: trainings of every one of them, from different initial weights.
+        hidden: numbers of neurons of the networks that learn the motor's efficiency; the one shown beside the
+            physics has the last.
+        penalty: lambda of Eq. 2.6.
+        seeds: networks of every number of neurons, with and without the penalty.
+        seed: of the initial weights and mini-batches of the models of the pendulum.
+        out: folder, replaced as a whole.
+        reports: folder.
+
+    Raises:
+        BadInput: when an input is missing, or there is no run to train on or to hold out.
+    """
+    begin = time.monotonic()
+    bench, kind = read_json(raw / "bench.json"), str(read_json(raw / "provenance.json")["data"])
+    about = {name: bench[name] for name in ("lowest", "highest", "noise")}
+    about |= {"voltage": bench["motor"]["voltage"], "penalty": penalty}
+    motor = _motor(raw, about, hidden, seeds)
+    known = read_system(system)
+    logs = read_logs(raw / "pendulum", known)
+    recipes = {name: AugmentedRecipe(m, windows, method="rk4", hold=1.0) for name, m in models.items()}
+    swings = _pendulum(known, logs, recipes, trained, repeats, seed)
+    static = chapter2.curve_errors(_curves(motor, hidden[-1], penalty), about["lowest"], about["highest"])
+    dynamic = swings["swing_errors"]
+    with replacing_folder(out) as folder:
+        for name, table in {**motor, **swings}.items():
+            write_parquet(table, folder / f"{name}.parquet")
+        write_json(folder / "about.json", about)
+        write_json(folder / "claims.json", complete(chapter2.claims(static, dynamic), kind))
+        write_json(folder / "equations.json", {"chapter": 2, "rows": [asdict(e) for e in equations(known)]})
+    head = {"data": kind, "profile": "any", "revision": revision(), "seconds": time.monotonic() - begin}
+    found = chapter2.numbers(about, static, motor["network_errors"], dynamic)
+    write_json(reports / "metrics" / "chapter2.json", {**head, **found})
+
+
+def _motor(raw: Path, about: dict[str, Any], hidden: Sequence[int], seeds: int) -> Tables:
+    """Tables training, new, truth, physics, networks, network_errors; the parameters go into `about`."""
+    names = ("current", "efficiency")
+    files = {n: read_columns(raw / f"{n}.csv", names).values for n in ("training", "new", "truth")}
+    (u, y), (new_u, new_y), (grid, _) = ([table[name] for name in names] for table in files.values())
+    about["resistance"], about["friction"] = fit_motor(u, y, about["voltage"])
+    physics = efficiency(grid, about["voltage"], about["resistance"], about["friction"])
+    curves, errors = [], []
+    for penalty, size, seed in product((0.0, about["penalty"]), hidden, range(seeds)):
+        network = fit_network(u, y, size, penalty, seed)
+        head = {"hidden": size, "penalty": penalty, "seed": seed}
+        curves.append(pd.DataFrame({**head, "current": grid, "efficiency": network(grid)}))
+        errors.append({**head, "training": _rms(network(u) - y), "new": _rms(network(new_u) - new_y)})
+    return {
+        **{name: pd.DataFrame(table) for name, table in files.items()},
+        "physics": pd.DataFrame({"current": grid, "efficiency": physics}),
+        "networks": pd.concat(curves, ignore_index=True),
+        "network_errors": pd.DataFrame(errors),
+    }
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _curves(motor: Tables, hidden: int, penalty: float) -> pd.DataFrame:
+    """What physics and networks say, beside the truth: model, seed, current, efficiency, truth."""
+    networks = motor["networks"]
+    shown = networks[(networks["hidden"] == hidden) & (networks["penalty"] == penalty)]
+    both = [motor["physics"].assign(model="physics", seed=0), shown.assign(model="network")]
+    truth = motor["truth"].rename(columns={"efficiency": "truth"})
+    return pd.concat(both, ignore_index=True).merge(truth, on="current")
+
+
+def _pendulum(
+    known: System, logs: Logs, recipes: Mapping[str, AugmentedRecipe], trained: int, repeats: int, seed: int
+) -> Tables:
+    """Tables region (what models may see), swing_errors and forecasts."""
+    explored = np.flatnonzero(logs.experiments["group"] == "explored")
+    unseen = np.flatnonzero(logs.experiments["group"] == "unseen")
+    if not 0 < trained < len(explored):
+        raise BadInput(f"trained: must be 1 to {len(explored) - 1}, got {trained}")
+    test = np.concatenate([explored[trained:], unseen])
+    folds = [Fold(f"repeat {k + 1}", explored[:trained], test) for k in range(repeats)]
+    errors, forecasts = [], []
+    for name, recipe in recipes.items():
+        problem = recipe.problem(known, Measured.of(logs), logs.period, [fold.train for fold in folds], seed)
+        stack = [Progress.start(problem.model, member) for member in range(repeats)]
+        for _ in recipe.windows.train(problem, stack):
+            pass
+        runs = free_runs(finished(problem.model, stack), logs, folds, 1, problem.how)
+        errors.append(runs.errors[runs.errors["state"] == "theta"].assign(model=name))
+        forecasts.append(runs.examples.assign(model=name))
+    region = chapter2.Region(logs.x[np.isin(logs.owner, explored[:trained])])
+    shown = pd.concat(forecasts, ignore_index=True)
+    shown["explored"] = region.holds(shown[[f"{name}_measured" for name in logs.states]].to_numpy())
+    tables = {"swing_errors": pd.concat(errors, ignore_index=True), "forecasts": shown}
+    group = dict(zip(logs.ids, logs.experiments["group"], strict=True))
+    outline = pd.DataFrame(region.outline, columns=list(logs.states))
+    return {"region": outline, **{n: t.assign(group=t["id"].map(group)) for n, t in tables.items()}}

@@ -1,0 +1,99 @@
+"""What the pages of the documentation promise exists: links, commands, files, imports, what is printed."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import re
+import shlex
+from functools import cache
+from pathlib import Path
+
+import pytest
+from hydra import compose, initialize_config_dir
+
+from pipeline.__main__ import CONF, verbs
+from pipeline.physics.system.reader import read_system
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.stages.acquire import acquire
+from pipeline.stages.simulate import simulate
+
+ROOT = CONF.parent
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def name(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def blocks(path: Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", path.read_text(), re.S | re.M)
+
+
+def anchors(path: Path) -> set[str]:
+    """As GitHub makes them of headings."""
+    headings = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```", "", path.read_text(), flags=re.S | re.M), re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def commands() -> list[str]:
+    lines = [line for page in PAGES for text in blocks(page, "sh") for line in text.splitlines()]
+    found = [line.split(" # ")[0].strip() for line in lines if line.startswith("python -m pipeline ")]
+    # what is completed by the reader
+    return sorted({line for line in found if not re.search(r"\.\.\.|<|\$|--|-m |\\$", line[19:])})
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in LINK.findall(page.read_text()):
+        if re.match(r"\w+:", target):
+            continue
+        file, _, anchor = target.partition("#")
+        found = (page.parent / file).resolve() if file else page
+        assert found.exists(), target
+        assert not anchor or anchor in anchors(found), target
+
+
+@pytest.mark.parametrize("command", commands())
+def test_commands_have_a_configuration(command: str) -> None:
+    verb, *rest = shlex.split(command)[3:]
+    assert verb in verbs()
+    overrides = [word for word in rest if "=" in word]
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        assert compose(verb, overrides)["_target_"] == f"pipeline.stages.{verb}.{verb}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_system_files_can_be_read(page: Path, tmp_path: Path) -> None:
+    for text in blocks(page, "yaml"):
+        if text.startswith("schema:"):
+            (tmp_path / "system.yaml").write_text(text)
+            assert read_system(tmp_path / "system.yaml").states
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_what_python_code_imports_exists(page: Path) -> None:
+    for text in blocks(page, "python"):
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                module = importlib.import_module(node.module)
+                assert all(hasattr(module, alias.name) for alias in node.names), node.module
+
+
+def test_the_tutorial_prints_what_it_shows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    acquire(PendulumCampaign(), 0, tmp_path / "logs")
+    simulate(ROOT / "systems" / "pendulum.yaml", tmp_path / "logs", 0.1, tmp_path / "known")
+    said = capsys.readouterr().out.strip()
+    shown = (ROOT / "docs" / "tutorial" / "README.md").read_text()
+    assert said in shown
+    head = (tmp_path / "logs" / "run1.csv").read_text().splitlines()[:3]
+    assert all(line in shown for line in head)
+
+
+def test_every_page_is_in_the_index() -> None:
+    index = (ROOT / "docs" / "README.md").read_text()
+    folders = {p.relative_to(ROOT / "docs").as_posix() for p in (ROOT / "docs").glob("*/README.md")}
+    decisions = {p.relative_to(ROOT / "docs").as_posix() for p in (ROOT / "docs" / "decisions").glob("*.md")}
+    assert folders | decisions <= set(LINK.findall(index))

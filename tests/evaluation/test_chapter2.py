@@ -1,0 +1,87 @@
+"""Numbers and verdicts of the tutorial on small made-up tables."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pipeline.evaluation.chapter2 import Region, claims, curve_errors, numbers
+
+CURRENT = np.linspace(2.0, 20.0, 19)
+
+
+def curves(inside: float, outside: float) -> pd.DataFrame:
+    """Physics that is 0.01 off everywhere, and networks that are so much off."""
+    within = (CURRENT >= 4.0) & (CURRENT <= 15.0)
+    off = {"physics": 0.01 + 0.0 * CURRENT, "network": np.where(within, inside, outside)}
+    parts = [("physics", 0), *(("network", seed) for seed in range(3))]
+    return pd.concat(
+        [
+            pd.DataFrame(
+                {"model": m, "seed": s, "current": CURRENT, "efficiency": 0.7 + off[m], "truth": 0.7}
+            )
+            for m, s in parts
+        ]
+    )
+
+
+def swings(black_box: dict[str, float]) -> pd.DataFrame:
+    rows = [
+        (group, model, f"{group}{k}", fold, (0.1 if model == "physics" else black_box[group]) * (1 + 0.1 * k))
+        for group, model, k, fold in product(("explored", "unseen"), ("physics", "black_box"), range(5), "ab")
+    ]
+    return pd.DataFrame(rows, columns=["group", "model", "id", "fold", "rmse"])
+
+
+def test_a_region_is_the_hull_of_what_was_seen() -> None:
+    rng = np.random.default_rng(0)
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    region = Region(np.concatenate([corners, rng.uniform(0.1, 0.9, (50, 2))]))
+    assert {tuple(corner) for corner in region.outline} == {tuple(corner) for corner in corners}
+    assert region.holds(np.array([[1.9, 0.9], [2.1, 0.5], [1.0, -0.1]])).tolist() == [True, False, False]
+
+
+def test_errors_are_apart_inside_and_outside() -> None:
+    found = curve_errors(curves(0.002, 0.2), 4.0, 15.0).set_index(["model", "region", "seed"])["rmse"]
+    assert found["network", "inside", 1] == pytest.approx(0.002)
+    assert found["network", "outside", 1] == pytest.approx(0.2)
+    assert (
+        found["physics", "inside", 0] == pytest.approx(found["physics", "outside", 0]) == pytest.approx(0.01)
+    )
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "verdicts"),
+    [
+        (0.2, 5.0, ["holds", "holds"]),
+        (2.0, 0.5, ["does not hold", "does not hold"]),
+    ],
+)
+def test_a_verdict_follows_the_numbers(inside: float, outside: float, verdicts: list[str]) -> None:
+    static = curve_errors(curves(0.01 * inside, 0.01 * outside), 4.0, 15.0)
+    rows = claims(static, swings({"explored": 0.1 * inside, "unseen": 0.1 * outside}))
+    assert [row["verdict"] for row in rows] == 2 * verdicts
+    assert [row["ours"] for row in rows] == pytest.approx([inside, outside, inside, outside])
+    assert {row["chapter"] for row in rows} == {2}
+
+
+def test_numbers_have_units_and_say_how_many() -> None:
+    sizes = pd.DataFrame(
+        {
+            "hidden": [1, 1, 8, 8],
+            "penalty": 0.0,
+            "seed": [0, 1] * 2,
+            "training": 0.02,
+            "new": [0.03, 0.05] * 2,
+        }
+    )
+    static = curve_errors(curves(0.002, 0.2), 4.0, 15.0)
+    about = {"resistance": 5.0, "friction": 0.006}
+    found = numbers(about, static, sizes, swings({"explored": 0.05, "unseen": 0.4}))
+    assert found["motor"]["friction"] == {"value": 0.006, "unit": "A/V"}
+    assert found["efficiency"]["outside"]["network"]["rmse"]["n"] == 3
+    assert found["sizes"]["penalty 0"]["8 neurons"]["new"]["value"] == pytest.approx(0.04)
+    assert found["pendulum"]["unseen"]["black_box"]["rmse"]["value"] == pytest.approx(0.48)

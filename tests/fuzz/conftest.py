@@ -1,0 +1,21 @@
+"""Examples of everything that is read, made once."""
+
+from __future__ import annotations
+
+import pytest
+
+from pipeline.trajectory import Campaign
+from tests.fuzz.inputs import Case
+from tests.fuzz.readers import archive_cases, checkpoint_cases, plain_cases
+
+
+@pytest.fixture(scope="session")
+def cases(
+    tmp_path_factory: pytest.TempPathFactory, small_campaign: Campaign, jump_campaign: Campaign
+) -> dict[str, Case]:
+    plain, archives, fits = (tmp_path_factory.mktemp(name) for name in ("plain", "archives", "fits"))
+    return {
+        **plain_cases(plain),
+        **archive_cases(archives),
+        **checkpoint_cases(fits, small_campaign, jump_campaign),
+    }

@@ -1,0 +1,1 @@
+"""The whole graph, killed again and again: python -m tests.survival --help"""

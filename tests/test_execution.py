@@ -1,0 +1,51 @@
+"""What is noted of a stage: only of stages of the graph, only of those that came to their end."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from pipeline.execution import FOLDER, PACKAGES, note
+
+
+def run(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    inherited = {key: value for key, value in os.environ.items() if not key.startswith("DVC_")}
+    return subprocess.run(
+        [sys.executable, "-m", "pipeline", *arguments],
+        cwd=folder,
+        env={**inherited, "PYTHONPATH": str(Path(__file__).parents[1]), **environment},
+        capture_output=True,
+        text=True,
+    )
+
+
+def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
+    command = ["report", "out=site", "metrics=numbers"]
+    stage = {"DVC_STAGE": "report@a", "DVC_ROOT": str(tmp_path / "root")}
+    assert run(tmp_path, *command).returncode == 0
+    assert not (tmp_path / FOLDER).exists()
+    assert run(tmp_path, *command, **stage).returncode == 0
+    (path,) = (tmp_path / "root" / FOLDER).iterdir()
+    content = json.loads(path.read_text())
+    assert path.name == "report@a.json" and content["stage"] == "report@a"
+    assert content["command"] == "python -m pipeline report out=site metrics=numbers"
+    assert "metrics: numbers\n" in content["configuration"] and content["seed"] is None
+    assert 0 < content["seconds"] < 60 and set(content["versions"]) == {"python", *PACKAGES}
+    # one that fails leaves the note of the last that did not
+    (tmp_path / "numbers").mkdir()
+    (tmp_path / "numbers" / "a.json").write_text("{")
+    assert run(tmp_path, *command, **stage).returncode == 2
+    assert json.loads(path.read_text()) == content
+
+
+def test_a_stage_cannot_write_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DVC_STAGE", "../elsewhere/dvc.yaml:train")
+    monkeypatch.setenv("DVC_ROOT", str(tmp_path))
+    note("python -m pipeline train", "seed: 1\n", 1, 2.0)
+    (path,) = (tmp_path / FOLDER).iterdir()
+    assert json.loads(path.read_text())["seed"] == 1
