@@ -20,7 +20,7 @@ from pipeline.physics.system.model import Parameter, Port, System, symbol
 
 Array = NDArray[np.float64]
 
-#: Hidden units of the network in one port.
+#: Hidden units that are drawn for the network in one port.
 HIDDEN = 20
 #: Of the effort that the known physics lacks: the largest weight of one, so that none cancel each other.
 LARGEST = 2.0
@@ -30,6 +30,8 @@ PRIORS, FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
 AMOUNT, ITERATIONS = 0.1, 10
 #: How steep they are where inputs reach from -1 to 1: from nearly straight to nearly a step.
 STEEPNESS = 0.5, 30.0
+#: Further units that are steep at rest, where whatever rubs has its step.
+AT_REST = 3.0, 10.0, 30.0
 
 
 def network(base: Fitted, fitted: Recording, screened: Recording, seed: int) -> Fitted:
@@ -84,7 +86,10 @@ def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.r
         sp.tanh(sum((float(w) * q for w, q in zip(row, scaled, strict=True)), sp.Float(bias)))
         for row, bias in zip(weights.tolist(), biases.tolist(), strict=True)
     ]
-    names = tuple(f"network_{port.name}_{k + 1}" for k in range(HIDDEN))
+    if port.velocity:
+        v, half = system.expression(port.velocity), scales.of[port.velocity].half
+        units += [sp.tanh(sp.Float(steep / half) * v) for steep in AT_REST]
+    names = tuple(f"network_{port.name}_{k + 1}" for k in range(len(units)))
     size = scales.effort[port.name]
     bounds = (-LARGEST * size, LARGEST * size)
     law = sum((symbol(n) * unit for n, unit in zip(names, units, strict=True)), sp.S.Zero)
