@@ -63,16 +63,16 @@ def test_shares_are_not_fitted_but_there(known: Hypothesis) -> None:
 
 def test_a_delayed_input_needs_no_timing(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("input_delay"), TORQUE)
-    assert names(hypothesis) == ["b", "mgl", "T_d"]
-    assert hypothesis.timing == {} and hypothesis.delays == {"T_d": "torque"}
+    assert names(hypothesis) == ["b", "mgl", "T_d_torque"]
+    assert hypothesis.timing == {} and hypothesis.delays == {"T_d_torque": "torque"}
     assert hypothesis.unknowns[2].low == 0.0
 
 
 def test_a_delayed_output_has_the_room_that_windows_leave(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("sensor_delay"), ANGLE)
-    assert hypothesis.delays == {"timing_torque": "torque", "T_d": "theta"}
+    assert hypothesis.delays == {"timing_torque": "torque", "T_d_theta": "theta"}
     assert hypothesis.unknowns[3].high == pytest.approx(known.study.latest)
-    assert known.study.latest < hypothesis.effects[0].bounds["T_d"][1]
+    assert known.study.latest < hypothesis.effects[0].bounds["T_d_theta"][1]
 
 
 def test_a_known_delay_takes_room_away(tmp_path: Path) -> None:
@@ -82,9 +82,9 @@ def test_a_known_delay_takes_room_away(tmp_path: Path) -> None:
     assert longest == pytest.approx(late.latest - 0.01)
     simulation = hypothesis.simulation(late.recording)
     values = simulation.values.copy()
-    values[simulation.names.index("T_d")] = longest
+    values[simulation.names.index("T_d_theta")] = longest
     assert not simulation(values[None, None]).diverged.any()
-    values[simulation.names.index("T_d")] = longest + PERIOD
+    values[simulation.names.index("T_d_theta")] = longest + PERIOD
     with pytest.raises(ValueError, match="delays must be"):
         simulation(values[None, None])
 
@@ -142,6 +142,14 @@ def test_effects_are_nothing_at_level_zero(known: Hypothesis) -> None:
     old = np.isin(recording.owner, [1, 2])
     assert old.any() and not old.all()
     assert moved[old].min() > 1e-4 and moved[~old].max() < 1e-12
+
+
+def test_delays_of_an_input_and_an_output_are_two_numbers(known: Hypothesis) -> None:
+    both = known.plus(effect("input_delay"), TORQUE).plus(effect("sensor_delay"), ANGLE)
+    assert both.delays == {"T_d_torque": "torque", "T_d_theta": "theta"}
+    simulation = both.simulation(known.study.recording)
+    runs = [simulation(np.array([[[*known.system.values, *late]]])).y for late in ((0.004, 0.0), (0.0, 0.004))]
+    assert not np.allclose(runs[0], runs[1], equal_nan=True)
 
 
 def test_names_that_a_reader_sees(known: Hypothesis) -> None:

@@ -55,7 +55,7 @@ def test_numbers_and_delays_stand_in_the_system(late: Fitted, rubbing: Study) ->
     values = dict(zip((p.name for p in found.system.parameters), found.system.values, strict=True))
     assert values["F_c"] == pytest.approx(0.06, rel=0.03) and values["F_c"] == late.fit.values["F_c"]
     assert found.system.inputs[0].delay == late.fit.values["timing_torque"]
-    assert found.system.outputs[0].delay == late.fit.values["T_d"]
+    assert found.system.outputs[0].delay == late.fit.values["T_d_theta"]
     late_by = found.system.outputs[0].delay + found.system.inputs[0].delay
     assert late_by == pytest.approx(2 * PERIOD, abs=2e-4)
     expected = gap(found.system, found.logs, HORIZON, rubbing.held_out)

@@ -30,7 +30,9 @@ class Delay(Effect):
             raise ValueError("a delay cannot belong to some of the experiments")
         if place.name not in {item.name for item in items}:
             raise KeyError(place.name)
-        name = fresh(system, [self.name], place.name)[self.name]
+        # no parameter of the system tells which names of delays are taken: each has that of its place
+        own = f"{self.name}_{place.name}"
+        name = fresh(system, [own], place.name)[own]
         longest = max(_LONGEST * scales.duration, scales.period)
         grid = tuple(k * scales.period for k in _PERIODS if k * scales.period <= longest)
         return Added(
