@@ -30,6 +30,9 @@ FURTHER = 0.5
 #: Square errors, relative to the noise, beyond 1: what is at the floor, and what is well above it, in all or
 #: as a share of what the known physics leaves.
 AT_FLOOR, ABOVE_FLOOR, ABOVE_SHARE = 0.05, 0.15, 0.04
+#: The same, beyond which no model comes near the noise: then a unit of complexity must explain this share of
+#: what the known physics leaves, as laws of the library take up what is none of theirs.
+FAR, WORTH = 10.0, 0.005
 #: Losses that cannot be told apart: in all, per value, and per value if experiments disagree (t < ALIKE_T).
 ALIKE, ALIKE_EACH, ALIKE_MIXED, ALIKE_T = 10.0, 0.003, 0.005, 2.0
 #: A model that is more complex than the named one is listed if it is better by so much, and at most so many.
@@ -93,8 +96,19 @@ class Scores:
             self.total[more] < self.total[now] and not settled(self.fits[now]) and gained > FURTHER * above
         )
 
+    def named(self) -> int:
+        """The number of the model that is named: `chosen`, or a simpler one if none comes near the noise."""
+        chosen = self.chosen()
+        if not chosen or min(map(above_floor, self.fits)) <= FAR:
+            return chosen
+        simpler = [k for k in range(1, len(self.fits)) if self.complexity[k] < self.complexity[chosen]]
+        price = WORTH * above_floor(self.fits[0])
+        return min(
+            [chosen, *simpler], key=lambda k: above_floor(self.fits[k]) + price * float(self.complexity[k])
+        )
+
     def chosen(self) -> int:
-        """The number of the model that is named.
+        """The number of the model that explains the errors best for what it takes.
 
         Effects are added as long as it pays; then a model that is simpler, though it may have more effects,
         takes the place of one that explains no more than its numbers are worth.

@@ -49,7 +49,7 @@ def diagnosed(
     study = Study.of(system, logs, horizon, seed)
     search = Search(study, workers, progress)
     scores = search.run()
-    named = scores.chosen()
+    named = scores.named()
     chosen = scores.fits[named]
     progress("judge the models on the held-out experiments")
     reidentified = models.model("re-identified", search.base)

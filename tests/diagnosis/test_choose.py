@@ -68,6 +68,16 @@ def test_the_planted_effect_is_named_and_no_further_one(rubbing: Scores) -> None
     assert rubbing.alike(1) == {0: ()}
 
 
+@pytest.mark.parametrize(("nearest", "named"), [(1.0, 4), (3e4, 1)], ids=["near the noise", "far from it"])
+def test_complexity_pays_by_the_gap_where_no_model_comes_near_the_noise(
+    rubbing: Scores, nearest: float, named: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = dict(zip(rubbing.fits, (1e6, 3.4e4, 5e5, 5e5, nearest), strict=True))
+    monkeypatch.setattr("pipeline.diagnosis.choose.above_floor", left.__getitem__)
+    monkeypatch.setattr(Scores, "chosen", lambda self: 4)
+    assert rubbing.named() == named
+
+
 def test_nothing_is_named_where_nothing_is_missing(flawless: Scores) -> None:
     assert flawless.chosen() == 0
     assert not any(flawless.pays(0, k) for k in range(1, 4))

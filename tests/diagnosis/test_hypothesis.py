@@ -148,7 +148,9 @@ def test_delays_of_an_input_and_an_output_are_two_numbers(known: Hypothesis) -> 
     both = known.plus(effect("input_delay"), TORQUE).plus(effect("sensor_delay"), ANGLE)
     assert both.delays == {"T_d_torque": "torque", "T_d_theta": "theta"}
     simulation = both.simulation(known.study.recording)
-    runs = [simulation(np.array([[[*known.system.values, *late]]])).y for late in ((0.004, 0.0), (0.0, 0.004))]
+    runs = [
+        simulation(np.array([[[*known.system.values, *late]]])).y for late in ((0.004, 0.0), (0.0, 0.004))
+    ]
     assert not np.allclose(runs[0], runs[1], equal_nan=True)
 
 

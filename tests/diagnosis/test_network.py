@@ -95,7 +95,9 @@ def test_nothing_at_level_zero_in_every_port(rubbing: Study, recording: Recordin
     two = study(tmp_path_factory.mktemp("hub"), Bench(samples=200), *HUB)
     hypothesis = with_networks(Hypothesis.known(two), 0, 0.1)
     assert [e.place.name for e in hypothesis.effects] == ["joint", "hub"]
-    assert len([u for u in hypothesis.unknowns if u.name.startswith("network")]) == 2 * (HIDDEN + len(AT_REST))
+    assert len([u for u in hypothesis.unknowns if u.name.startswith("network")]) == 2 * (
+        HIDDEN + len(AT_REST)
+    )
     joint, hub = ({str(s) for r in e.regressors for s in r.free_symbols} for e in hypothesis.effects)
     assert joint == {"theta", "omega", "torque"} and hub == {"omega", "torque"}
     known = Hypothesis.known(two).simulation(two.recording)
