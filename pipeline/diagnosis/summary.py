@@ -47,7 +47,7 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
         },
         "gap": _gap(diagnosis),
         "parameters": {
-            name: {"known": e.known, "identified": e.value, "interval": e.interval}
+            name: {"known": e.known, "identified": e.value, "unit": e.unit, "interval": e.interval}
             for name, e in diagnosis.parameters.items()
         },
         "candidates": [_candidate(candidate, ports) for candidate in diagnosis.candidates],

@@ -102,7 +102,8 @@ def test_gap_and_parameters(content: dict[str, Any], found: Diagnosis) -> None:
     assert gap["augmented"] == pytest.approx(found.augmented.gap.value, rel=1e-7)
     assert (gap["floor"], gap["shrink"], gap["interval"]) == (0.009, 0.99, [0.97, 1.0])
     assert gap["held_out"] == ["run1", "run3"]
-    assert content["parameters"] == {"b": {"known": 0.03, "identified": 0.0151, "interval": [0.0149, 0.0153]}}
+    b = {"known": 0.03, "identified": 0.0151, "unit": "N m s/rad", "interval": [0.0149, 0.0153]}
+    assert content["parameters"] == {"b": b}
 
 
 def test_candidates_from_best_to_worst(content: dict[str, Any]) -> None:
@@ -120,7 +121,8 @@ def test_numbers_that_are_none_and_those_of_numpy(found: Diagnosis) -> None:
     level = replace(WHERE, factors=[{"factor": "m", "level": np.float64(1.2), "share": np.nan}])
     text = json.dumps(summary(changed, level), allow_nan=False)
     loaded = json.loads(text)
-    assert loaded["parameters"]["b"] == {"known": None, "identified": 2.0, "interval": [None, None]}
+    numbers = {"known": None, "identified": 2.0, "interval": [None, None]}
+    assert loaded["parameters"]["b"] == {**numbers, "unit": "1"}
     assert loaded["where"]["factors"] == [{"factor": "m", "level": 1.2, "share": None}]
 
 
