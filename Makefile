@@ -35,10 +35,10 @@ repro: $(VENV)/ready
 	@$(REPRO)
 	@echo "open file://$(CURDIR)/reports/index.html"
 
-# the test of the whole graph takes longest and goes first, so that no core waits for it in the end
+# in the order of tests/conftest.py: the longest first, so that no core waits for it in the end
 test: $(VENV)/ready  ## all tests, a file of them at a time on every core: ARGS=<more arguments of pytest>
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
-		--no-loadscope-reorder tests/graph tests $(ARGS)
+		--no-loadscope-reorder $(ARGS)
 
 check: $(VENV)/ready  ## style, types, layering
 	$(BIN)/ruff check .

@@ -14,6 +14,11 @@ from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The whole graph takes longest and comes first."""
+    items.sort(key=lambda item: "tests/graph/" not in item.nodeid)
+
+
 @pytest.fixture(autouse=True)
 def _numpy_errors_are_errors() -> None:
     np.seterr(divide="raise", invalid="raise")
