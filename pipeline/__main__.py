@@ -6,6 +6,7 @@ Every verb is a function of `pipeline.stages`; its arguments are the keys of `co
 from __future__ import annotations
 
 import ast
+import errno
 import inspect
 import os
 import sys
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from omegaconf import DictConfig
 
 CONF = Path(__file__).parent.parent / "conf"
+
+#: What a full disk, or one that nothing can be written to, says, wherever it is.
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 #: Options of Hydra that no value follows, unlike that of --cfg job.
 FLAGS = {"-m", "--multirun", "--resolve"}
@@ -90,6 +94,7 @@ def _run(verb: str, rest: list[str]) -> int:
     import hydra
     from hydra.errors import HydraException
     from omegaconf.errors import OmegaConfBaseException
+    from yaml import YAMLError
 
     from pipeline.errors import BadInput
 
@@ -100,8 +105,10 @@ def _run(verb: str, rest: list[str]) -> int:
     sys.argv = [f"{sys.argv[0]} {verb}", *_hydra_settings(rest), *rest]
     try:
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=verb)(_call)()
-    except (HydraException, OmegaConfBaseException, BadInput) as error:
-        return _refuse(" ".join(str(error).split()))
+    except (HydraException, OmegaConfBaseException, BadInput, ValueError, YAMLError) as error:
+        return _refuse(str(BadInput(" ".join(str(error).split()))))
+    except OSError as error:  # the folder of the run
+        return _refuse(str(BadInput(f"{error.filename}: {error.strerror}")))
     return 0
 
 
@@ -112,38 +119,62 @@ def _call(config: DictConfig) -> Any:
     """
     import hydra
     from hydra.errors import InstantiationException
-    from omegaconf import OmegaConf
+    from omegaconf.errors import OmegaConfBaseException
 
     from pipeline.errors import BadInput
 
     started = time.monotonic()
-    function = hydra.utils.get_method(config["_target_"])
-    if missing := sorted(OmegaConf.missing_keys(config)):
-        _leave(BadInput(f"{missing[0]} must be given: {missing[0]}=..."))
-    given = inspect.signature(function).parameters
-    if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
-        _leave(BadInput(f"unknown key {unknown[0]!r}, must be one of {', '.join(given)}"))
-    for name, parameter in given.items():
-        if parameter.annotation == "Path" and config[name] is None:
-            _leave(BadInput(f"{name} must be given: {name}=..."))
-    kinds = {name: str(p.annotation) for name, p in given.items()}
     try:
-        OmegaConf.resolve(config)
-        paths = {
-            name: Path(str(config[name]))
-            for name, kind in kinds.items()
-            if kind.split(" | ")[0] == "Path" and config[name] is not None
-        }
-        result = hydra.utils.call(config, **paths)
+        result = hydra.utils.call(config, **_paths(config))
+    except (BadInput, OmegaConfBaseException) as error:
+        _leave(BadInput(" ".join(str(error).split())))
     except InstantiationException as error:
         # Hydra wraps what the stage raised
         cause: BaseException = error
         while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
             cause = cause.__cause__
-        bad = isinstance(cause, BadInput | InstantiationException)
+        if isinstance(cause, OSError) and cause.errno in FULL:
+            cause = BadInput(f"{cause.filename or 'disk'}: cannot be written: {cause.strerror}")
+        bad = isinstance(cause, BadInput | InstantiationException) or _is_call(cause)
         _leave(BadInput(" ".join(str(cause).split())) if bad else cause)
     _note(config, time.monotonic() - started)
     return result
+
+
+def _paths(config: DictConfig) -> dict[str, Path]:
+    """Check the keys of the stage that `config` names; those that are paths as such."""
+    import hydra
+    from omegaconf import OmegaConf
+
+    from pipeline.errors import BadInput
+    from pipeline.files import check_writable
+    from pipeline.overrides import check_overrides
+
+    if missing := sorted(OmegaConf.missing_keys(config)):
+        raise BadInput(f"{missing[0]} must be given: {missing[0]}=...")
+    given = inspect.signature(hydra.utils.get_method(config["_target_"])).parameters
+    if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
+        raise BadInput(f"unknown key {unknown[0]!r}, must be one of {', '.join(given)}")
+    kinds = {name: str(p.annotation) for name, p in given.items()}
+    for name, kind in kinds.items():
+        if kind == "Path" and config.get(name) is None:
+            raise BadInput(f"{name} must be given: {name}=...")
+    OmegaConf.resolve(config)
+    check_overrides(config, CONF, kinds)
+    paths = {name for name, kind in kinds.items() if kind.split(" | ")[0] == "Path"}
+    found = {name: Path(str(config[name])) for name in paths if config.get(name) is not None}
+    if "out" in found:
+        check_writable(found["out"])
+    return found
+
+
+def _is_call(error: BaseException) -> bool:
+    """Whether a call failed as such, because the configuration has other keys than the function."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    inside = trace.tb_frame.f_globals["__name__"] if trace is not None else ""
+    return isinstance(error, TypeError) and str(inside).startswith("hydra.")
 
 
 def _note(config: DictConfig, seconds: float) -> None:

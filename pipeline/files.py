@@ -6,6 +6,7 @@ import errno
 import json
 import math
 import os
+import re
 import shutil
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
@@ -16,6 +17,7 @@ from typing import Any
 
 from pipeline.errors import BadInput
 
+_ON_ITS_WAY = re.compile(r"\.([^/]+)\.\d+\.[0-9a-f]{8}\.tmp")
 #: What Hydra writes about a run of a sweep into the run's folder.
 RECORD = ".hydra"
 
@@ -100,6 +102,22 @@ def _temporary(path: Path) -> Path:
     return hidden(path, f"{os.getpid()}.{token_hex(4)}")
 
 
+def check_writable(path: Path) -> None:
+    """Refuse, before any work is done, what cannot be written in the end.
+
+    Raises:
+        BadInput: when `path` would lie below a file, or where nobody may write.
+    """
+    try:
+        there = next(p for p in (path, *path.absolute().parents) if p.exists())
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
+    if there != path and not there.is_dir():
+        raise BadInput(f"{there}: is a file, so that the folder {path} cannot be written")
+    if not os.access(there, os.W_OK):
+        raise BadInput(f"{there}: cannot be written: no permission")
+
+
 def check_replaceable(path: Path, ours: Collection[str]) -> None:
     """Refuse to replace a folder in which something else lies: naming the wrong one loses nobody's logs.
 
@@ -109,17 +127,15 @@ def check_replaceable(path: Path, ours: Collection[str]) -> None:
     Raises:
         BadInput: when `path` holds anything else, or cannot be a folder.
     """
+    if path.name in ("", "..") or path.is_symlink():
+        raise BadInput(f"{path}: is replaced as a whole: give a folder its own name, and no link")
+    check_writable(path)
+    if path.is_file():
+        raise BadInput(f"{path}: is a file, so that the folder {path} cannot be written")
     try:
-        if path.name in ("", "..") or path.is_symlink():
-            raise BadInput(f"{path}: is replaced as a whole: give a folder its own name, and no link")
-        there = next(p for p in (path, *path.absolute().parents) if p.exists())
         names = sorted(p.name for p in path.iterdir()) if path.is_dir() else []
     except OSError as error:
         raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
-    if not there.is_dir():
-        raise BadInput(f"{there}: is a file, so that the folder {path} cannot be written")
-    if not os.access(there, os.W_OK):
-        raise BadInput(f"{there}: cannot be written: no permission")
     for name in names:
         if not any(fnmatchcase(name, pattern) for pattern in (*ours, RECORD)):
             raise BadInput(f"{path}: is replaced as a whole, but holds {name!r}: choose another folder")
@@ -131,7 +147,9 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
     own = (str(temporary), *map(str, path.parents), str(path))
     if error.filename and not str(error.filename).startswith(own[0]) and str(error.filename) not in own:
         return f"{error.filename}: {reason}"
-    return f"{path}: cannot be written: {reason}"
+    # a folder that is itself on its way has another name for a user
+    shown = _ON_ITS_WAY.sub(r"\1", str(path))
+    return f"{shown}: cannot be written: {reason}"
 
 
 def write_json(path: Path, content: Any) -> None:

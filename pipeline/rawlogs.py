@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
+import zlib
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -25,6 +26,7 @@ PERIOD = 0.0005  # s, the bench logs at 2 kHz
 TOLERANCE = 0.01  # relative, on the median period
 LONGEST_GAP = 5.0  # sampling periods
 SHORTEST_LOG = 50  # samples
+LARGEST = 200_000_000  # bytes of a file in the archive, once unpacked
 
 
 class Archive:
@@ -50,9 +52,11 @@ class Archive:
         """The content of the member called `name`, wherever it lies in the archive."""
         if name not in self._members:
             raise BadInput(f"{self.path}: holds no {name}")
+        if (size := self._zip.getinfo(self._members[name]).file_size) > LARGEST:
+            raise BadInput(f"{self.path}:{name}: is too large: {size} bytes, at most {LARGEST}")
         try:
             return self._zip.read(self._members[name])
-        except (zipfile.BadZipFile, OSError, EOFError) as error:
+        except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, ValueError) as error:
             raise BadInput(f"{self.path}:{name}: damaged ({error})") from None
 
     def parameters(self) -> pd.DataFrame:

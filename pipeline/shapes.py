@@ -28,8 +28,17 @@ def read_shaped(path: Path, shape: Shape) -> Any:
         BadInput: when the file is missing or no JSON, or one line that names the place that is wrong.
     """
     content = read_json(path)
-    _check(path, "", content, shape)
+    check_shape(path, content, shape)
     return content
+
+
+def check_shape(path: Path, content: Any, shape: Shape) -> None:
+    """Refuse `content` of the file `path` if it has not `shape`.
+
+    Raises:
+        BadInput: one line that names the place that is wrong.
+    """
+    _check(path, "", content, shape)
 
 
 def _check(path: Path, place: str, content: Any, shape: Shape) -> None:

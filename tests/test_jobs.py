@@ -72,6 +72,17 @@ def test_other_work_starts_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert interrupted(out, ABOUT | {"seed": 2}) == []
 
 
+def test_a_second_run_at_once_is_refused_and_the_first_goes_on(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with growing_folder(out, ABOUT) as folder:
+        write_json(folder / "a.json", 0)
+        with pytest.raises(BadInput, match="out: another run is at work on it"), growing_folder(out, ABOUT):
+            pass
+        write_json(folder / "b.json", 0)
+    assert sorted(path.name for path in out.iterdir()) == ["a.json", "b.json"]
+    assert list(tmp_path.iterdir()) == [out]
+
+
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(BadInput, match="cannot be written"), growing_folder(tmp_path / "file" / "out", ABOUT):

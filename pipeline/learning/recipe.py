@@ -116,5 +116,5 @@ def _like(state: dict[str, Any], dynamics: Callable[..., Dynamics], dataset: Dat
             scale = 1.0 / state["network.scale"][:, 0]
             return dynamics(bench=dataset.bench, scale=scale, generator=torch.Generator())
         return dynamics(bench=dataset.bench, batch=len(next(iter(state.values()))))
-    except TypeError:
+    except (TypeError, ValueError, AttributeError, LookupError, RuntimeError, StopIteration):
         return None

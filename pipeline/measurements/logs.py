@@ -17,6 +17,7 @@ from pipeline.measurements.constants import logged, with_constants
 from pipeline.measurements.inputs import acting
 from pipeline.measurements.states import estimate
 from pipeline.physics.system.model import System
+from pipeline.shapes import check_shape
 from pipeline.trajectory import Campaign
 
 Array = NDArray[np.float64]
@@ -25,6 +26,7 @@ Names = tuple[str, ...]
 OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
 GROUPS = ("outputs", "inputs", "states", "constants")
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
+SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
 
 @dataclass(frozen=True)
@@ -125,13 +127,8 @@ class Logs:
             BadInput: when it is damaged, was written for a system with other inputs, outputs or constants, or
                 lacks a constant.
         """
-        store = Campaign.read(folder)
-        provenance = dict(store.provenance) if isinstance(store.provenance, dict) else {}
-        header, groups = provenance.pop(HEADER, {}), names(system)
-        if not (isinstance(header, dict) and {"period", "notes"} <= header.keys()):
-            raise BadInput(f"{folder}: provenance.json: is not that of a store of logs")
-        if not _written_for(system, header):
-            raise BadInput(f"{folder}: provenance.json: was not written for the system {system.name}")
+        store, header, provenance = _stored(folder, system)
+        groups = names(system)
         table = store.experiments.drop(columns=list(OWN))
         table = table.rename(columns={f"columns.{name}": name for name in OWN})
         rows = [f"{folder}: experiments.parquet: row {i + 1}: column id" for i in range(len(table))]
@@ -144,9 +141,11 @@ class Logs:
             for kind, group in zip("yu", groups[:2], strict=True)
         )
         delays = tuple(item.delay for item in system.inputs)
-        before = header.get("delays") or delays
-        more = [new - old for new, old in zip(delays, before, strict=True)]
-        u = acting(system, ids, u, store.offsets, period, more)
+        more = [new - old for new, old in zip(delays, header["delays"] or delays, strict=True)]
+        try:
+            u = acting(system, ids, u, store.offsets, period, more)
+        except BadInput as error:
+            raise BadInput(f"{folder}: {error}") from None
         c = table[list(groups[3])].to_numpy(np.float64)
         found = estimate(system, ids, period, store.offsets, y, u, c)
         return cls(
@@ -167,12 +166,30 @@ class Logs:
         )
 
 
+def _stored(folder: Path, system: System) -> tuple[Campaign, dict[str, Any], dict[str, Any]]:
+    """A store of logs of `system`, what its provenance says of the logs, and the provenance of the data."""
+    store = Campaign.read(folder)
+    provenance = dict(store.provenance)
+    header = provenance.pop(HEADER, None)
+    check_shape(folder / "provenance.json", {HEADER: header}, {HEADER: SHAPE})
+    if header["period"] <= 0.0 or not _written_for(system, header):
+        raise BadInput(f"{folder}: provenance.json: was not written for the system {system.name}")
+    outputs, inputs, _, _ = names(system)
+    wanted = ["t", *(f"y.{name}" for name in outputs), *(f"u.{name}" for name in inputs)]
+    if lacking := [name for name in wanted if name not in store.signals]:
+        raise BadInput(f"{folder}: damaged store (signals.parquet has no column {lacking[0]})")
+    if "id" not in store.experiments or len(store.experiments) == 0:
+        raise BadInput(f"{folder}: damaged store (experiments.parquet has no column id, or no rows)")
+    return store, header, provenance
+
+
 def _written_for(system: System, header: Mapping[str, Any]) -> bool:
     """Whether a store has the inputs, outputs and constants of `system`, save those that its file gives."""
     outputs, inputs, _, constants = names(system)
     own = logged(system)
-    stored = [name for name in header.get("constants", []) if name in own or name not in constants]
-    return (header.get("outputs"), header.get("inputs"), stored) == (list(outputs), list(inputs), own)
+    stored = [name for name in header["constants"] if name in own or name not in constants]
+    delays = len(header["delays"]) in (0, len(inputs))
+    return delays and (header["outputs"], header["inputs"], stored) == (list(outputs), list(inputs), own)
 
 
 def names(system: System) -> tuple[Names, Names, Names, Names]:

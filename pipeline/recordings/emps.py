@@ -6,7 +6,10 @@ identification benchmarks, 2019.
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +17,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder
@@ -76,15 +78,15 @@ def read(path: Path) -> pd.DataFrame:
     Raises:
         BadInput: names the file, and the variable that is missing or is not a column of finite numbers.
     """
-    try:
-        with path.open("rb") as file:
-            content = loadmat(file, variable_names=list(COLUMNS))
-    except FileNotFoundError:
-        raise BadInput(f"{path}: no such file") from None
-    except (MatReadError, ValueError, IndexError, TypeError, NotImplementedError, OSError) as error:
-        raise BadInput(
-            f"{path}: not a MATLAB file of version 4 to 7 ({str(error).splitlines()[0]})"
-        ) from None
+    if not path.is_file():
+        raise BadInput(f"{path}: no such file")
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        try:
+            content = pool.submit(_variables, path).result()
+        except BrokenProcessPool:  # SciPy can crash on what is damaged
+            content = "it is damaged"
+    if isinstance(content, str):
+        raise BadInput(f"{path}: not a MATLAB file of version 4 to 7 ({content})")
     columns = {name: _column(path, name, content.get(name)) for name in COLUMNS}
     for name, values in columns.items():
         if len(values) != len(columns["t"]):
@@ -92,6 +94,16 @@ def read(path: Path) -> pd.DataFrame:
                 f"{path}: variable {name}: must have {len(columns['t'])} rows like t, got {len(values)}"
             )
     return pd.DataFrame(columns)
+
+
+def _variables(path: Path) -> dict[str, Any] | str:
+    """The variables of a file, or why there are none."""
+    try:
+        with path.open("rb") as file:
+            found = loadmat(file, variable_names=list(COLUMNS))
+    except Exception as error:  # there is no common base of what a damaged file can raise
+        return (str(error).splitlines() or [type(error).__name__])[0]
+    return {name: found[name] for name in COLUMNS if name in found}
 
 
 def _column(path: Path, name: str, values: Any) -> Array:

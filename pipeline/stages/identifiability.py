@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,8 @@ def identifiability(
         BadInput: when the system or the logs cannot be used, or a parameter does not exist.
     """
     model = read_system(system)
-    if isinstance(parameters, str):
+    given: object = parameters  # a configuration may hold anything
+    if given is not None and (isinstance(given, str) or not isinstance(given, Sequence)):
         raise BadInput(f"parameters: must be a list of names, [{parameters}] for instance")
     for key, value in {"limit": limit, "floor": floor}.items():
         if isinstance(value, bool) or not isinstance(value, int | float):

@@ -61,7 +61,7 @@ def _chosen(only: Sequence[str] | str | None, logs: Logs) -> list[int]:
     """Numbers of the experiments, in their order."""
     if only is None:
         return list(range(len(logs)))
-    ids = [str(name) for name in ([only] if isinstance(only, str | int) else only)]
+    ids = [str(name) for name in ([only] if isinstance(only, str | int | float) else only)]
     for name in ids:
         if name not in logs.ids:
             raise BadInput(f"only: there is no experiment {name!r}")

@@ -19,6 +19,9 @@ from pipeline.parquet import write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
+#: No network of a few hundred runs is wider.
+WIDEST = 100_000
+
 
 def tune(
     features: Path,
@@ -48,8 +51,9 @@ def tune(
     Raises:
         BadInput: when `hidden` is not a whole number from 1 up, or several.
     """
-    widths = [hidden] if isinstance(hidden, int | str) else list(hidden)
-    if not widths or not all(isinstance(width, int) and width > 0 for width in widths):
+    given: object = hidden  # a configuration may hold anything
+    widths = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
+    if not widths or not all(type(width) is int and 0 < width <= WIDEST for width in widths):
         raise BadInput(f"hidden: must be whole numbers from 1 up, got {hidden}")
     campaign = Campaign.read(features, ["t", "theta", "omega"])
     dataset = Dataset.of(campaign, mechanism)

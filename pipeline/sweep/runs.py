@@ -85,7 +85,7 @@ def _keys(path: Path) -> dict[str, Value]:
 def _overrides(path: Path) -> dict[str, Value]:
     try:
         lines = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
         raise BadInput(f"{path}: cannot be read: {' '.join(str(error).split())}") from None
     if not (isinstance(lines, list) and all(isinstance(line, str) for line in lines)):
         raise BadInput(f"{path}: must be a list of key=value")
@@ -93,7 +93,7 @@ def _overrides(path: Path) -> dict[str, Value]:
     for number, line in enumerate(lines, start=1):
         try:
             override = OverridesParser.create().parse_override(line)
-        except HydraException:
+        except (HydraException, LookupError, ValueError):
             raise BadInput(f"{path}: item {number}: {line!r} is not key=value") from None
         value = override.value()
         if not (value is None or isinstance(value, str | int | float)):

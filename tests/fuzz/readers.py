@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import zipfile
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -103,7 +104,11 @@ def _checked(case: Case) -> Case:
 
 def archive_cases(folder: Path) -> dict[str, Case]:
     """Readers of raw data: the archive of the cam-follower, recordings of EMPS."""
-    archive = write_archive(folder / "campaign.zip", {1: log_text(60), 2: log_text(60, rate=9.0)})
+    plain = write_archive(folder / "plain.zip", {1: log_text(60), 2: log_text(60, rate=9.0)})
+    archive = folder / "campaign.zip"
+    with zipfile.ZipFile(plain) as source, zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name in source.namelist():
+            packed.writestr(name, source.read(name))
     t = np.arange(80)[:, None] * 0.001
     recording = io.BytesIO()
     savemat(recording, {"t": t, "vir": np.sin(t), "qm": np.cos(t)})
@@ -112,9 +117,12 @@ def archive_cases(folder: Path) -> dict[str, Case]:
         found = Archive(f / "campaign.zip")
         return [found.log(int(exp)) for exp in found.parameters()["exp"]]
 
+    # a process of its own reads a recording, within a second
     return {
         "archive": Case({"campaign.zip": archive.read_bytes()}, ("campaign.zip",), campaign),
-        "recording": Case({"e.mat": recording.getvalue()}, ("e.mat",), lambda f: emps.read(f / "e.mat")),
+        "recording": Case(
+            {"e.mat": recording.getvalue()}, ("e.mat",), lambda f: emps.read(f / "e.mat"), share=0.02
+        ),
     }
 
 

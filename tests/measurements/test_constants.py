@@ -96,7 +96,10 @@ def damaged(store: Path) -> None:
             lambda store: (store / "provenance.json").write_text("[]"),
             "provenance.json: must be an object, got a list",
         ),
-        (lambda store: (store / "provenance.json").write_text('{"logs": 1}'), "is not that of a store"),
+        (
+            lambda store: (store / "provenance.json").write_text('{"logs": 1}'),
+            "logs: must be an object, got 1",
+        ),
         (lambda store: (store / "provenance.json").unlink(), "provenance.json: no such file"),
         (damaged, "damaged store .experiments.parquet has no column samples"),
     ],

@@ -101,7 +101,11 @@ def test_tables(folder: Path) -> None:
     ("name", "content", "complaint"),
     [
         ("diagnoses/emps/coulomb_withheld/diagnosis.json", "{", "not a JSON file"),
-        ("diagnoses/emps/coulomb_withheld/diagnosis.json", {"schema": "x"}, "schema: must be one of diagnosis/1, got 'x'"),
+        (
+            "diagnoses/emps/coulomb_withheld/diagnosis.json",
+            {"schema": "x"},
+            "schema: must be one of diagnosis/1, got 'x'",
+        ),
         ("raw/emps/provenance.json", None, "provenance.json: no such file"),
     ],
 )

@@ -130,7 +130,8 @@ def main() -> int:
         differing = differences(compared, metrics(killed.folder))
     print("\n".join(differing))
     print(
-        f"{given.kills} kills: {len(flaws)} results not whole, {len(differing)} of {len(compared)} metrics differ"
+        f"{given.kills} kills: {len(flaws)} results not whole, "
+        f"{len(differing)} of {len(compared)} metrics differ"
     )
     return 1 if flaws or differing or not compared else 0
 

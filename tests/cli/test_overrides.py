@@ -1,0 +1,94 @@
+"""A value on the command line is of the kind that its config file has."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from pipeline.__main__ import main
+from pipeline.errors import BadInput
+from pipeline.overrides import check_kinds
+
+WRITTEN: dict[str, Any] = {
+    "seed": 0,
+    "steps": 300,
+    "rate": 0.01,
+    "offset": -0.5,
+    "spring": True,
+    "kind": "single",
+    "start": None,
+    "runs": "???",
+    "widths": [4, 8],
+    "shares": [0.1, 0.5],
+    "features": ["omega"],
+    "identify": [],
+    "fit": {"batch": 20},
+}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"seed": 7, "steps": 1, "rate": 0, "offset": 3, "spring": False, "kind": 5},
+        {"rate": 1, "start": [1], "runs": "anything", "widths": [1], "shares": [1, 0.01, 0.0]},
+        {"features": [], "identify": ["m3", "J1"], "fit": {"batch": 1, "more": "of it"}},
+    ],
+)
+def test_what_is_of_the_same_kind_is_taken(changes: dict[str, Any]) -> None:
+    check_kinds(WRITTEN | changes, WRITTEN)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"seed": -1}, "seed: must be a whole number from 0 up, got '-1'"),
+        ({"seed": 1.5}, "seed: must be a whole number, got '1.5'"),
+        ({"seed": True}, "seed: must be a whole number, got 'True'"),
+        ({"seed": None}, "seed: must be a whole number, got 'None'"),
+        ({"seed": 10**30}, "seed: must be a whole number, finite and not that large"),
+        ({"steps": 0}, "steps: must be a whole number from 1 up, got '0'"),
+        ({"rate": float("nan")}, "rate: must be a number, finite"),
+        ({"rate": float("inf")}, "rate: must be a number, finite"),
+        ({"rate": -0.1}, "rate: must be a number from 0 up"),
+        ({"rate": "fast"}, "rate: must be a number, got 'fast'"),
+        ({"spring": 1}, "spring: must be true or false"),
+        ({"kind": ["single"]}, "kind: must be a text"),
+        ({"widths": 4}, r"widths: must be a list, \[...\], got '4'"),
+        ({"widths": []}, "widths: must not be empty"),
+        ({"widths": [4, 0]}, r"widths\[1\]: must be a whole number from 1 up, got '0'"),
+        ({"shares": [0.5, "half"]}, r"shares\[1\]: must be a number, got 'half'"),
+        ({"features": [["omega"]]}, r"features\[0\]: must be a text"),
+        ({"fit": 3}, "fit: must be a mapping, got '3'"),
+        ({"fit": {"batch": -2}}, "fit.batch: must be a whole number from 1 up"),
+    ],
+)
+def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
+    with pytest.raises(BadInput, match=words):
+        check_kinds(WRITTEN | changes, WRITTEN)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("seed=abc", "seed: must be a whole number, got 'abc'"),
+        ("profile.repeats=0", "profile.repeats: must be a whole number from 1 up"),
+        ("~seed", "missing 1 required positional argument: 'seed'"),
+        ("+model.foo=1", "unexpected keyword argument 'foo'"),
+        ("profile=null", "Config group override must be a string"),
+        ("hydra.run.dir=/proc/x", "/proc/x: No such file or directory"),
+        ("out=/dev/null/x", "/dev/null: is a file"),
+        ("seed=${nothing}", "nothing"),
+    ],
+)
+def test_the_command_line_says_so_in_one_line(
+    change: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        code: object = main(["train", "features=nowhere", change])
+    except SystemExit as left:
+        code = left.code
+    said = capsys.readouterr().err
+    assert code == 2 and said.startswith("error: ") and said.count("\n") == 1, said
+    assert words in said

@@ -1,0 +1,112 @@
+"""Odd values of every key on the command line: done, or refused in one line; never a fault."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from pipeline.__main__ import CONF, main
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.trajectory import Campaign
+from tests.fuzz.inputs import draws
+
+VALUES = [
+    *("abc", "''", "nan", "inf", "-inf", "-1", "-0.5", "0", "0.0", "1e999", "1000000000000", "1e-300", "1.5"),
+    *("null", "true", "[]", "{}", "[1,2]", "[abc]", "[nan]", "[[]]", "{a: 1}", "[null]", "0x10", "1_0", "1"),
+    *("'${x}'", "${oc.env:NOPE}", "${eval:1}", "${seed}", "a,b", "'a b'", "../x", "/dev/null", "'a\0b'", "é"),
+    *("__import__('os')", "'!!python/name:os.system'", "'*a'", "[" * 50, "x" * 5000, "9**9**9**9"),
+]
+#: Runs that take a fraction of a second, on the files of `folder`.
+RUNS = {
+    "simulate": ["system=system.yaml", "logs=logs"],
+    "identifiability": ["system=system.yaml", "logs=logs"],
+    "ingest": ["system=system.yaml", "raw=logs"],
+    "acquire": ["source=pendulum", "source.runs=1", "source.duration=0.3"],
+    "train": ["features=features", "model=lls", "split=interpolation"],
+    "tune": ["features=features", "model=f_h2", "hidden=4", "model.fit.steps=1", "profile.repeats=1"],
+    "compare": ["runs=sweep"],
+}
+
+
+def keys(verb: str) -> list[str]:
+    """Dotted names of all values that a run of `verb` reads."""
+    choices = [change for change in RUNS[verb] if (CONF / change.split("=")[0]).is_dir()]
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose(verb, choices)
+    return [name for name in _leaves(OmegaConf.to_container(config), "") if not name.endswith("_")]
+
+
+def _leaves(node: Any, place: str) -> Iterator[str]:
+    if isinstance(node, dict) and node:
+        for name, inner in node.items():
+            yield from _leaves(inner, f"{place}.{name}" if place else str(name))
+    else:
+        yield place
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, small_campaign: Campaign) -> Path:
+    found = tmp_path_factory.mktemp("runs")
+    shutil.copy(CONF.parent / "systems" / "pendulum.yaml", found / "system.yaml")
+    PendulumCampaign(runs=2, duration=0.8).write(found / "logs", 0)
+    small_campaign.write(found / "features")
+    for number in (0, 1):
+        run = found / "sweep" / str(number)
+        (run / ".hydra").mkdir(parents=True)
+        (run / ".hydra" / "overrides.yaml").write_text(f"[seed={number}]")
+        (run / "fit.json").write_text(f'{{"loss": {number}}}')
+    return found
+
+
+@pytest.mark.parametrize("verb", RUNS)
+def test_odd_values_are_used_or_refused(
+    verb: str, folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    known = keys(verb)
+    for draw in draws(0.2):
+        with draw:
+            changes = {name: draw.choice(VALUES) for name in draw.sample(known, draw.randint(1, 2))}
+            kept = [change for change in RUNS[verb] if change.split("=")[0] not in changes]
+            arguments = [
+                verb,
+                *kept,
+                *(f"{name}={value}" for name, value in changes.items() if name != "out"),
+            ]
+            code, said = _code([*arguments, "out=out"]), capfd.readouterr().err.splitlines()
+            assert code in (0, 2), (changes, said)
+            if code == 2:
+                (line,) = (line for line in said if line.startswith("error: "))
+                assert line.isprintable() and "Traceback" not in "".join(said), changes
+
+
+def _code(arguments: list[str]) -> object:
+    try:
+        return main(arguments)
+    except SystemExit as left:
+        return left.code
+
+
+CODE = [
+    "+x={_target_: os.system, command: touch hacked}",
+    "model.dynamics._target_=os.system",
+    "features=${python:open('hacked','w')}",
+    "seed='!!python/object/apply:os.system [touch hacked]'",
+    "seed=__import__('os').system('touch hacked')",
+]
+
+
+@pytest.mark.parametrize("change", CODE)
+def test_no_value_is_executed(
+    change: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(folder)
+    assert _code(["train", "features=features", "out=out", change]) == 2
+    assert len(capfd.readouterr().err.splitlines()) == 1
+    assert not (folder / "hacked").exists()

@@ -1,0 +1,169 @@
+"""Writing survives a full disk, a folder that cannot be written, two runs at once and kills at any moment."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import torch
+
+from pipeline.errors import BadInput
+from pipeline.files import RECORD, put_folder, read_json, replacing, replacing_folder, write_json
+from pipeline.learning.recipe import write_checkpoint
+from pipeline.parquet import write_parquet
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.stages.acquire import acquire
+
+ROOT = Path(__file__).parents[1]
+
+
+def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """A program that can write 20 kB to a file and no more, as if the disk were full then."""
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))\n"
+    command = [sys.executable, "-c", limit + code, *arguments]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+
+
+def test_a_verb_on_a_full_disk_says_so_and_leaves_the_old_result(tmp_path: Path) -> None:
+    out = tmp_path / "logs"
+    acquire(PendulumCampaign(runs=1), 0, out)
+    before = {p.name: p.read_bytes() for p in out.iterdir()}
+    main = "import sys; from pipeline.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    result = run(main, "acquire", "source=pendulum", "seed=1", f"out={out}")
+    assert result.returncode == 2
+    assert result.stderr.startswith(f"error: {out}") and result.stderr.endswith("File too large\n")
+    assert result.stderr.count("\n") == 1
+    assert {p.name: p.read_bytes() for p in out.iterdir()} == before
+    assert list(tmp_path.iterdir()) == [out]
+
+
+ROWS = pd.DataFrame({"x": torch.randn(5000, dtype=torch.float64).numpy()})
+WRITERS: dict[str, Callable[[Path], None]] = {
+    "json": lambda path: write_json(path, list(range(20_000))),
+    "checkpoint": lambda path: write_checkpoint(path, {"state": torch.zeros(5000)}),
+}
+
+
+@pytest.mark.parametrize("name", [*WRITERS, "parquet", "csv"])
+def test_every_kind_of_file_on_a_full_disk(name: str, tmp_path: Path) -> None:
+    """The limit is lifted again, for it holds for the whole process."""
+    import resource
+
+    def table(path: Path) -> None:
+        with replacing(path) as temporary:
+            ROWS.to_csv(temporary) if name == "csv" else write_parquet(ROWS, temporary)
+
+    path = tmp_path / "result"
+    path.write_text("old")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, hard))
+    try:
+        with pytest.raises(BadInput, match=r"result: cannot be written: .*(File too large|errno 27)"):
+            WRITERS.get(name, table)(path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("writer", [replacing, replacing_folder])
+@pytest.mark.parametrize(
+    "where", ["file/out", "file/deep/out", "/proc/out", "x" * 300, "a\0b", ".", "/", ".."]
+)
+def test_where_nothing_can_be_written(
+    writer: Callable[[Path], object], where: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("mine")
+    with pytest.raises(BadInput) as refused, writer(Path(where)) as temporary:  # type: ignore[attr-defined]
+        temporary.write_text("")
+    assert str(refused.value).isprintable()
+    assert [(p.name, p.read_text()) for p in tmp_path.iterdir()] == [("file", "mine")]
+
+
+def test_a_file_or_a_link_is_not_taken_for_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link").symlink_to("real")
+    for name in ("file", "link"):
+        with (
+            pytest.raises(BadInput, match=f"{name}: cannot be written: is not"),
+            replacing_folder(tmp_path / name),
+        ):
+            pass
+    assert (tmp_path / "file").read_text() == "mine" and (tmp_path / "link").is_symlink()
+    assert {p.name for p in tmp_path.iterdir()} == {"file", "link", "real"}
+
+
+def test_a_folder_that_cannot_take_its_place_leaves_the_old_one(tmp_path: Path) -> None:
+    for name in ("new", "out"):
+        write_json(tmp_path / name / "who.json", name)
+    (tmp_path / "out" / RECORD).mkdir()
+    with pytest.raises(OSError):
+        put_folder(tmp_path / "absent", tmp_path / "out")
+    assert read_json(tmp_path / "out" / "who.json") == "out"
+    put_folder(tmp_path / "new", tmp_path / "out")
+    assert read_json(tmp_path / "out" / "who.json") == "new" and (tmp_path / "out" / RECORD).is_dir()
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+#: Writes a folder of twenty equal files and one file, again and again, with another number every time.
+FOREVER = """
+import sys
+from itertools import count
+from pathlib import Path
+from pipeline.files import replacing_folder, write_json
+out, start = Path(sys.argv[1]), int(sys.argv[2])
+for n in count(start, 2):
+    write_json(out.with_name("file.json"), [n] * 1000)
+    with replacing_folder(out) as folder:
+        for k in range(20):
+            (folder / str(k)).write_text(str(n))
+"""
+
+
+def written(folder: Path) -> tuple[set[str], set[int]]:
+    """What the files of the folder hold, and the file beside it."""
+    texts = {p.read_text() for p in (folder / "out").iterdir()} if (folder / "out").exists() else set()
+    assert len(texts) <= 1 and len(list((folder / "out").glob("*"))) in (0, 20)
+    file = folder / "file.json"
+    return texts, set(read_json(file)) if file.exists() else set()
+
+
+def test_a_kill_at_any_moment_leaves_all_or_nothing(tmp_path: Path) -> None:
+    """A hundred folders a second, and a kill that nobody can foresee."""
+    for kill in range(12):
+        command = [sys.executable, "-c", FOREVER, str(tmp_path / "out"), str(kill)]
+        process = subprocess.Popen(command, cwd=ROOT)
+        time.sleep(0.15 + 0.013 * kill)
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        _, numbers = written(tmp_path)
+        assert len(numbers) <= 1
+    with replacing_folder(tmp_path / "out") as folder:
+        for k in range(20):
+            (folder / str(k)).write_text("last")
+    assert written(tmp_path)[0] == {"last"}
+
+
+def test_two_runs_at_once_never_mix(tmp_path: Path) -> None:
+    """One may be refused in the moment in which the other takes the place, in one line."""
+    once = FOREVER.replace("for n in count(start, 2):", "for n in range(start, start + 80, 2):")
+    command = [sys.executable, "-c", once, str(tmp_path / "out")]
+    runs = [
+        subprocess.Popen([*command, str(start)], cwd=ROOT, stderr=subprocess.PIPE, text=True)
+        for start in (0, 1)
+    ]
+    for process in runs:
+        _, said = process.communicate()
+        assert process.returncode == 0 or said.splitlines()[-1].startswith("pipeline.errors.BadInput: "), said
+    texts, numbers = written(tmp_path)
+    assert len(texts) == 1 and len(numbers) == 1
+    assert {p.name for p in tmp_path.iterdir()} == {"out", "file.json"}

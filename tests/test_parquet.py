@@ -1,0 +1,51 @@
+"""Tables that tell when they are damaged."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from pipeline.errors import BadInput
+from pipeline.parquet import read_arrow, read_parquet, write_parquet
+
+TABLE = pd.DataFrame(
+    {"id": ["a", "b"] * 500, "x": np.random.default_rng(0).normal(size=1000)}, index=range(1000)
+)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    write_parquet(TABLE, tmp_path / "table.parquet")
+    return tmp_path / "table.parquet"
+
+
+def test_what_is_written_is_read_back(path: Path) -> None:
+    pd.testing.assert_frame_equal(read_parquet(path), TABLE.reset_index(drop=True))
+    assert read_arrow(path, ["x"]).column_names == ["x"]
+
+
+def test_every_bit_of_the_numbers_is_guarded(path: Path) -> None:
+    content = path.read_bytes()
+    column = pq.ParquetFile(path).metadata.row_group(0).column(1)
+    first = column.dictionary_page_offset or column.data_page_offset
+    for at in range(first + 60, first + column.total_compressed_size, 97):
+        path.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+        with pytest.raises(BadInput, match=r"table\.parquet: not a Parquet file, or damaged"):
+            read_parquet(path)
+
+
+def test_what_is_no_table_is_named(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(BadInput, match=r"table\.parquet: has no column y"):
+        read_parquet(path, ["x", "y"])
+    monkeypatch.setattr("pipeline.parquet.LARGEST", 1999)
+    with pytest.raises(BadInput, match=r"table\.parquet: is too large: 1000 rows, 2 columns"):
+        read_parquet(path)
+    path.write_bytes(b"")
+    with pytest.raises(BadInput, match=r"table\.parquet: not a Parquet file"):
+        read_parquet(path)
+    with pytest.raises(BadInput, match=r"none\.parquet: no such file"):
+        read_parquet(path.with_name("none.parquet"))

@@ -1,0 +1,59 @@
+"""The content of a JSON file is as it must be, or the place is named where it is not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pipeline.errors import BadInput
+from pipeline.shapes import read_shaped
+
+SHAPE = {
+    "verdict": frozenset({"yes", "no"}),
+    "effects": [{"port": str, "shrink": (float, None)}],
+    "limits": {"*": ([float], None)},
+    "seen": bool,
+}
+GOOD: dict[str, Any] = {
+    "verdict": "yes",
+    "effects": [{"port": "rail", "shrink": None}, {"port": "u", "shrink": 1}],
+    "limits": {"b": [0.5, 2], "c": None},
+    "seen": True,
+    "more": [{}],
+}
+
+
+def test_what_is_right_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(json.dumps(GOOD))
+    assert read_shaped(tmp_path / "a.json", SHAPE) == GOOD
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ([], "must be an object, got a list"),
+        ({**GOOD, "verdict": "maybe"}, "verdict: must be one of no, yes, got 'maybe'"),
+        ({**GOOD, "verdict": ["yes"]}, "verdict: must be one of no, yes, got a list"),
+        ({k: v for k, v in GOOD.items() if k != "seen"}, "seen is missing"),
+        ({**GOOD, "seen": 1}, "seen: must be true or false, got 1"),
+        ({**GOOD, "effects": {}}, "effects: must be a list, got an object"),
+        (
+            {**GOOD, "effects": [{"port": "a", "shrink": 1}, {"port": "b"}]},
+            r"effects\[1\]: shrink is missing",
+        ),
+        ({**GOOD, "effects": [{"port": 3, "shrink": 1}]}, r"effects\[0\]\.port: must be a text, got 3"),
+        (
+            {**GOOD, "effects": [{"port": "a", "shrink": True}]},
+            r"effects\[0\]\.shrink: must be a number or null",
+        ),
+        ({**GOOD, "limits": {"b": [1, "2"]}}, r"limits\.b\[1\]: must be a number, got '2'"),
+        ({**GOOD, "limits": {"b": 1}}, r"limits\.b: must be a list or null, got 1"),
+    ],
+)
+def test_what_is_wrong_is_named(content: Any, words: str, tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text(json.dumps(content))
+    with pytest.raises(BadInput, match=rf"a\.json: {words}"):
+        read_shaped(tmp_path / "a.json", SHAPE)
