@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PROFILE ?= full
 
-.PHONY: help report measured test check bench docs clean
+.PHONY: help report measured test check bench fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -48,6 +48,12 @@ check: $(VENV)/ready  ## style, types, layering
 
 bench: $(VENV)/ready  ## speed against peers, as ratios in one run
 	$(BIN)/python -m benchmarks
+
+fuzz: $(VENV)/ready    ## thousands of damaged and hostile inputs, others every time (minutes)
+	FUZZ=400 FUZZ_SEED=$$(date +%s) $(BIN)/python -m pytest tests/fuzz $(ARGS)
+
+survive: $(VENV)/ready  ## kill the whole graph thirty times at random, see that nothing is lost (most of an hour)
+	$(BIN)/python -m tests.survival $(ARGS)
 
 docs: $(VENV)/ready    ## write docs/reference from the code
 	$(BIN)/python -m docs.reference.generate
