@@ -195,7 +195,7 @@ def gone(theta: Array) -> Array:
         (["uncertainty.moments=1"], "moments"),
         (["uncertainty.order=4"], "the quadrature order must exceed the degree 4"),
         (["uncertainty.nodes=[2,9]"], "nodes: at least 3"),
-        (["uncertainty.deviations=[-1,0.2]"], "deviations: must be positive"),
+        (["uncertainty.deviations=[0.3,0.2]"], "deviations: must be positive"),
         (["observations=nowhere.csv"], "nowhere.csv: no such file"),
         (["system=systems/clutch.yaml"], "give system=... and logs=..., or response"),
         (["observations=empty.csv"], "no observations below it"),
