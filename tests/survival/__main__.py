@@ -34,7 +34,9 @@ class Project:
         # compiled kernels are killed half-written, too
         own = {"HYBRID_DYNAMICS_CACHE": f"{folder}/kernels", "DVC_SITE_CACHE_DIR": f"{folder}/site"}
         path = f"{venv / 'bin'}{os.pathsep}{os.environ['PATH']}"
-        outside = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+        outside = {
+            name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))
+        }
         self.environment = {**outside, **own, "PATH": path, "OMP_NUM_THREADS": "1"}
         self.command = ["make", f"--old-file={venv}/ready", f"VENV={venv}", "repro"]
         if target:
