@@ -16,7 +16,7 @@ ROOT = Path(__file__).parent.parent
 RUNS, ROUNDS = 4, 3
 SWEEP = [
     *("train", "-m", f"system={ROOT}/systems/pendulum.yaml", "logs=logs", "model=hybrid"),
-    *("split=leave_one_out", "model.windows.epochs=20"),
+    *("split=leave_one_out", "model.windows.epochs=20", "+model.windows.workers=1"),
 ]
 
 

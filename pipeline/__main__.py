@@ -26,6 +26,9 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 #: Options of Hydra that no value follows, unlike that of --cfg job.
 FLAGS = {"-m", "--multirun", "--resolve"}
 
+#: Of ours: how much is shown (`pipeline.progress`).
+SHOWN = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
+
 HELP = """usage: python -m pipeline <verb> [key=value ...]
 
 verbs:
@@ -36,6 +39,8 @@ verbs:
   python -m pipeline <verb> -m key=a,b one run for every combination, under outputs/; with EXP_LAUNCHER=joblib
                                        side by side, with EXP_LAUNCHER=slurm on a cluster
   python -m pipeline compare <folder>  the runs of a sweep as one table and figure
+  python -m pipeline <verb> -q         results without progress; -v: the configuration, progress every second,
+                                       the time. EXP_PROGRESS=quiet or verbose: the same of a whole graph
 
 exit codes: 0 done; 2 bad input (one line on standard error, nothing written); 1 a fault of the program"""
 
@@ -57,6 +62,10 @@ def main(arguments: list[str]) -> int:
     verb, rest = arguments[0], arguments[1:]
     if verb not in known:
         return _refuse(f"unknown verb {verb!r}, must be one of {', '.join(known)}")
+    for word in rest:
+        if word in SHOWN:
+            os.environ["EXP_PROGRESS"] = SHOWN[word]
+    rest = [word for word in rest if word not in SHOWN]
     if "-h" in rest or "--help" in rest:
         print(_about(verb))
         rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
@@ -86,7 +95,8 @@ def _about(verb: str) -> str:
     config = (CONF / f"{verb}.yaml").read_text()
     groups = [g for g in sorted(CONF.iterdir()) if g.is_dir() and f"- {g.name}:" in config]
     choices = [f"  {g.name}={'|'.join(sorted(p.stem for p in g.glob('*.yaml')))}" for g in groups]
-    head = f"usage: python -m pipeline {verb} [key=value ...]\n\n{ast.get_docstring(function)}\n"
+    usage = f"usage: python -m pipeline {verb} [key=value ...] [--quiet | --verbose]"
+    head = f"{usage}\n\n{ast.get_docstring(function)}\n"
     return "\n".join([head, *(["Choices:", *choices, ""] if choices else []), "Configuration:"])
 
 
@@ -119,13 +129,18 @@ def _call(config: DictConfig) -> Any:
     """
     import hydra
     from hydra.errors import InstantiationException
+    from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
     from pipeline.errors import BadInput
+    from pipeline.progress import mode
 
-    started = time.monotonic()
+    started, verbose = time.monotonic(), mode() == "verbose"
     try:
-        result = hydra.utils.call(config, **_paths(config))
+        paths = _paths(config)
+        if verbose:
+            print(OmegaConf.to_yaml(config), file=sys.stderr)
+        result = hydra.utils.call(config, **paths)
     except (BadInput, OmegaConfBaseException) as error:
         _leave(BadInput(" ".join(str(error).split())))
     except InstantiationException as error:
@@ -137,7 +152,10 @@ def _call(config: DictConfig) -> Any:
             cause = BadInput(f"{cause.filename or 'disk'}: cannot be written: {cause.strerror}")
         bad = isinstance(cause, BadInput | InstantiationException) or _is_call(cause)
         _leave(BadInput(" ".join(str(cause).split())) if bad else cause)
-    _note(config, time.monotonic() - started)
+    seconds = time.monotonic() - started
+    if verbose:
+        print(f"done in {seconds:.1f} s", file=sys.stderr)
+    _note(config, seconds)
     return result
 
 

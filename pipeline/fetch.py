@@ -13,6 +13,7 @@ from typing import Any
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing
+from pipeline.progress import say
 from pipeline.rawlogs import Archive
 
 
@@ -58,6 +59,7 @@ class PublicDataSet:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch) / "Dataset"
             options = ["get", "--rev", str(self.revision), "-o", str(folder), self.url, "Dataset"]
+            say(f"fetching {self.url}, some minutes")
             got = subprocess.run([sys.executable, "-m", "dvc", *options], capture_output=True, text=True)
             if got.returncode:
                 # the last clause of a chain of causes is the one that a user can act on

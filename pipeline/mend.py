@@ -118,6 +118,17 @@ def _leftovers(root: Path) -> Iterator[str]:
             yield f"{path}: was left by a run that was killed and is removed"
 
 
-if __name__ == "__main__":
-    for line in mend(Path.cwd()):
+def main() -> int:
+    """Mend the working directory; an exit code."""
+    try:
+        done = mend(Path.cwd())
+    except OSError as error:
+        print(f"error: {error.filename}: cannot be mended: {error.strerror}", file=sys.stderr)
+        return 2
+    for line in done:
         print(line, file=sys.stderr)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pipeline.errors import BadInput
 from pipeline.physics.system.model import System
 from pipeline.physics.system.numeric import numpy_system_function
+from pipeline.progress import track
 
 Array = NDArray[np.float64]
 
@@ -85,7 +86,7 @@ def _march(
     path[0] = z
     h = period / substeps
     with np.errstate(all="ignore"):
-        for i in range(1, len(driven)):
+        for i in track(range(1, len(driven)), len(driven) - 1, "integrating states that nothing measures"):
             here, step = driven[i - 1], (driven[i] - driven[i - 1]) / substeps
             for s in range(substeps):
                 t = (i - 1) * period + s * h

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder, write_json
 from pipeline.parquet import write_parquet
+from pipeline.progress import track
 from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
 
 Array = NDArray[np.float64]
@@ -222,7 +223,7 @@ class SliderCrankCampaign:
         """
         rig, table, truth = self.rig, self._table(), []
         with replacing_folder(folder) as out:
-            for row in table.itertuples():
+            for row in track(table.itertuples(), len(table), "virtual bench"):
                 noise = np.random.default_rng([seed, row.profile, round(1e6 * row.start)])
                 true = rig.simulate(PROFILES[row.profile - 1], row.start, self.samples)
                 _write_csv(out / row.file, pd.DataFrame(rig.log(true, noise)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from pipeline.figures.diagnosis.files import write_figures
 from pipeline.files import check_replaceable, replacing_folder, write_json
 from pipeline.measurements.folder import read_logs
 from pipeline.physics.system.reader import read_system
+from pipeline.progress import say
 from pipeline.report.diagnosis_page import PAGE, write_page
 
 SUMMARY = "diagnosis.json"
@@ -48,7 +48,7 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
     known = read_system(system)
     measured = read_logs(logs, known)
     check(system, known, logs, measured, horizon)
-    found = diagnosed(known, measured, horizon, seed, workers=os.cpu_count() or 1, progress=_say)
+    found = diagnosed(known, measured, horizon, seed, workers=os.cpu_count() or 1, progress=say)
     place = where(found)
     with replacing_folder(out) as folder:
         found = _with_augmented(found, folder)
@@ -66,7 +66,3 @@ def _with_augmented(found: Diagnosis, folder: Path) -> Diagnosis:
     except ValueError as reason:
         return replace(found, notes=(*found.notes, f"{FILE} was not written: {reason}"))
     return found
-
-
-def _say(what: str) -> None:
-    print(f"{what} ...", file=sys.stderr, flush=True)

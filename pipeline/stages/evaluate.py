@@ -23,6 +23,7 @@ from pipeline.models.rollout import Measured
 from pipeline.parquet import write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.physics.system.reader import read_system
+from pipeline.progress import track
 from pipeline.trajectory import Campaign
 
 
@@ -104,7 +105,7 @@ def _evaluate_detachment(
     campaign = Campaign.read(features)
     folds = split.folds(campaign.experiments)
     parts = []
-    for name, recipe in model.members.items():
+    for name, recipe in track(model.members.items(), len(model.members), "predicting, models"):
         fitted, observed = recipe.read(fits / name), jumps.Observed.of(campaign, recipe.samples)
         _check_folds(folds, fitted.folds, fits / name)
         for (label, own), fold in product({name: fitted, **fitted.parts}.items(), folds):

@@ -15,6 +15,7 @@ from pipeline.evaluation.splits import Fold, Split, nominal_subsets
 from pipeline.files import replacing_folder, write_json
 from pipeline.parquet import read_parquet, write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.progress import track
 from pipeline.revision import revision
 from pipeline.trajectory import Campaign
 
@@ -116,7 +117,8 @@ def _direct(experiments: pd.DataFrame, folds: list[Fold]) -> pd.DataFrame:
 def _boundaries(force: pd.DataFrame, experiments: pd.DataFrame, mechanism: CamFollower) -> pd.DataFrame:
     truth = boundary.measured(experiments, mechanism.jump_share).assign(model="measured", fold="", repeat=0)
     tables = [truth]
-    for (model, fold, repeat), group in force.groupby(["model", "fold", "repeat"]):
+    predicted = force.groupby(["model", "fold", "repeat"])
+    for (model, fold, repeat), group in track(predicted, len(predicted), "finding boundaries"):
         points = experiments[GRID].merge(group[["exp", "f_min"]], on="exp")
         Q = boundary.predicted(points, points["f_min"].to_numpy())
         tables.append(Q.assign(model=model, fold=fold, repeat=repeat))

@@ -32,6 +32,7 @@ from pipeline.parquet import write_parquet
 from pipeline.physics.system.equations import equations
 from pipeline.physics.system.model import System
 from pipeline.physics.system.reader import read_system
+from pipeline.progress import track
 from pipeline.revision import revision
 
 Array = NDArray[np.float64]
@@ -102,7 +103,8 @@ def _motor(raw: Path, about: dict[str, Any], hidden: Sequence[int], seeds: int) 
     about["resistance"], about["friction"] = fit_motor(u, y, about["voltage"])
     physics = efficiency(grid, about["voltage"], about["resistance"], about["friction"])
     curves, errors = [], []
-    for penalty, size, seed in product((0.0, about["penalty"]), hidden, range(seeds)):
+    every = list(product((0.0, about["penalty"]), hidden, range(seeds)))
+    for penalty, size, seed in track(every, len(every), "networks of the motor"):
         network = fit_network(u, y, size, penalty, seed)
         head = {"hidden": size, "penalty": penalty, "seed": seed}
         curves.append(pd.DataFrame({**head, "current": grid, "efficiency": network(grid)}))

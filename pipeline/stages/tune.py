@@ -17,6 +17,7 @@ from pipeline.learning.recipe import Recipe
 from pipeline.models.dataset import Dataset
 from pipeline.parquet import write_parquet
 from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.progress import track
 from pipeline.trajectory import Campaign
 
 #: No network of a few hundred runs is wider.
@@ -61,7 +62,7 @@ def tune(
     stack = [fold.train for fold in folds for _ in range(repeats)]
     exp = campaign.experiments["exp"].to_numpy()
     tables = []
-    for width in widths:
+    for width in track(widths, len(widths), "numbers of hidden units"):
         recipe = Recipe(partial(model.dynamics, hidden=width), model.fit)
         fitted = recipe.train(dataset, stack, seed)
         errors = simulate_tests(fitted, dataset, folds, repeats, exp).errors

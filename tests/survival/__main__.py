@@ -1,8 +1,10 @@
-"""Kill the whole graph at random moments, let it complete, compare its metrics with those of a quiet run.
+"""Kill the whole graph at random, disturb it otherwise, compare its metrics with those of an undisturbed run.
+
 
     python -m tests.survival [--kills 30] [--seed 0] [--longest 40] [--target <stage>] [--folder <keep here>]
 
-Exit code 0: after every kill all results were whole, no rerun needed help, and the metrics are the same.
+After the kills: a full disk, a folder that is read-only, two runs at once, damaged files in the cache. Exit code
+0: after each of them all results were whole, no rerun needed help, and the metrics are the same.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import time
 from pathlib import Path
 
 from tests.graph.tiny import write_project
+from tests.survival.disturbances import damage_cache, full_disk, read_only, two_at_once
 from tests.survival.inspection import differences, half_written, metrics, results
 
 #: Shortest time until a kill, s.
@@ -111,6 +114,19 @@ def killed_again_and_again(project: Project, kills: int, longest: float, seed: i
     return found
 
 
+def disturbed(project: Project, seed: int) -> list[str]:
+    """Everything else that can happen, on what the last kill left; what went wrong, a line each."""
+    found = []
+    for disturb in (full_disk, read_only, two_at_once):
+        name = disturb.__name__.replace("_", " ")
+        flaw = disturb(project.command, project.folder, project.environment)
+        flaws = [*([f"{name}: {flaw}"] if flaw else []), *half_written(project.folder)]
+        print(f"{name}: " + ("\n  ".join(["", *flaws]) if flaws else "as it must be"), flush=True)
+        found += flaws
+    print(f"damaged {damage_cache(project.folder, seed)} files of the cache", flush=True)
+    return found
+
+
 def main() -> int:
     """Do it and say what was found."""
     parser = argparse.ArgumentParser(
@@ -127,15 +143,13 @@ def main() -> int:
         quiet, killed = (Project(folder / name, given.target) for name in ("quiet", "killed"))
         print(f"undisturbed: {quiet.complete():.0f} s", flush=True)
         flaws = killed_again_and_again(killed, given.kills, given.longest, given.seed)
+        flaws += disturbed(killed, given.seed)
         print(f"the last run, to its end: {killed.complete():.0f} s", flush=True)
         flaws += half_written(killed.folder)
         compared = metrics(quiet.folder)
         differing = differences(compared, metrics(killed.folder))
     print("\n".join(differing))
-    print(
-        f"{given.kills} kills: {len(flaws)} results not whole, "
-        f"{len(differing)} of {len(compared)} metrics differ"
-    )
+    print(f"{given.kills} kills: {len(flaws)} flaws, {len(differing)} of {len(compared)} metrics differ")
     return 1 if flaws or differing or not compared else 0
 
 

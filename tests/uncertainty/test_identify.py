@@ -132,7 +132,8 @@ def test_generations_that_run_out_are_reported() -> None:
 def test_progress_is_shown_where_the_work_has_a_name(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pipeline.progress.INTERVAL", 0.0)
+    monkeypatch.setenv("EXP_PROGRESS", "verbose")
+    monkeypatch.setattr("pipeline.progress.OFTEN", 0.0)
     identify(gaussian, GAUSSIAN_BOX)
     assert capsys.readouterr().err == ""
     identify(gaussian, GAUSSIAN_BOX, description="identifying")

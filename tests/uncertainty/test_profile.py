@@ -193,7 +193,8 @@ def advice_at(objective: Objective, box: Array, alpha: Array, names: Sequence[st
 def test_progress_is_shown_where_the_work_has_a_name(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("pipeline.progress.INTERVAL", 0.0)
+    monkeypatch.setenv("EXP_PROGRESS", "verbose")
+    monkeypatch.setattr("pipeline.progress.OFTEN", 0.0)
     profile(parabola, UNIT_CUBE, CENTRE, "profiling")
     assert "profiling: 3/3" in capsys.readouterr().err
     profile_pair(parabola, UNIT_CUBE, CENTRE, (0, 1), CENTRE[:1], CENTRE[1:], "drawing contours")
