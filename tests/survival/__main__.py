@@ -1,10 +1,9 @@
 """Kill the whole graph at random, disturb it otherwise, compare its metrics with those of an undisturbed run.
 
-
     python -m tests.survival [--kills 30] [--seed 0] [--longest 40] [--target <stage>] [--folder <keep here>]
 
-After the kills: a full disk, a folder that is read-only, two runs at once, damaged files in the cache. Exit code
-0: after each of them all results were whole, no rerun needed help, and the metrics are the same.
+After the kills: a full disk, a folder that is read-only, two runs at once, damaged files in the cache. Exit
+code 0: after each of them all results were whole, no rerun needed help, and the metrics are the same.
 """
 
 from __future__ import annotations
