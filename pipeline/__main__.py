@@ -23,6 +23,10 @@ CONF = Path(__file__).parent.parent / "conf"
 #: What a full disk, or one that nothing can be written to, says, wherever it is.
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
+#: Threads of numerical libraries, one each unless the user says otherwise: matrices here are so small that
+#: threads wait for each other, beside another process for most of the time. What profits from cores has workers.
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
 #: Options of Hydra that no value follows, unlike that of --cfg job.
 FLAGS = {"-m", "--multirun", "--resolve"}
 
@@ -254,4 +258,6 @@ def _refuse(line: str) -> int:
 
 
 if __name__ == "__main__":
+    for library in THREADS:
+        os.environ.setdefault(library, "1")
     sys.exit(main(sys.argv[1:]))

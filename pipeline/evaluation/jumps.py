@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from sklearn.linear_model import LogisticRegression
 
 from pipeline.errors import BadInput
 from pipeline.evaluation.labels import full_revolutions
@@ -127,6 +126,9 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
     spread = float(logarithm.std())
     if jump.all() or not jump.any() or spread == 0.0:
         return default
+    # a second to load, for every evaluation of any model
+    from sklearn.linear_model import LogisticRegression
+
     fitted = LogisticRegression(solver="newton-cholesky").fit(logarithm[:, None] / spread, jump)
     slope, offset = float(fitted.coef_[0, 0]), float(fitted.intercept_[0])
     return float(default * np.exp(-spread * offset / slope)) if slope > 0.0 else default

@@ -19,6 +19,7 @@ from pipeline.errors import BadInput
 from pipeline.learning.windows import Problem, Progress, Windows, weighting
 from pipeline.models.nnap import Nnap
 from pipeline.models.rollout import Measured, rollout
+from pipeline.numerics.threads import one_thread
 from pipeline.physics.kernel.compiled import kernel
 
 Array = NDArray[np.float64]
@@ -73,21 +74,17 @@ class Shooting:
         cuts = [Segments.of(problem.data, runs, self.horizon) for runs in problem.runs]
         yield from self.warm_up.train(problem, stack)
         kernel(problem.model.structure)  # generated once, not by every thread
-        threads = torch.get_num_threads()
-        torch.set_num_threads(1)  # the members share the cores, and sums do not depend on how many there are
-        try:
-            with ThreadPoolExecutor(self.workers) as pool:
+        # the members share the cores, and sums do not depend on how many there are
+        with one_thread(), ThreadPoolExecutor(self.workers) as pool:
+            left = self._unfinished(stack)
+            while left:
+                jobs = [
+                    pool.submit(_stage, problem, self, stack[m], m, cuts[m]) for m in left[: self.workers]
+                ]
+                for job in jobs:
+                    job.result()
+                yield sum(self.epochs if s.diverged else s.epoch for s in stack)
                 left = self._unfinished(stack)
-                while left:
-                    jobs = [
-                        pool.submit(_stage, problem, self, stack[m], m, cuts[m]) for m in left[: self.workers]
-                    ]
-                    for job in jobs:
-                        job.result()
-                    yield sum(self.epochs if s.diverged else s.epoch for s in stack)
-                    left = self._unfinished(stack)
-        finally:
-            torch.set_num_threads(threads)
 
     def _unfinished(self, stack: list[Progress]) -> list[int]:
         return [m for m, s in enumerate(stack) if s.epoch < self.epochs and not s.diverged]

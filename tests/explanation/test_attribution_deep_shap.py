@@ -17,8 +17,8 @@ from pipeline.explanation.attribution import deep_shap as module
 from pipeline.explanation.attribution.deep_shap import contributions, deep_shap
 from pipeline.explanation.attribution.multipliers import multipliers
 from pipeline.explanation.attribution.recurrent import Recurrent, Trace
-from pipeline.explanation.attribution.threads import one_thread
 from pipeline.models.sequences import Sequences
+from pipeline.numerics.threads import one_thread
 from tests.explanation.attribution_problems import (
     STATES,
     alike,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pipeline.explanation.attribution import exact as module
 from pipeline.explanation.attribution.deep_shap import deep_shap
 from pipeline.explanation.attribution.exact import exact_shapley, shapley_weights
-from pipeline.explanation.attribution.threads import one_thread
+from pipeline.numerics.threads import one_thread
 from tests.explanation.attribution_problems import (
     STATES,
     alike,

@@ -15,9 +15,9 @@ from torch import Tensor, nn
 from pipeline.explanation.attribution.deep_shap import deep_shap
 from pipeline.explanation.attribution.exact import exact_shapley
 from pipeline.explanation.attribution.recurrent import Recurrent
-from pipeline.explanation.attribution.threads import one_thread
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import Sequences
+from pipeline.numerics.threads import one_thread
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
 
 

@@ -15,7 +15,7 @@ from pipeline.errors import BadInput
 from pipeline.explanation.attribution.deep_shap import deep_shap
 from pipeline.explanation.attribution.exact import exact_shapley
 from pipeline.explanation.attribution.result import Attribution, agreement, relative_shares
-from pipeline.explanation.attribution.threads import one_thread
+from pipeline.numerics.threads import one_thread
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs, rows
 
 Array = NDArray[np.float64]

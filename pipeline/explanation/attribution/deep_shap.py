@@ -15,9 +15,9 @@ from pipeline.explanation.attribution.background import check_inputs, shares_of_
 from pipeline.explanation.attribution.multipliers import Multipliers, multipliers
 from pipeline.explanation.attribution.recurrent import Recurrent, Trace
 from pipeline.explanation.attribution.result import Attribution
-from pipeline.explanation.attribution.threads import one_thread
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import Sequences
+from pipeline.numerics.threads import one_thread
 
 #: References whose contributions are carried together; many more do not fit a processor's cache.
 PART = 32

@@ -20,9 +20,9 @@ from pipeline.explanation.attribution.background import check_inputs, shares_of_
 from pipeline.explanation.attribution.groups import positions
 from pipeline.explanation.attribution.recurrent import Recurrent, Trace
 from pipeline.explanation.attribution.result import Attribution
-from pipeline.explanation.attribution.threads import one_thread
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import SequenceInputs, Sequences
+from pipeline.numerics.threads import one_thread
 
 #: 2^13 coalitions is where the time, which doubles with every player, becomes minutes per run.
 MOST_PLAYERS = 13

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
@@ -17,6 +16,7 @@ from pipeline.learning.detachment import Fitted
 from pipeline.learning.recipe import read_checkpoint, restore, save
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import SequenceInputs, Sequences
+from pipeline.numerics.threads import one_thread
 from pipeline.trajectory import Campaign
 
 Array = NDArray[np.float64]
@@ -118,12 +118,8 @@ class Fits:
 
     def predict(self, fold: str, sequences: Sequences) -> Array:
         """Detachment eps, m, by every repeat of a fold, (repeats, runs, steps)."""
-        threads = torch.get_num_threads()
-        torch.set_num_threads(1)  # in operations as small as these, threads mostly wait for each other
-        try:
+        with one_thread():
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
-        finally:
-            torch.set_num_threads(threads)
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
         """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""

@@ -1,4 +1,4 @@
-"""How many cores an explanation uses."""
+"""How many cores torch uses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import torch
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep torch to one thread: the matrices of a step are so small that threads wait more than they work."""
+    """Keep torch to one thread: matrices of small models are so small that threads wait more than they work."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
