@@ -24,7 +24,7 @@ CONF = Path(__file__).parent.parent / "conf"
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 #: Threads of numerical libraries, one each unless the user says otherwise: matrices here are so small that
-#: threads wait for each other, beside another process for most of the time. What profits from cores has workers.
+#: threads wait for each other, beside another process most of the time. What profits from cores has workers.
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 #: Options of Hydra that no value follows, unlike that of --cfg job.

@@ -7,7 +7,6 @@ from math import comb, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs, savgol_filter
 
 Array = NDArray[np.float64]
 
@@ -83,6 +82,8 @@ def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tu
 
 
 def _filtered(y: Array, width: int, edge: int, derivative: int, period: float) -> Array:
+    from scipy.signal import savgol_filter  # half a second to load, for whatever reads logs
+
     result = savgol_filter(y, width, ORDER, derivative, period)
     ends = savgol_filter(y, edge, ORDER, derivative, period)
     half = width // 2
@@ -131,5 +132,7 @@ def _power(parts: list[Array], kernel: Array) -> float:
 
 def _kernel(width: int, derivative: int, centred: bool) -> Array:
     """Coefficients for convolution; the value is that at the middle or, not centred, the last sample."""
+    from scipy.signal import savgol_coeffs
+
     position = width // 2 if centred else width - 1
     return np.array(savgol_coeffs(width, ORDER, derivative, pos=position))
