@@ -18,29 +18,27 @@ measured: $(VENV)/ready  ## the same on the measured data: DATASET=<folder or zi
 	@$(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 	@$(MAKE) --no-print-directory repro
 
-# `dvc repro` runs one stage at a time; two parts of the graph that share nothing run side by side, then what needs both
-CAM := tabulate tabulate_jumps
-BENCHES := tabulate_clutch tabulate_slider_crank tabulate_withheld
+# `dvc repro` runs one stage at a time; parts of the graph that share nothing run side by side, then what needs them
+# all; the longest first
 REPRO := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc --wait-for-lock repro
-.PHONY: repro cam benches
-cam: $(VENV)/ready
-	@set -o pipefail; $(REPRO) $(CAM) 2>&1 | sed -u 's/^/cam      | /'
-
-benches: $(VENV)/ready
-	@set -o pipefail; $(REPRO) $(BENCHES) 2>&1 | sed -u 's/^/benches  | /'
+PARTS := slider_crank cam_follower withheld clutch real tutorial jumps
+.PHONY: repro $(PARTS)
+jumps: cam_follower
+$(PARTS): $(VENV)/ready
+	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
 
 repro: $(VENV)/ready
 	@$(BIN)/python -m pipeline.mend
-	@$(MAKE) --no-print-directory --jobs=2 cam benches
+	@$(MAKE) --no-print-directory --jobs=2 $(PARTS)
 	@$(REPRO)
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end
-test: $(VENV)/ready  ## all tests, a file of them at a time on every core: ARGS=<more arguments of pytest>
+test: $(VENV)/tools  ## all tests, a file of them at a time on every core: ARGS=<more arguments of pytest>
 	@PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m pytest --numprocesses auto --dist loadfile \
 		--no-loadscope-reorder $(ARGS)
 
-check: $(VENV)/ready  ## style, types, layering
+check: $(VENV)/tools  ## style, types, layering
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -49,10 +47,10 @@ check: $(VENV)/ready  ## style, types, layering
 bench: $(VENV)/ready  ## speed against peers, as ratios in one run
 	$(BIN)/python -m benchmarks
 
-fuzz: $(VENV)/ready    ## thousands of damaged and hostile inputs, others every time (minutes)
+fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every time (minutes)
 	FUZZ=400 FUZZ_SEED=$$(date +%s) $(BIN)/python -m pytest tests/fuzz $(ARGS)
 
-survive: $(VENV)/ready  ## kill the whole graph thirty times at random, see that nothing is lost (most of an hour)
+survive: $(VENV)/tools  ## kill the whole graph thirty times at random, see that nothing is lost (most of an hour)
 	$(BIN)/python -m tests.survival $(ARGS)
 
 docs: $(VENV)/ready    ## write docs/reference from the code
@@ -61,11 +59,17 @@ docs: $(VENV)/ready    ## write docs/reference from the code
 clean:           ## remove what the graph made; the environment stays
 	rm -rf data outputs reports/figures reports/site reports/index.html
 
+INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
 $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
-	@echo "installing into $(VENV) (once, about a minute)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e ".[dev,sweep]"
+	@echo "installing into $(VENV) (once, less than a minute)"
+	@$(INSTALL) --no-compile -e ".[sweep]"
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true
+	@touch $@
+
+$(VENV)/tools: $(VENV)/ready
+	@echo "installing what tests and checks need (once)"
+	@$(INSTALL) -e ".[dev]"
 	@touch $@
 
 # params.yaml says which campaign, which profile and whether real machines are diagnosed; it is written only if it

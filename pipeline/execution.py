@@ -46,7 +46,8 @@ def note(command: str, configuration: str, seed: int | None, seconds: float) -> 
     Raises:
         BadInput: when the file cannot be written.
     """
-    stage = os.environ.get("DVC_STAGE")
+    # the name of a stage is its own in the whole graph, in whichever of its files it stands
+    stage = os.environ.get("DVC_STAGE", "").rpartition(":")[2]
     if not stage:
         return
     content = {

@@ -44,7 +44,8 @@ def mend(root: Path) -> list[str]:
         except BlockingIOError:
             return []
         _release(temporary / "rwlock")
-        state = list(_state(root / "dvc.lock"))
+        files = (root / "dvc.lock", *sorted(root.glob("graph/*/dvc.lock")))
+        state = [line for path in files for line in _state(path)]
     return [*state, *_cache(root), *_leftovers(root)]
 
 
@@ -83,7 +84,7 @@ def _state(path: Path) -> Iterator[str]:
     except (ParseError, Invalid):
         aside = path.with_name(f"{path.name}.damaged.tmp")
         path.replace(aside)
-        yield f"{path.name}: was not written to its end; kept as {aside.name}, a new one is made"
+        yield f"{path}: was not written to its end; kept as {aside.name}, a new one is made"
 
 
 def _cache(root: Path) -> Iterator[str]:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
+
+ROOT = Path(__file__).parents[1]
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -36,6 +40,16 @@ def dataset_path() -> Path:
     if not path or not Path(path).exists():
         pytest.skip("the measured data set is not here: set CAM_FOLLOWER_DATASET to its folder or zip")
     return Path(path)
+
+
+def stages() -> dict[str, Any]:
+    """The stages of the whole graph by their names, which are unique."""
+    found: dict[str, Any] = {}
+    for path in (ROOT / "dvc.yaml", *sorted(ROOT.glob("graph/*/dvc.yaml"))):
+        own = yaml.safe_load(path.read_text())["stages"]
+        assert not set(own) & set(found), path
+        found |= own
+    return found
 
 
 def log_text(n: int = 200, period: float = 0.0005, rate: float = 12.0) -> list[list[str]]:

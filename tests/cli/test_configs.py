@@ -15,13 +15,14 @@ from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.__main__ import CONF, verbs
+from tests.conftest import stages
 
 ROOT = CONF.parent
 #: What models have in common; not a choice on the command line.
 SHARED = "training"
 GROUPS = [p.parent.name + "=" + p.stem for p in sorted(CONF.glob("*/*.yaml")) if p.parent.name != SHARED]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
-STAGES = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+STAGES = stages()
 #: Sweeps, and what reads them, are no part of the graph, nor is what writes a file of the program.
 NODES = [verb for verb in verbs() if verb not in ("compare", "calibrate_withheld")]
 

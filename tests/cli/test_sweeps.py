@@ -22,6 +22,7 @@ from pipeline.stages.compare import compare
 from pipeline.stages.tune import tune
 from pipeline.sweep.runs import FAILURE, OVERRIDES
 from pipeline.trajectory import Campaign
+from tests.conftest import stages
 
 ROOT = CONF.parent
 SYSTEM = """
@@ -105,7 +106,7 @@ def test_a_sweep_touches_nothing_that_the_graph_tracks(tmp_path: Path) -> None:
     for name in ("pipeline", "conf"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
     shutil.copy(ROOT / ".dvcignore", tmp_path)
-    first = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]["acquire"]
+    first = {**stages()["acquire"], "wdir": "."}
     (tmp_path / "dvc.yaml").write_text(yaml.safe_dump({"stages": {"acquire": first}}))
     (tmp_path / "params.yaml").write_text("source: pendulum\n")
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}

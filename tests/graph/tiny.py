@@ -55,8 +55,8 @@ HYBRIDS = [
 
 def write_project(folder: Path) -> Path:
     """Write the copy to `folder`, and return it."""
-    for name in ("pipeline", "conf", "systems", ".dvc"):
-        ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local")
+    for name in ("pipeline", "conf", "systems", "graph", ".dvc"):
+        ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local", "dvc.lock")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore", "Makefile"):
         shutil.copy(ROOT / name, folder / name)

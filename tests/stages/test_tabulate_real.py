@@ -12,6 +12,7 @@ import yaml
 
 from pipeline.errors import BadInput
 from pipeline.stages.tabulate_real import tabulate_real
+from tests.conftest import stages
 
 ROOT = Path(__file__).parents[2]
 FRICTION = {
@@ -125,12 +126,12 @@ def test_no_diagnosis_at_all(tmp_path: Path) -> None:
 
 def test_the_graph_diagnoses_every_system_file_and_only_where_data_are_at_hand() -> None:
     params = yaml.safe_load((ROOT / "params.yaml").read_text())
-    stages = yaml.safe_load((ROOT / "dvc.yaml").read_text())["stages"]
+    graph = stages()
     assert set(params["machines"]) == set(params["withheld"])
     for machine, withheld in params["withheld"].items():
         files = {path.stem for path in (ROOT / "systems" / machine).glob("*.yaml")}
         assert files == {f"{name}_withheld" for name in withheld}
         assert (ROOT / "conf" / "source" / f"{machine}.yaml").exists()
-        assert stages[f"diagnose_{machine}"]["matrix"]["withheld"] == f"${{withheld.{machine}}}"
+        assert graph[f"diagnose_{machine}"]["matrix"]["withheld"] == f"${{withheld.{machine}}}"
     for name in ("acquire_real", "tabulate_real", *(f"diagnose_{machine}" for machine in params["machines"])):
-        assert stages[name]["matrix"]["data"] == "${real}"
+        assert graph[name]["matrix"]["data"] == "${real}"
