@@ -44,7 +44,7 @@ check: $(VENV)/tools  ## style, types, layering
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(VENV)/ready  ## speed against peers, as ratios in one run
+bench: $(VENV)/tools  ## speed against peers, as ratios in one run
 	$(BIN)/python -m benchmarks
 
 fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every time (minutes)
