@@ -59,11 +59,13 @@ docs: $(VENV)/ready    ## write docs/reference from the code
 clean:           ## remove what the graph made; the environment stays
 	rm -rf data outputs reports/figures reports/site reports/index.html
 
+
 INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
 $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	@echo "installing into $(VENV) (once, less than a minute)"
 	@$(INSTALL) --no-compile -e ".[sweep]"
+	@$(BIN)/python -m compileall -q -j 0 $(VENV)/lib pipeline >/dev/null || true  # on all cores, unlike pip
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true
 	@touch $@
 
