@@ -20,8 +20,9 @@ measured: $(VENV)/ready  ## the same on the measured data: DATASET=<folder or zi
 
 # `dvc repro` runs one stage at a time; parts of the graph that share nothing run side by side, then what needs them
 # all; the longest first
-REPRO := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc --wait-for-lock repro
-PARTS := slider_crank cam_follower withheld clutch real tutorial jumps
+DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
+REPRO := $(DVC) --wait-for-lock repro
+PARTS := slider_crank cam_follower withheld clutch tutorial jumps $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
 .PHONY: repro $(PARTS)
 jumps: cam_follower
 $(PARTS): $(VENV)/ready
@@ -29,8 +30,7 @@ $(PARTS): $(VENV)/ready
 
 repro: $(VENV)/ready
 	@$(BIN)/python -m pipeline.mend
-	@$(MAKE) --no-print-directory --jobs=2 $(PARTS)
-	@$(REPRO)
+	@$(DVC) status -q || { $(MAKE) --no-print-directory --jobs=2 $(PARTS) && $(REPRO); }
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import subprocess
 
+#: What decides a result, beside what params.yaml chooses. Results that are in git do not make the code another.
+CODE = ("pipeline", "conf", "systems", ":(glob)**/dvc.yaml")
+
 
 def revision() -> str:
-    """Short name of the checked-out commit, with -dirty where files differ from it."""
-    git = ["git", "describe", "--always", "--dirty"]
+    """Short name of the checked-out commit, with -dirty where the code differs from it."""
     try:
-        return subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip()
+        name = _git("describe", "--always")
+        return f"{name}-dirty" if _git("status", "--porcelain", "--", *CODE) else name
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
+
+
+def _git(*arguments: str) -> str:
+    done = subprocess.run(["git", *arguments], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
