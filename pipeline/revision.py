@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 
-#: What decides a result, beside what params.yaml chooses. Results that are in git do not make the code another.
+#: What decides a result, beside what params.yaml chooses. Results in git do not make the code another.
 CODE = ("pipeline", "conf", "systems", ":(glob)**/dvc.yaml")
 
 

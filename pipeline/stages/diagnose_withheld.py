@@ -16,6 +16,7 @@ from pipeline.files import read_json, write_json
 from pipeline.jobs import growing_folder, run_jobs
 from pipeline.measurements.folder import read_logs
 from pipeline.physics.system.reader import read_system
+from pipeline.progress import say
 
 
 def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
@@ -41,6 +42,7 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
         left = [case for case in folders if not (folder / f"{case.name}.json").exists()]
         threads = workers if len(left) == 1 else 1
         jobs = {case.name: partial(_diagnose, case, horizon, seed, threads, folder) for case in left}
+        say(f"diagnosing {len(left)} of {len(folders)} cases")
         run_jobs(jobs, workers, "diagnosing")
 
 

@@ -13,6 +13,7 @@ from pipeline.learning.uncertainty.estimate import Estimator, least_squares
 from pipeline.learning.uncertainty.problem import read_problem, shown
 from pipeline.learning.uncertainty.setup import Setup, pairs
 from pipeline.parquet import write_parquet
+from pipeline.progress import say
 from pipeline.uncertainty.curvature import curvature
 from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
 from pipeline.uncertainty.profile import profile as profile_likelihood
@@ -62,11 +63,13 @@ def identify_uncertainty(
     problem = read_problem(system, logs, event, uncertain, step, response, observations)
     surface = uncertainty.surface(problem.response)
     estimator = Estimator(uncertainty, surface)
+    say(f"identifying the distribution of {len(problem.y)} observations by {len(METHODS)} methods")
     found = {m: estimator.identify(m, problem.y, seed, f"identifying by {m}") for m in METHODS}
     exact, bounds = estimator.likelihood(PUSH_FORWARD, problem.y), estimator.bounds
     profiles = profile_likelihood(exact, bounds, found[PUSH_FORWARD].alpha, "profile likelihoods")
     bend = curvature(exact, bounds, profiles.alpha)
     seconds = time.monotonic() - start
+    say(f"95 % limits, and {profile['data_sets']} data sets drawn again")
     grids = report.pair_grids(exact, bounds, profiles)
     drawn = estimator.draw(pairs(profiles.alpha), profile["data_sets"], seed)
     again = estimator.identify_all(PUSH_FORWARD, drawn, seed, workers)
