@@ -29,6 +29,7 @@ def read_only(command: list[str], folder: Path, environment: dict[str, str]) -> 
     """Run as somebody who may not write; needs a superuser."""
     if os.geteuid() != 0:
         return ""
+    folder.parent.chmod(0o755)
     done = subprocess.run(
         command,
         cwd=folder,
