@@ -25,7 +25,7 @@ REPRO := $(DVC) --wait-for-lock repro
 PARTS := slider_crank cam_follower withheld clutch tutorial jumps $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
 .PHONY: repro $(PARTS)
 jumps: cam_follower
-$(PARTS): $(VENV)/ready
+$(PARTS):
 	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
 
 repro: $(VENV)/ready

@@ -38,7 +38,7 @@ def stages_table(executions: Sequence[Execution]) -> Table:
         ("Stage", "Cells", "Time", "Longest cell", "Share of all"),
         (False, True, True, True, False),
         tuple(rows),
-        f"{duration(everything)} of wall time in all, one stage after the other." if rows else "",
+        f"{duration(everything)} of wall time added up; parts of the graph ran side by side." if rows else "",
         download=(
             ("stage", "cells", "seconds", "longest_cell_seconds", "share"),
             *(tuple(cell.exact for cell in row) for row in rows),

@@ -163,7 +163,7 @@ def test_times_seeds_configurations_and_versions_of_the_stages(inputs: Path, tmp
     runs = pages["site/runs.html"]
     assert "2 min 20 s of wall time in all" in runs and 'href="configs/train%40a.txt"' in runs
     assert "seed: 0" in (out / "site/configs/train@a.txt").read_text()
-    assert "4 cells of the stage graph in 2 min 20 s" in pages["index.html"]
+    assert "4 cells of the stage graph, 2 min 20 s added up" in pages["index.html"]
 
 
 @pytest.mark.parametrize("machine", ["emps", "cam_drivetrain"])
