@@ -30,7 +30,7 @@ $(PARTS):
 
 repro: $(VENV)/ready
 	@$(BIN)/python -m pipeline.mend
-	@$(DVC) status -q || { $(MAKE) --no-print-directory --jobs=2 $(PARTS) && $(REPRO); }
+	@$(DVC) status -q || { $(MAKE) --no-print-directory --jobs=2 $(PARTS) && $(REPRO) --all-pipelines; }
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end

@@ -81,7 +81,9 @@ def test_missing_dataset(tmp_path: Path) -> None:
 
 def test_a_data_set_that_cannot_be_fetched(tmp_path: Path) -> None:
     out = tmp_path / "raw"
-    result = run("acquire", "source=measured", f"source.url={tmp_path}/nowhere", f"out={out}", DATASET="")
+    result = run(
+        "acquire", "-q", "source=measured", f"source.url={tmp_path}/nowhere", f"out={out}", DATASET=""
+    )
     assert_refused(result, "nowhere", "cannot be fetched")
     assert not out.exists()
 

@@ -33,7 +33,7 @@ def dvc(folder: Path, *arguments: str) -> str:
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the checkout with a tiny campaign and profile, reproduced once."""
     folder = write_project(tmp_path_factory.mktemp("project"))
-    dvc(folder, "repro")
+    dvc(folder, "repro", "--all-pipelines")
     return folder
 
 
@@ -81,7 +81,7 @@ def test_every_configured_figure_is_drawn(project: Path) -> None:
 
 
 def test_a_second_repro_does_nothing(project: Path) -> None:
-    assert "Data and pipelines are up to date" in dvc(project, "repro")
+    assert "Data and pipelines are up to date" in dvc(project, "repro", "--all-pipelines")
 
 
 def test_editing_one_model_touches_only_its_cells(project: Path) -> None:
