@@ -11,6 +11,9 @@ from pipeline.models.conditions import Bench
 from pipeline.models.dataset import Dataset, Indices
 from pipeline.models.linear import Linear
 
+#: Singular values below this share of the largest count as zero: inputs are in single precision.
+RANK = 1e-6
+
 
 def fit(build: Callable[[Bench, int], Linear], dataset: Dataset, folds: list[Indices], seed: int) -> Linear:
     """Minimise the one-step error of eq. 6.16 in closed form; `seed` has no effect.
@@ -35,9 +38,9 @@ def _solve(model: Linear, dataset: Dataset, fold: Indices) -> torch.Tensor:
     now = now[owner[now] == owner[(now + 1).clamp_max(len(owner) - 1)]][:-1]
     inputs = model.inputs(dataset.theta[now], dataset.omega[now], dataset.conditions[owner[now]])
     target = (dataset.omega[now + 1] - dataset.omega[now]) / dataset.period
-    # in double precision throughout: a setting that never varies in training must stay exactly collinear with
-    # the constant, or rounding decides its weight
+    # in double precision throughout, and without directions that hardly vary: where settings are collinear in
+    # training, rounding would decide the weights, and with the driver gelsy what happens to be in memory
     weight = dataset.lengths[owner[now]].double().rsqrt()[:, None]
     left, right = inputs.double() * weight, target[:, None].double() * weight
-    solution: torch.Tensor = torch.linalg.lstsq(left, right).solution
+    solution: torch.Tensor = torch.linalg.lstsq(left, right, rcond=RANK, driver="gelsd").solution
     return solution.float()
