@@ -161,7 +161,7 @@ def test_times_seeds_configurations_and_versions_of_the_stages(inputs: Path, tmp
     assert tables["stages"].splitlines()[1:3] == ["train,2,120.0,90.0,0.8571", "draw,1,15.0,15.0,0.1071"]
     assert "python,3.11.2,3\npython,3.12.0,1\ntorch,2.13.0,3\n" in tables["versions"]
     runs = pages["site/runs.html"]
-    assert "2 min 20 s of wall time in all" in runs and 'href="configs/train%40a.txt"' in runs
+    assert "2 min 20 s of wall time added up" in runs and 'href="configs/train%40a.txt"' in runs
     assert "seed: 0" in (out / "site/configs/train@a.txt").read_text()
     assert "4 cells of the stage graph, 2 min 20 s added up" in pages["index.html"]
 
