@@ -13,7 +13,7 @@ import sympy as sp
 import torch
 from numpy.typing import NDArray
 
-from benchmarks.slider_crank import PERIOD, SYSTEM, one_thread
+from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
 from pipeline.diagnosis.descent import advance, begun
 from pipeline.diagnosis.recording import Recording
@@ -22,6 +22,7 @@ from pipeline.diagnosis.unknowns import Unknown, Unknowns
 from pipeline.measurements.logs import Logs
 from pipeline.models.nnap import Integration, Nnap
 from pipeline.models.rollout import Measured, simulate
+from pipeline.numerics.threads import one_thread
 from pipeline.physics.kernel.compiled import kernel
 from pipeline.physics.kernel.machine import Windows, simulated
 from pipeline.physics.kernel.machine_program import Equations, assembled

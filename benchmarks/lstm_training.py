@@ -18,7 +18,6 @@ import torch
 from numpy.typing import NDArray
 
 from benchmarks import keras
-from benchmarks.slider_crank import one_thread
 from benchmarks.timing import side_by_side
 from pipeline.learning.sequence import passes
 from pipeline.learning.sequence.arrays import room, views
@@ -27,6 +26,7 @@ from pipeline.learning.sequence.layout import flattened, sizes
 from pipeline.learning.sequence.training import Draws, standardised
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import SequenceInputs, Sequences
+from pipeline.numerics.threads import one_thread
 
 Array = NDArray[np.float64]
 

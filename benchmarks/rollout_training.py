@@ -14,13 +14,13 @@ from benchmarks.slider_crank import (
     check_same_work,
     epoch,
     gradient,
-    one_thread,
     problem,
     settings,
 )
 from benchmarks.timing import seconds, side_by_side
 from pipeline.learning.windows import Problem, Progress, weighting
 from pipeline.models.nnap import Integration
+from pipeline.numerics.threads import one_thread
 
 HORIZON = 300
 PEER = f"torch {torch.__version__}, eager, the faster of float64 and float32"

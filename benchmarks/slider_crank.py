@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -67,14 +65,3 @@ def check_same_work(ours: Array, peer: Array) -> None:
         error = float(np.linalg.norm(peer[part] - ours[part]) / np.linalg.norm(ours[part]))
         if not error < 1e-3:
             raise ArithmeticError(f"the peer's gradient differs from ours by {error:.1e} of its norm")
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Keep torch to one thread."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

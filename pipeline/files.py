@@ -17,7 +17,8 @@ from typing import Any
 
 from pipeline.errors import BadInput
 
-_ON_ITS_WAY = re.compile(r"\.([^/]+)\.\d+\.[0-9a-f]{8}\.tmp")
+#: Name of a result, and of the process that is writing it, in what `hidden` calls it until it is whole.
+ON_ITS_WAY = re.compile(r"\.([^/]+)\.(\d+)\.[0-9a-f]{8}\.tmp")
 #: What Hydra writes about a run of a sweep into the run's folder.
 RECORD = ".hydra"
 
@@ -148,7 +149,7 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
     if error.filename and not str(error.filename).startswith(own[0]) and str(error.filename) not in own:
         return f"{error.filename}: {reason}"
     # a folder that is itself on its way has another name for a user
-    shown = _ON_ITS_WAY.sub(r"\1", str(path))
+    shown = ON_ITS_WAY.sub(r"\1", str(path))
     return f"{shown}: cannot be written: {reason}"
 
 

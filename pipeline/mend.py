@@ -19,11 +19,11 @@ from pathlib import Path
 
 import psutil
 
+from pipeline.files import ON_ITS_WAY
 from pipeline.progress import track
 
-#: What stages write; a file on its way there is called .<name>.<process>.<token>.tmp (`files.replacing`).
+#: What stages write.
 RESULTS = ("data", "reports")
-_ON_ITS_WAY = re.compile(r"\..+\.(\d+)\.[0-9a-f]{8}\.tmp")
 _OBJECT = re.compile(r"[0-9a-f]{30}(?:\.dir)?")
 
 
@@ -110,8 +110,8 @@ def _is_whole(path: Path) -> bool:
 
 def _leftovers(root: Path) -> Iterator[str]:
     for path in (path for folder in RESULTS for path in (root / folder).rglob(".*.tmp")):
-        found = _ON_ITS_WAY.fullmatch(path.name)
-        if found and not psutil.pid_exists(int(found.group(1))):
+        found = ON_ITS_WAY.fullmatch(path.name)
+        if found and not psutil.pid_exists(int(found.group(2))):
             if path.is_dir():
                 shutil.rmtree(path, ignore_errors=True)
             else:

@@ -28,6 +28,7 @@ from pipeline.learning.sequence.stack import scaled_output, train_stack
 from pipeline.learning.sequence.training import Course, Draws, Start, Training, standardised, train
 from pipeline.models.lstm import DetachmentNetwork
 from pipeline.models.sequences import SequenceInputs, Sequences
+from pipeline.numerics.threads import one_thread
 from pipeline.trajectory import Campaign
 
 INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega", "F_dagger", "alpha"), ("m", "H", "beta"))
@@ -37,10 +38,8 @@ FEW = Training(batch=6, epochs=1, updates=1, most=6)
 @pytest.fixture(autouse=True)
 def _one_thread() -> Iterator[None]:
     """Operations as small as these take longer in several."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
+    with one_thread():
+        yield
 
 
 def made(runs: int = 11, seed: int = 0) -> Campaign:
