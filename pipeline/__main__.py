@@ -169,7 +169,7 @@ def _paths(config: DictConfig) -> dict[str, Path]:
     from omegaconf import OmegaConf
 
     from pipeline.errors import BadInput
-    from pipeline.files import check_writable
+    from pipeline.files import check_name, check_writable
     from pipeline.overrides import check_overrides
 
     if missing := sorted(OmegaConf.missing_keys(config)):
@@ -185,6 +185,8 @@ def _paths(config: DictConfig) -> dict[str, Path]:
     check_overrides(config, CONF, kinds)
     paths = {name for name, kind in kinds.items() if kind.split(" | ")[0] == "Path"}
     found = {name: Path(str(config[name])) for name in paths if config.get(name) is not None}
+    for name, path in found.items():
+        check_name(name, path)
     if "out" in found:
         check_writable(found["out"])
     return found

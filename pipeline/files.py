@@ -103,6 +103,18 @@ def _temporary(path: Path) -> Path:
     return hidden(path, f"{os.getpid()}.{token_hex(4)}")
 
 
+def check_name(key: str, path: Path) -> None:
+    """Refuse what no file can be called, and what lies where nobody may look.
+
+    Raises:
+        BadInput: one line that names the key.
+    """
+    try:
+        path.exists()
+    except OSError as error:
+        raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}") from None
+
+
 def check_writable(path: Path) -> None:
     """Refuse, before any work is done, what cannot be written in the end.
 

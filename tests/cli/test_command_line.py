@@ -71,6 +71,12 @@ def test_missing_features(tmp_path: Path) -> None:
     assert not (tmp_path / "fit").exists()
 
 
+@pytest.mark.parametrize("arguments", [["compare", "runs="], ["simulate", "system=a", "logs=b", "out="]])
+def test_a_name_that_no_file_can_have(arguments: list[str]) -> None:
+    *others, last = arguments
+    assert_refused(run(*others, last + 5000 * "x"), last[:-1], "too long")
+
+
 def test_missing_dataset(tmp_path: Path) -> None:
     out = tmp_path / "raw"
     assert_refused(

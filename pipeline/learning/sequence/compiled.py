@@ -9,11 +9,13 @@ import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: Sums may be taken in another order, so that they use vectors; what is not a number stays visible.
-RELAXED = {"reassoc", "contract", "arcp", "nsz"}
-
 
 def compiled(function: F) -> F:
-    """`function`, compiled when it is first called and kept on disk; other threads run meanwhile."""
-    result: F = numba.njit(function, cache=True, nogil=True, fastmath=RELAXED, error_model="numpy")
+    """`function`, compiled when it is first called and kept on disk; other threads run meanwhile.
+
+    Sums keep their order: a function that is called by another has a copy in it, which runs where the other
+    was loaded from disk. Were the compiler free to reorder, the two would round differently, and a training
+    that compiles would give other digits than one that does not.
+    """
+    result: F = numba.njit(function, cache=True, nogil=True, error_model="numpy")
     return result
