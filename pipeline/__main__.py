@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ast
 import errno
-import inspect
 import os
 import sys
 import time
@@ -137,11 +136,12 @@ def _call(config: DictConfig) -> Any:
     from omegaconf.errors import OmegaConfBaseException
 
     from pipeline.errors import BadInput
+    from pipeline.overrides import checked_paths
     from pipeline.progress import mode
 
     started, verbose = time.monotonic(), mode() == "verbose"
     try:
-        paths = _paths(config)
+        paths = checked_paths(config, CONF)
         if verbose:
             print(OmegaConf.to_yaml(config), file=sys.stderr)
         result = hydra.utils.call(config, **paths)
@@ -161,35 +161,6 @@ def _call(config: DictConfig) -> Any:
         print(f"done in {seconds:.1f} s", file=sys.stderr)
     _note(config, seconds)
     return result
-
-
-def _paths(config: DictConfig) -> dict[str, Path]:
-    """Check the keys of the stage that `config` names; those that are paths as such."""
-    import hydra
-    from omegaconf import OmegaConf
-
-    from pipeline.errors import BadInput
-    from pipeline.files import check_name, check_writable
-    from pipeline.overrides import check_overrides
-
-    if missing := sorted(OmegaConf.missing_keys(config)):
-        raise BadInput(f"{missing[0]} must be given: {missing[0]}=...")
-    given = inspect.signature(hydra.utils.get_method(config["_target_"])).parameters
-    if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
-        raise BadInput(f"unknown key {unknown[0]!r}, must be one of {', '.join(given)}")
-    kinds = {name: str(p.annotation) for name, p in given.items()}
-    for name, kind in kinds.items():
-        if kind == "Path" and config.get(name) is None:
-            raise BadInput(f"{name} must be given: {name}=...")
-    OmegaConf.resolve(config)
-    check_overrides(config, CONF, kinds)
-    paths = {name for name, kind in kinds.items() if kind.split(" | ")[0] == "Path"}
-    found = {name: Path(str(config[name])) for name in paths if config.get(name) is not None}
-    for name, path in found.items():
-        check_name(name, path)
-    if "out" in found:
-        check_writable(found["out"])
-    return found
 
 
 def _is_call(error: BaseException) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Mapping
 from contextlib import nullcontext
@@ -11,9 +12,11 @@ from typing import Any
 from hydra import compose, initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.utils import get_method
 from omegaconf import DictConfig, OmegaConf
 
 from pipeline.errors import BadInput
+from pipeline.files import check_name, check_writable
 
 #: No count or seed is larger.
 LARGEST = 2**32
@@ -21,6 +24,35 @@ LARGEST = 2**32
 
 #: What stands for a key that is null in its config file, by the annotation of the stage's argument.
 INSTEAD = {"str": "", "Path": "", "int": -1, "float": -1.0, "list[str]": [""], "list[float]": [-1.0]}
+
+
+def checked_paths(config: DictConfig, conf: Path) -> dict[str, Path]:
+    """Check the keys of the stage that `config` names, and resolve it; those that are paths as such.
+
+    Args:
+        config: of the job that Hydra runs. conf: folder of the config files.
+
+    Raises:
+        BadInput: one line that names the key.
+    """
+    if missing := sorted(OmegaConf.missing_keys(config)):
+        raise BadInput(f"{missing[0]} must be given: {missing[0]}=...")
+    given = inspect.signature(get_method(config["_target_"])).parameters
+    if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
+        raise BadInput(f"unknown key {unknown[0]!r}, must be one of {', '.join(given)}")
+    kinds = {name: str(p.annotation) for name, p in given.items()}
+    for name, kind in kinds.items():
+        if kind == "Path" and config.get(name) is None:
+            raise BadInput(f"{name} must be given: {name}=...")
+    OmegaConf.resolve(config)
+    check_overrides(config, conf, kinds)
+    paths = {name for name, kind in kinds.items() if kind.split(" | ")[0] == "Path"}
+    found = {name: Path(str(config[name])) for name in paths if config.get(name) is not None}
+    for name, path in found.items():
+        check_name(name, path)
+    if "out" in found:
+        check_writable(found["out"])
+    return found
 
 
 def check_overrides(config: DictConfig, conf: Path, kinds: Mapping[str, str]) -> None:
