@@ -8,10 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 from pipeline.errors import BadInput
-from pipeline.explanation.absorption import beside_networks
 from pipeline.explanation.advice import advise
 from pipeline.explanation.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
 from pipeline.measurements.folder import read_logs
@@ -20,8 +18,8 @@ from pipeline.physics.system.model import System
 from pipeline.physics.system.reader import read_system
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 from pipeline.stages.identifiability import identifiability
+from tests.explanation.motions import motion, read
 
-Array = NDArray[np.float64]
 SLIDER_CRANK = Path(__file__).parents[2] / "systems" / "slider_crank.yaml"
 
 OSCILLATOR = """
@@ -40,43 +38,6 @@ parameters:
 dynamics: {x: v, v: (K*u - k*x - b*v + offset)/m}
 """
 
-PENDULUM = """
-schema: system/1
-name: pendulum
-states: {theta: {unit: rad}, omega: {unit: rad/s}}
-inputs: {torque: {unit: N m}}
-outputs: {theta: {unit: rad}, omega: {unit: rad/s}}
-parameters:
-  J: {value: 0.5, unit: kg m^2, identify: true}
-  weight: {value: 2.0, unit: N m, identify: true}
-ports:
-  joint: {effort: tau, unit: N m, position: theta, velocity: omega}
-dynamics: {theta: omega, omega: (torque - weight*sin(theta) - tau)/J}
-"""
-
-
-def motion(rates: tuple[float, ...], start: float) -> tuple[Array, Array, Array, Array]:
-    """Time, position, velocity and acceleration of a sum of sines, each as large in velocity."""
-    t = np.arange(0.0, 6.0, 0.004)
-    phases = [(w, w * t + start * (i + 1)) for i, w in enumerate(rates)]
-    size = 2.0 / len(rates)
-    return (
-        t,
-        sum(size / w * np.sin(a) for w, a in phases) + np.zeros_like(t),
-        sum(size * np.cos(a) for w, a in phases) + np.zeros_like(t),
-        sum(-size * w * np.sin(a) for w, a in phases) + np.zeros_like(t),
-    )
-
-
-def read(folder: Path, text: str, logs: list[dict[str, Array]]) -> tuple[System, Logs]:
-    (folder / "system.yaml").write_text(text)
-    for i, log in enumerate(logs):
-        pd.DataFrame(log).to_csv(folder / f"{i}.csv", index=False)
-    table = pd.DataFrame({"id": range(len(logs)), "file": [f"{i}.csv" for i in range(len(logs))]})
-    table.to_csv(folder / "experiments.csv", index=False)
-    system = read_system(folder / "system.yaml")
-    return system, read_logs(folder, system)
-
 
 @pytest.fixture
 def oscillator(tmp_path: Path) -> tuple[System, Logs]:
@@ -85,16 +46,6 @@ def oscillator(tmp_path: Path) -> tuple[System, Logs]:
         t, x, v, a = motion((1.3, 3.1, 7.7), start)
         logs.append({"t": t, "x": x, "v": v, "u": (2.0 * a + 3.0 * v + 50.0 * x) / 4.0})
     return read(tmp_path, OSCILLATOR, logs)
-
-
-def pendulum(folder: Path, rates: tuple[float, ...], text: str = PENDULUM) -> tuple[System, Logs]:
-    """Runs whose load tau = 0.3 omega the model leaves out."""
-    logs = []
-    for start in (0.2, 1.1):
-        t, x, v, a = motion(rates, start)
-        torque = 0.5 * a + 2.0 * np.sin(x) + 0.3 * v
-        logs.append({"t": t, "theta": x, "omega": v, "torque": torque})
-    return read(folder, text, logs)
 
 
 @pytest.fixture(scope="module")
@@ -181,60 +132,6 @@ def test_columns_are_in_units_of_the_parameter_and_the_derivative(oscillator: tu
     assert result.norms["offset"] == pytest.approx(4.0 / 2.0 / acceleration, rel=0.01)
 
 
-def test_a_network_absorbs_gravity_but_not_inertia(tmp_path: Path) -> None:
-    system, logs = pendulum(tmp_path, (1.3, 3.1, 7.7))
-    result = identify_sets(system, logs)
-    assert result.absorbed == ("weight",)
-    assert result.unabsorbed["J"] > 0.2
-    assert [s.names for s in result.sets if s.with_network] == [("J",)]
-    sentences = advise(system, result)
-    assert any(s.startswith("weight is absorbed by the network in port joint") for s in sentences)
-    assert any(s.startswith("{J, weight}, marked in the system file, cannot") for s in sentences)
-
-
-def test_a_network_absorbs_inertia_where_the_motion_says_it_all(tmp_path: Path) -> None:
-    """One sine: the acceleration is a function of the position."""
-    result = identify_sets(*pendulum(tmp_path, (3.1,)))
-    assert result.absorbed == ("J", "weight")
-    assert not any(s.with_network for s in result.sets)
-    assert result.judge(("J",)).collinearity_with_network == COLLINEAR
-
-
-def test_the_effort_is_what_the_logs_need(tmp_path: Path) -> None:
-    system, logs = pendulum(tmp_path, (1.3, 3.1, 7.7))
-    acceleration = np.sqrt(np.mean([motion((1.3, 3.1, 7.7), s)[3] ** 2 for s in (0.2, 1.1)]))
-    load = 0.3 * np.sqrt(np.mean(logs.x[:, 1] ** 2))
-    assert identify_sets(system, logs).norms["tau"] == pytest.approx(load / 0.5 / acceleration, rel=0.02)
-
-
-def test_an_effort_that_enters_nonlinearly_is_found_too(tmp_path: Path) -> None:
-    text = PENDULUM.replace("- tau)/J", "- (tau + tau**3))/J").replace("unit: N m,", "unit: '',")
-    text = text.replace(", velocity: omega}", "}")
-    for unit in ("rad/s", "rad", "N m", "kg m^2"):
-        text = text.replace(f"unit: {unit}", "unit: ''")
-    system, logs = pendulum(tmp_path, (1.3, 3.1, 7.7), text)
-    load = 0.3 * logs.x[:, 1]
-    tau = np.array([np.real(r[np.abs(r.imag) < 1e-9][0]) for r in (np.roots([1, 0, 1, -f]) for f in load)])
-    expected = np.sqrt(np.mean(((1.0 + 3.0 * tau**2) / 0.5) ** 2) * np.mean(tau**2))
-    acceleration = np.sqrt(np.mean([motion((1.3, 3.1, 7.7), s)[3] ** 2 for s in (0.2, 1.1)]))
-    found = identify_sets(system, logs).norms["tau"]
-    assert found == pytest.approx(expected / acceleration, rel=0.03)
-
-
-def test_two_ports_with_the_same_effect_are_no_fault_of_the_parameters(tmp_path: Path) -> None:
-    text = PENDULUM.replace("dynamics:", "  second: {effort: mu, unit: N m, position: theta}\ndynamics:")
-    result = identify_sets(*pendulum(tmp_path, (1.3, 3.1, 7.7), text.replace("- tau)", "- tau - mu)")))
-    assert result.correlation_of("tau", "mu") == pytest.approx(1.0)
-    assert result.judge(("J",)).both
-
-
-def test_samples_without_a_value_are_left_out(tmp_path: Path) -> None:
-    text = PENDULUM.replace("weight*sin(theta)", "weight*sqrt(theta + 0.5)")
-    result = identify_sets(*pendulum(tmp_path, (1.3, 3.1, 7.7), text))
-    assert any("samples at which a derivative has no value were left out" in n for n in result.found.notes)
-    assert np.isfinite(result.found.matrix).all()
-
-
 def test_a_state_that_no_output_shows_is_noted(tmp_path: Path) -> None:
     text = OSCILLATOR.replace("v: {unit: m/s}}\ninputs", "v: {unit: m/s}, F: {unit: N}}\ninputs")
     text = text.replace("(K*u - k*x", "(F - k*x").replace("+ offset)/m}", "+ offset)/m, F: (K*u - F)/lag}")
@@ -254,18 +151,6 @@ def test_collinearity_of_a_pair(correlation: float) -> None:
 
 def test_collinearity_of_the_same_column_twice() -> None:
     assert collinearity(np.ones((2, 2)), [0, 1]) == pytest.approx(COLLINEAR, rel=1e-3)
-
-
-@pytest.mark.parametrize("inputs", [1, 2, 4])
-def test_networks_take_functions_of_their_inputs_and_leave_noise(inputs: int) -> None:
-    generator = np.random.default_rng(0)
-    q, gain = generator.uniform(-1.0, 1.0, (2000, inputs)), generator.uniform(0.5, 2.0, 2000)
-    q = np.hstack([q, np.ones((2000, 1))])  # an input that never moves says nothing
-    known, noise = gain * np.sin(2.0 * q).sum(1), generator.standard_normal(2000)
-    left = beside_networks(np.stack([known, noise, known + noise], -1), [gain], [q])
-    assert np.mean(left[:, 0] ** 2) < 0.01 * np.mean(known**2)
-    assert np.mean(left[:, 1] ** 2) == pytest.approx(np.mean(noise**2), rel=0.05)
-    assert left[:, 2] == pytest.approx(left[:, 0] + left[:, 1], abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
 from tests.fuzz.inputs import Case
 from tests.measurements.systems import motor, run, write_folder
-from tests.physics.system.test_reader import CONVERTER, HOIST
+from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.stages.test_tabulate_real import diagnosis as told
 
 SYSTEMS = Path(__file__).parents[2] / "systems"

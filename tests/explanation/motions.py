@@ -1,0 +1,40 @@
+"""Motions in closed form, and systems with logs of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.measurements.folder import read_logs
+from pipeline.measurements.logs import Logs
+from pipeline.physics.system.model import System
+from pipeline.physics.system.reader import read_system
+
+Array = NDArray[np.float64]
+
+
+def motion(rates: tuple[float, ...], start: float) -> tuple[Array, Array, Array, Array]:
+    """Time, position, velocity and acceleration of a sum of sines, each as large in velocity."""
+    t = np.arange(0.0, 6.0, 0.004)
+    phases = [(w, w * t + start * (i + 1)) for i, w in enumerate(rates)]
+    size = 2.0 / len(rates)
+    return (
+        t,
+        sum(size / w * np.sin(a) for w, a in phases) + np.zeros_like(t),
+        sum(size * np.cos(a) for w, a in phases) + np.zeros_like(t),
+        sum(-size * w * np.sin(a) for w, a in phases) + np.zeros_like(t),
+    )
+
+
+def read(folder: Path, text: str, logs: list[dict[str, Array]]) -> tuple[System, Logs]:
+    """The system and the logs, written to `folder` and read."""
+    (folder / "system.yaml").write_text(text)
+    for i, log in enumerate(logs):
+        pd.DataFrame(log).to_csv(folder / f"{i}.csv", index=False)
+    table = pd.DataFrame({"id": range(len(logs)), "file": [f"{i}.csv" for i in range(len(logs))]})
+    table.to_csv(folder / "experiments.csv", index=False)
+    system = read_system(folder / "system.yaml")
+    return system, read_logs(folder, system)

@@ -1,0 +1,10 @@
+"""Symbols that expressions are written with, and the scope that knows them and a table."""
+
+from __future__ import annotations
+
+from pipeline.physics.system.model import symbol
+from pipeline.physics.system.scope import Scope, Value
+
+NAMES = ("x", "v", "u", "b")
+x, v, u, b = map(symbol, NAMES)
+SCOPE = Scope({name: Value(symbol(name)) for name in NAMES}, {"cam": 0}, ("x", "v"))

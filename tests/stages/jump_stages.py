@@ -1,0 +1,76 @@
+"""The stages of chapter 5, run as the command line does with a profile that is tiny."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import hydra
+from hydra import compose, initialize_config_dir
+from omegaconf import DictConfig, OmegaConf
+
+from pipeline.__main__ import CONF
+
+#: Enough to run everything, not to learn anything.
+TINY = {
+    "repeats": 2,
+    "sequence_updates": 3,
+    "bounce_members": 1,
+    "explained_runs": 3,
+    "references": 4,
+    "exact_runs": 1,
+    "exact_references": 2,
+}
+BOTH = "uniform_and_factors"
+CELLS = {BOTH: "detachment", "scarce": "detachment_blind"}
+#: The shares that claims and explanations are about.
+SHARES = "split.folds.shares=[0.05,0.3,0.5]"
+
+
+def call(verb: str, *overrides: str, **paths: Path) -> None:
+    """Run a stage as the command line does."""
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        has_profile = "profile:" in (CONF / f"{verb}.yaml").read_text()
+        tiny = [f"profile.{key}={value}" for key, value in TINY.items()] if has_profile else []
+        few = [SHARES] if verb in ("attribute", "tabulate_jumps") else []
+        few = [SHARES.replace("folds", "folds.parts.uniform.folds")] if f"split={BOTH}" in overrides else few
+        config = compose(verb, [*tiny, *few, *overrides, f"out={paths['out']}"])
+    OmegaConf.resolve(config)
+    arguments: dict[str, Any] = {
+        str(key): hydra.utils.instantiate(value) if isinstance(value, DictConfig) else value
+        for key, value in config.items()
+        if key != "_target_"
+    }
+    hydra.utils.get_method(config["_target_"])(**arguments | paths)
+
+
+def train(root: Path, model: str, split: str, *overrides: str, out: Path | None = None) -> None:
+    """Fit a model on the features below `root`."""
+    place = out or root / "fits" / model / split
+    call("train", f"model={model}", f"split={split}", *overrides, features=root / "features", out=place)
+
+
+def evaluate(root: Path, model: str, split: str, *overrides: str, out: Path | None = None) -> None:
+    """Test the fits of a model below `root`."""
+    place, fits = out or root / "predictions" / model / split, root / "fits" / model / split
+    call(
+        "evaluate",
+        f"model={model}",
+        f"split={split}",
+        *overrides,
+        features=root / "features",
+        fits=fits,
+        out=place,
+    )
+
+
+def attribute(root: Path, *overrides: str, out: Path | None = None) -> None:
+    """Explain the networks below `root`."""
+    fits = root / "fits" / "detachment" / BOTH
+    call("attribute", *overrides, features=root / "features", fits=fits, out=out or root / "attributions")
+
+
+def tabulate(root: Path, *overrides: str, out: Path | None = None) -> None:
+    """Make the tables of chapter 5 of all that is below `root`."""
+    given = {name: root / name for name in ("features", "predictions", "attributions", "fits", "reports")}
+    call("tabulate_jumps", *overrides, **given, out=out or root / "tables")
