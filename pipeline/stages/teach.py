@@ -90,7 +90,7 @@ def teach(
         write_json(folder / "about.json", about)
         write_json(folder / "claims.json", complete(chapter2.claims(static, dynamic), kind))
         write_json(folder / "equations.json", {"chapter": 2, "rows": [asdict(e) for e in equations(known)]})
-    head = {"data": kind, "profile": "any", "revision": revision(), "seconds": time.monotonic() - begin}
+    head = {"data": kind, "profile": "-", "revision": revision(), "seconds": time.monotonic() - begin}
     found = chapter2.numbers(about, static, motor["network_errors"], dynamic)
     write_json(reports / "metrics" / "chapter2.json", {**head, **found})
 
