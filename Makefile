@@ -28,9 +28,13 @@ jumps: cam_follower
 $(PARTS):
 	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
 
+# two at once would each be in the way of the other's parts: the second waits, and has nothing left to do; where the
+# lock cannot be written, mend says so
 repro: $(VENV)/ready
-	@$(BIN)/python -m pipeline.mend
-	@$(DVC) status -q || { $(MAKE) --no-print-directory --jobs=2 $(PARTS) && $(REPRO) --all-pipelines; }
+	@mkdir -p .dvc/tmp 2>/dev/null; { exec 9> .dvc/tmp/repro.lock; } 2>/dev/null && \
+		{ flock -n 9 || { echo "another run is at work in this folder: waiting for it"; flock 9; }; }; \
+		$(BIN)/python -m pipeline.mend && { $(DVC) status -q || \
+			{ $(MAKE) --no-print-directory --jobs=2 $(PARTS) && $(REPRO) --all-pipelines; }; }
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end
