@@ -10,31 +10,31 @@ PROFILE ?= full
 help:            ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
 
-report: $(VENV)/ready  ## run the whole graph on the virtual campaign and build reports/index.html
-	@$(call choose,virtual,quick,)
-	@$(MAKE) --no-print-directory repro
+report: repro    ## run the whole graph on the virtual campaign and build reports/index.html
+report: CHOOSE = $(call choose,virtual,quick,)
 
-measured: $(VENV)/ready  ## the same on the measured data: DATASET=<folder or zip>, EMPS=<folder>, PROFILE=full|quick
-	@$(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
-	@$(MAKE) --no-print-directory repro
+measured: repro  ## the same on the measured data: DATASET=<folder or zip>, EMPS=<folder>, PROFILE=full|quick
+measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 
 # `dvc repro` runs one stage at a time; parts of the graph that share nothing run side by side, then what needs them
 # all; the longest first
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
 PARTS := slider_crank cam_follower withheld clutch tutorial jumps $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
-.PHONY: repro $(PARTS)
+.PHONY: repro parts $(PARTS)
+parts: $(PARTS)
 jumps: cam_follower
 $(PARTS):
 	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
 
-# two at once would each be in the way of the other's parts: the second waits, and has nothing left to do; where the
-# lock cannot be written, mend says so
+# two at once would each be in the way of the other's parts: the second waits; where the lock cannot be written, mend
+# says so
+CHOOSE := true
 repro: $(VENV)/ready
 	@mkdir -p .dvc/tmp 2>/dev/null; { exec 9> .dvc/tmp/repro.lock; } 2>/dev/null && \
 		{ flock -n 9 || { echo "another run is at work in this folder: waiting for it"; flock 9; }; }; \
-		$(BIN)/python -m pipeline.mend && { $(DVC) status -q || \
-			{ $(MAKE) --no-print-directory --jobs=2 $(PARTS) && $(REPRO) --all-pipelines; }; }
+		$(BIN)/python -m pipeline.mend && $(CHOOSE) && { $(DVC) status -q || \
+			{ $(MAKE) --no-print-directory --jobs=2 parts && $(REPRO) --all-pipelines; }; }
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end

@@ -17,6 +17,8 @@ from pipeline.trajectory import Campaign
 
 ROOT = Path(__file__).parents[1]
 
+os.environ["DVC_NO_ANALYTICS"] = "1"  # projects of the tests have no .dvc/config that says so
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The whole graph takes longest and comes first."""
