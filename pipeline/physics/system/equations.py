@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import html
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.printing.mathml import MathMLPresentationPrinter
 
+from pipeline.physics.system import functions
 from pipeline.physics.system.grammar import parse
 from pipeline.physics.system.model import System, symbol
 from pipeline.physics.system.scope import Value, scope_of
+from pipeline.physics.system.tables import Table
+
+#: How functions with corners are written in a file.
+_WRITTEN = {
+    functions.sgn: "sign",
+    functions.step: "heaviside",
+    functions.whole: "floor",
+    functions.minimum: "min",
+    functions.maximum: "max",
+    functions.select: "where",
+}
 
 
 @dataclass(frozen=True)
@@ -53,12 +66,13 @@ def equations(system: System) -> list[Equation]:
         place = f"events.{event.name}"
         left[f"{place}.expression"] = ("event", sp.S.Zero)
         left |= {f"{place}.then.{s.name}": ("then", _Rate(symbol(s.name))) for s in system.states}
+    printer = _Printer(system.tables)
     found = []
     for place, (kind, name) in left.items():
         if place in system.text:
             text = system.text[place]
             right = parse(text, scope, place)
-            body = f"{_PRINTER.doprint(name)}<mo>=</mo>{_PRINTER.doprint(right)}"
+            body = f"{printer.doprint(name)}<mo>=</mo>{printer.doprint(right)}"
             found.append(Equation(kind, text, f'<math display="block"><mrow>{body}</mrow></math>'))
     return found
 
@@ -69,6 +83,13 @@ class _Rate(sp.Function):  # type: ignore[misc]
 
 class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
     """Prints functions of the states by their names alone, and the rate of a state with a dot."""
+
+    def __init__(self, tables: Sequence[Table]) -> None:
+        super().__init__()
+        self.tables = tables
+
+    def mathml_tag(self, e: object) -> str:
+        return _WRITTEN.get(type(e)) or str(super().mathml_tag(e))
 
     def _print_AppliedUndef(self, e: AppliedUndef) -> object:
         return self._print(sp.Symbol(e.func.__name__))
@@ -84,14 +105,24 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
     def _print_absolute(self, e: sp.Expr) -> object:
         return self._print(sp.Abs(e.args[0], evaluate=False))
 
-    def _print_sgn(self, e: sp.Expr) -> object:
-        return self._print(sp.Function("sign")(e.args[0]))
+    def _print_lookup(self, e: sp.Expr) -> object:
+        table, x, order = e.args
+        row = self.dom.createElement("mrow")
+        row.appendChild(self._print(sp.Symbol(self.tables[int(table)].name + int(order) * "′")))
+        row.appendChild(self._paren_comma_separated(x))
+        return row
+
+    def _print_greater(self, e: sp.Expr) -> object:
+        return self._paren_comma_separated(sp.Gt(*e.args, evaluate=False))
+
+    def _print_at_least(self, e: sp.Expr) -> object:
+        return self._paren_comma_separated(sp.Ge(*e.args, evaluate=False))
+
+    def _print_equal(self, e: sp.Expr) -> object:
+        return self._paren_comma_separated(sp.Eq(*e.args, evaluate=False))
 
     def doprint(self, expr: sp.Expr) -> str:
         # XML knows no entities of MathML like &InvisibleTimes;
         return re.sub(
             r"&(?!(?:lt|gt|amp|quot);)\w+;", lambda m: html.unescape(m[0]), self._print(expr).toxml()
         )
-
-
-_PRINTER = _Printer()
