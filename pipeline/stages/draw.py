@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder, write_json
-from pipeline.progress import track
+from pipeline.jobs import run_jobs
 from pipeline.shapes import ORIGIN, read_shaped
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def draw(
     data: Path,
     raw: Path,
     campaigns: Mapping[str, str],
+    workers: int,
     out: Path,
 ) -> None:
     """Write `out`/<name>.svg for every figure and `out`/figures.json with their captions.
@@ -33,30 +34,40 @@ def draw(
         data: folder with the tables.
         raw: folder of <campaign>/provenance.json.
         campaigns: chapter or letter -> the campaign that its figures show.
+        workers: processes that draw.
         out: folder, replaced as a whole.
 
     Raises:
         BadInput: on an unknown name, or when a table is missing.
     """
-    from pipeline.figures.style import style
-
     unknown = sorted(set(only or ()) - set(figures))
     if unknown:
         raise BadInput(f"unknown figure {unknown[0]}, must be one of {', '.join(figures)}")
     chosen = {name: f for name, f in figures.items() if not only or name in only}
     index = []
-    with replacing_folder(out) as folder, style():
-        for name, function in track(chosen.items(), len(chosen), "drawing"):
-            try:
-                figure = function(data)
-            except BadInput as error:
-                raise BadInput(f"{error}, {name} needs it") from None
-            figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+    with replacing_folder(out) as folder:
+        jobs = {
+            name: functools.partial(_draw, name, function, data, folder / f"{name}.svg")
+            for name, function in chosen.items()
+        }
+        run_jobs(jobs, workers, "drawing")
+        for name, function in chosen.items():
             entry = _entry(name, function)
             first = entry["number"].split(".")[0]
             origin = read_shaped(raw / campaigns[first] / "provenance.json", ORIGIN)
             index.append({**entry, "data": origin["data"]})
         write_json(folder / "figures.json", index)
+
+
+def _draw(name: str, function: Callable[[Path], Figure], data: Path, out: Path) -> None:
+    from pipeline.figures.style import style
+
+    with style():
+        try:
+            figure = function(data)
+        except BadInput as error:
+            raise BadInput(f"{error}, {name} needs it") from None
+        figure.savefig(out, metadata={"Date": None})
 
 
 def _entry(name: str, function: Callable[[Path], Figure]) -> dict[str, Any]:

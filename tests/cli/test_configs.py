@@ -5,8 +5,6 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Iterator
-from pathlib import Path
 
 import hydra
 import pytest
@@ -109,42 +107,6 @@ def test_a_stage_declares_the_configs_that_hydra_chooses(verb: str) -> None:
         if isinstance(entry, dict):
             ((group, name),) = entry.items()
             assert f"conf/{group}/{overridden.get(group, name)}.yaml" in declared, group
-
-
-def imports(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("pipeline"):
-            for alias in node.names:
-                inner = ROOT / (node.module + "." + alias.name).replace(".", "/")
-                yield node.module + "." + alias.name if inner.with_suffix(".py").exists() else node.module
-
-
-def reached(path: Path, seen: set[Path]) -> set[Path]:
-    if path in seen:
-        return seen
-    seen.add(path)
-    for module in imports(path):
-        file = ROOT / (module.replace(".", "/") + ".py")
-        if file.exists():
-            reached(file, seen)
-    return seen
-
-
-#: Their content cannot change a result.
-HARMLESS = {
-    f"pipeline/{name}.py" for name in ("errors", "files", "parquet", "progress", "revision", "shapes")
-}
-
-
-@pytest.mark.parametrize("verb", NODES)
-def test_a_stage_depends_on_the_modules_it_imports(verb: str) -> None:
-    stage = STAGES[verb]
-    declared = [d for d in stage["deps"] if d.startswith("pipeline")]
-    files = {
-        p.relative_to(ROOT).as_posix() for p in reached(ROOT / "pipeline" / "stages" / f"{verb}.py", set())
-    }
-    missing = {f for f in files - HARMLESS if not any(f == d or f.startswith(d + "/") for d in declared)}
-    assert not missing
 
 
 def test_heavy_imports_are_lazy() -> None:

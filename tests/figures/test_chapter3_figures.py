@@ -119,4 +119,4 @@ def test_a_missing_table_is_named(content: Content, tmp_path: Path) -> None:
     (folder / "tables" / "clutch" / "pairs.parquet").unlink()
     figures = {"fig_3_14_2": identification.profile_pairs}
     with pytest.raises(BadInput, match=r"pairs\.parquet: no such file, fig_3_14_2 needs it"):
-        draw_stage(figures, None, folder, tmp_path / "raw", {3: "clutch"}, tmp_path / "out")
+        draw_stage(figures, None, folder, tmp_path / "raw", {3: "clutch"}, 1, tmp_path / "out")

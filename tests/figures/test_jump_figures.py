@@ -87,4 +87,4 @@ def test_a_missing_table_is_named(content: Content, tmp_path: Path) -> None:
     (folder / "tables" / "jumps" / "exact.parquet").unlink()
     figures = {"fig_5_23": contributions.relative_contributions}
     with pytest.raises(BadInput, match=r"exact\.parquet: no such file, fig_5_23 needs it"):
-        draw_stage(figures, None, folder, tmp_path / "raw", {5: "cam_follower"}, tmp_path / "out")
+        draw_stage(figures, None, folder, tmp_path / "raw", {5: "cam_follower"}, 1, tmp_path / "out")

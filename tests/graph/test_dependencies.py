@@ -5,25 +5,17 @@ from __future__ import annotations
 import re
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import grimp
 import pytest
-import yaml
+
+from tests.conftest import stages
 
 ROOT = Path(__file__).parents[2]
 #: How files are written and what is said meanwhile: no result changes with it.
 PLUMBING = {
     f"pipeline/{name}.py" for name in ("errors", "files", "parquet", "progress", "revision", "shapes")
 }
-
-
-def stages() -> dict[str, dict[str, Any]]:
-    """All stages that run a verb."""
-    found = {}
-    for path in (ROOT / "dvc.yaml", *sorted(ROOT.glob("graph/*/dvc.yaml"))):
-        found |= yaml.safe_load(path.read_text())["stages"]
-    return {name: stage.get("do", stage) for name, stage in found.items()}
 
 
 @cache
@@ -35,6 +27,7 @@ def imports() -> grimp.ImportGraph:
 @pytest.mark.parametrize("name", stages())
 def test_a_stage_depends_on_what_it_imports(name: str) -> None:
     stage = stages()[name]
+    stage = stage.get("do", stage)
     verb = re.search(r"-m pipeline (\w+)", stage["cmd"])
     assert verb, stage["cmd"]
     module = f"pipeline.stages.{verb[1]}"
