@@ -46,11 +46,16 @@ def relaxation(at: Site) -> Fixed:
     return Fixed("t", at.period)
 
 
-def waves(at: Site, most: int) -> tuple[float, ...]:
+def waves(at: Site, most: int, whole: bool = False) -> tuple[float, ...]:
     """Up to `most` spatial frequencies, in radians per unit of position, that samples can resolve.
 
     Whole numbers per turn where the position is an angle, else half waves over the travel.
+
+    Args:
+        whole: from a whole wave over the travel on: less of one looks like a spring.
     """
-    step = 1.0 if at.quantities["x"].unit == "rad" else pi / (2.0 * at["x"].half)
+    angle = at.quantities["x"].unit == "rad"
+    step = 1.0 if angle else pi / (2.0 * at["x"].half)
+    first = 2 if whole and not angle else 1
     finest = pi / (2.0 * at["v"].rms * at.period) if "v" in at else most * step
-    return tuple(step * k for k in range(1, most + 1) if k == 1 or step * k <= finest)
+    return tuple(step * k for k in range(first, most + 1) if k == first or step * k <= finest)

@@ -20,9 +20,9 @@ class TorqueRipple(PortEffect):
     power = "stored"
 
     def law(self, at: Site) -> Law:
-        grid = waves(at, _MOST)
+        grid = waves(at, _MOST, whole=True)
         amplitudes = {"A_s": signed("sin(k_x*x)", at.effort), "A_c": signed("cos(k_x*x)", at.effort)}
-        frequency = Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1]))
+        frequency = Shape("1/x", grid, (grid[0], 1.5 * grid[-1]))
         return Law("A_s*sin(k_x*x) + A_c*cos(k_x*x)", amplitudes, {"k_x": frequency})
 
 
@@ -36,12 +36,12 @@ class TorqueRippleWithOvertones(PortEffect):
     power = "stored"
 
     def law(self, at: Site) -> Law:
-        grid = waves(at, _MOST // 3)
+        grid = waves(at, _MOST // 3, whole=True)
         parts = {"A_s": "sin(k_x*x)", "A_c": "cos(k_x*x)"}
         for letter, k in (("B", 2), ("C", 3)):
             parts |= {f"{letter}_s": f"sin({k}*k_x*x)", f"{letter}_c": f"cos({k}*k_x*x)"}
         return Law(
             " + ".join(f"{name}*{wave}" for name, wave in parts.items()),
             {name: signed(wave, at.effort) for name, wave in parts.items()},
-            {"k_x": Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1]))},
+            {"k_x": Shape("1/x", grid, (grid[0], 1.5 * grid[-1]))},
         )

@@ -177,3 +177,11 @@ def test_a_system_without_units_gets_numbers_without_units(tmp_path: Path) -> No
             assert set(added.units.values()) <= {"1", "s"}, effect.family
             write_system(added.system, tmp_path / "grown.yaml")
             assert read_system(tmp_path / "grown.yaml").parameters == added.system.parameters
+
+
+@every([case for case in cases("stage", "pendulum") if case.effect.family == "torque_ripple"])
+def test_a_ripple_is_at_least_one_wave(case: Case) -> None:
+    """Over the travel, or per turn: less of one, with its overtones, fits whatever a spring does."""
+    lowest = {"stage": 2.0 * np.pi / 0.6, "pendulum": 1.0}[case.name]
+    (wave,) = case.added.shapes
+    assert_allclose((case.added.bounds[wave][0], min(case.added.shapes[wave])), lowest, rtol=1e-3)
