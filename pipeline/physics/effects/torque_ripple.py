@@ -12,7 +12,7 @@ _MOST = 64
 
 
 class TorqueRipple(PortEffect):
-    """One wave; add it again for another. Its phase is that of its sine and cosine."""
+    """One wave, at least a whole one over the travel. Add it again for another."""
 
     family = "torque_ripple"
     complexity = 3.0
