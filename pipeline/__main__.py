@@ -60,7 +60,8 @@ def main(arguments: list[str]) -> int:
     """Run one verb; return the exit code."""
     known = verbs()
     if not arguments or arguments[0] in ("-h", "--help"):
-        print(HELP.format(verbs="\n".join(f"  {name:<10} {line}" for name, line in known.items())))
+        width = max(map(len, known))
+        print(HELP.format(verbs="\n".join(f"  {name:<{width}}  {line}" for name, line in known.items())))
         return 0
     verb, rest = arguments[0], arguments[1:]
     if verb not in known:
