@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 
@@ -166,6 +167,7 @@ def fit(
     seconds: float = 3.0,
     substeps: int = 2,
     tolerance: float = 0.15,
+    workers: int = 2,
 ) -> Motor:
     """Identify the motor of every fold; each model of the stack has its own random starts.
 
@@ -178,11 +180,17 @@ def fit(
         most_runs: a model sees a random choice of at most so many of its training runs.
         seconds: every run is cut there. substeps: RK4 steps per sample.
         tolerance: rad/s, see `Problem`.
+        workers: models identified side by side, on a core each; the result does not depend on it.
     """
     model = build(dataset.bench, len(folds))
-    for b, fold in enumerate(track(folds, len(folds), "identifying motors")):
+
+    def identified(b: int) -> Array:
         generator = np.random.default_rng([seed, b])
-        runs = np.sort(generator.permutation(fold)[:most_runs])
+        runs = np.sort(generator.permutation(folds[b])[:most_runs])
         task = problem(dataset, runs, seconds, substeps, tolerance)
-        model.parameters_.data[b] = torch.as_tensor(identify(task, regress(dataset, runs), generator, starts))
+        return identify(task, regress(dataset, runs), generator, starts)
+
+    with ThreadPoolExecutor(workers) as pool:
+        found = track(pool.map(identified, range(len(folds))), len(folds), "identifying motors")
+        model.parameters_.data[:] = torch.as_tensor(np.stack(list(found)))
     return model

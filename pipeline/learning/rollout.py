@@ -50,10 +50,11 @@ def residual_kernel() -> Callable[..., None]:
             p[0], p[1], p[2], p[3], p[4], p[5], c[0], c[1], c[2],
         )  # fmt: skip
 
-    @numba.njit(error_model="numpy", parallel=True)
+    # not parallel: numba would give OpenMP, and with it torch, as many threads as there are cores
+    @numba.njit(error_model="numpy", nogil=True)
     def residual(p, c, curves, theta, omega, lengths, V, m, cam, own, period, substeps, stretch, out):  # type: ignore[no-untyped-def]
         h = period / substeps
-        for r in numba.prange(len(lengths)):
+        for r in range(len(lengths)):
             curve, o = curves[cam[r]], own[r]
             a, w, seen = theta[r, 0], omega[r, 0], 0
             a_old, w_old = a, w
