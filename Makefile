@@ -48,8 +48,8 @@ check: $(VENV)/tools  ## style, types, layering
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(VENV)/tools  ## speed against peers, as ratios in one run
-	$(BIN)/python -m benchmarks
+bench: $(VENV)/tools  ## speed against peers, as ratios in one run: ARGS=<some of them>
+	$(BIN)/python -m benchmarks $(ARGS)
 
 fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every time (minutes)
 	FUZZ=400 FUZZ_SEED=$$(date +%s) $(BIN)/python -m pytest tests/fuzz $(ARGS)

@@ -1,7 +1,8 @@
-"""Run every benchmark and write reports/metrics/benchmarks.json."""
+"""Run every benchmark and write reports/metrics/benchmarks.json, or run those named and only print them."""
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import pkgutil
 import time
@@ -23,9 +24,15 @@ def main() -> None:
 
     A benchmark whose peer is not installed is left out.
     """
+    known = sorted(m.name for m in pkgutil.iter_modules(benchmarks.__path__) if m.name not in HARNESS)
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="name", help=f"all, or some of: {', '.join(known)}")
+    names = parser.parse_args().names
+    if unknown := set(names) - set(known):
+        parser.error(f"no such benchmark: {', '.join(sorted(unknown))}")
     start = time.monotonic()
     results: dict[str, object] = {"data": "virtual", "profile": "-", "revision": revision()}
-    for module in sorted(m.name for m in pkgutil.iter_modules(benchmarks.__path__) if m.name not in HARNESS):
+    for module in names or known:
         benchmark = importlib.import_module(f"benchmarks.{module}")
         try:
             numbers = benchmark.run()
@@ -38,6 +45,8 @@ def main() -> None:
         own = "".join(f", {name} {value:.3g}" for name, value in numbers.items() if name not in COMMON)
         print(f"{module:<16} {numbers['ratio']:6.1f} x the speed {spread} of {numbers['peer_version']}{own}")
     results["seconds"] = time.monotonic() - start
+    if names:
+        return
     write_json(Path(__file__).parent.parent / "reports" / "metrics" / "benchmarks.json", results)
 
 
