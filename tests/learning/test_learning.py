@@ -21,6 +21,7 @@ from pipeline.models.conditions import Bench
 from pipeline.models.dataset import Dataset
 from pipeline.models.motor import Motor
 from pipeline.models.relu_ode import Hybrid
+from pipeline.numerics.threads import one_thread
 from pipeline.physics.mechanisms.cam_follower import CamFollower
 from pipeline.trajectory import Campaign
 
@@ -140,6 +141,14 @@ def test_the_compiled_residual_equals_the_torch_reference(planted: Dataset) -> N
         expected = (reference - planted.omega[samples].double().numpy()) * task.weight[j]
         # the kernel interpolates between substeps, the reference between samples
         np.testing.assert_allclose(ours[j], expected, atol=2e-3)
+
+
+def test_the_identification_leaves_torch_its_threads(planted: Dataset) -> None:
+    # a parallel kernel of numba gives torch all cores, and beside another process trainings wait for them
+    task = free_run.problem(planted, np.arange(4), 1.0, 2, 0.15)
+    with one_thread():
+        task.residual(free_run.unit(TRUTH))
+        assert torch.get_num_threads() == 1
 
 
 def test_unit_inverts_physical() -> None:
