@@ -45,9 +45,8 @@ def main() -> None:
         own = "".join(f", {name} {value:.3g}" for name, value in numbers.items() if name not in COMMON)
         print(f"{module:<16} {numbers['ratio']:6.1f} x the speed {spread} of {numbers['peer_version']}{own}")
     results["seconds"] = time.monotonic() - start
-    if names:
-        return
-    write_json(Path(__file__).parent.parent / "reports" / "metrics" / "benchmarks.json", results)
+    if not names:
+        write_json(Path(__file__).parent.parent / "reports" / "metrics" / "benchmarks.json", results)
 
 
 if __name__ == "__main__":

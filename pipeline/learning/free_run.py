@@ -190,6 +190,7 @@ def fit(
         task = problem(dataset, runs, seconds, substeps, tolerance)
         return identify(task, regress(dataset, runs), generator, starts)
 
+    residual_kernel(), known_effort()  # made once, before threads ask for them
     with ThreadPoolExecutor(workers) as pool:
         found = track(pool.map(identified, range(len(folds))), len(folds), "identifying motors")
         model.parameters_.data[:] = torch.as_tensor(np.stack(list(found)))
