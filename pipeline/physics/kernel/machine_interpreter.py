@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from pipeline.physics.kernel.layout import jit
-from pipeline.physics.kernel.machine_opcodes import LANES, Op
+from pipeline.physics.kernel.machine_opcodes import Op
 from pipeline.physics.kernel.machine_scalars import exp, tanh
 from pipeline.physics.kernel.scalars import (
     at_least,
@@ -42,109 +42,109 @@ def looked_up(x, k, curves):
 
 
 @jit()
-def tanh_of(w, d, a):
+def tanh_of(w, d, a, lanes):
     # on its own, or it would be too long to be inlined, and not vectorised
-    for i in range(LANES):
+    for i in range(lanes):
         w[d, i] = tanh(w[a, i])
 
 
 @jit()
-def execute(w, code, first, last, curves):
-    """Run the instructions `first` to `last` of `code` on the registers `w`."""
+def execute(w, lanes, code, first, last, curves):
+    """Run the instructions `first` to `last` of `code` on the first `lanes` of the registers `w`."""
     for k in range(first, last):
         op, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
         if op == Op.ADD:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[a, i] + w[b, i]
         elif op == Op.SUB:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[a, i] - w[b, i]
         elif op == Op.MUL:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[a, i] * w[b, i]
         elif op == Op.DIV:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[a, i] / w[b, i]
         elif op == Op.MULADD:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[a, i] * w[b, i] + w[c, i]
         elif op == Op.MULSUB:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[a, i] * w[b, i] - w[c, i]
         elif op == Op.NEGMULADD:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = w[c, i] - w[a, i] * w[b, i]
         elif op == Op.NEG:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = -w[a, i]
         elif op == Op.SQRT:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.sqrt(w[a, i])
         elif op == Op.SIN:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = sin(w[a, i])
         elif op == Op.COS:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = cos(w[a, i])
         elif op == Op.EXP:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = exp(w[a, i])
         elif op == Op.TANH:
-            tanh_of(w, d, a)
+            tanh_of(w, d, a, lanes)
         elif op == Op.ABS:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = abs(w[a, i])
         elif op == Op.SGN:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = sgn(w[a, i])
         elif op == Op.STEP:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = step(w[a, i])
         elif op == Op.MIN:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = minimum(w[a, i], w[b, i])
         elif op == Op.MAX:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = maximum(w[a, i], w[b, i])
         elif op == Op.FLOOR:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = np.floor(w[a, i])
         elif op == Op.GREATER:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = greater(w[a, i], w[b, i])
         elif op == Op.AT_LEAST:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = at_least(w[a, i], w[b, i])
         elif op == Op.EQUAL:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = equal(w[a, i], w[b, i])
         elif op == Op.SELECT:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = select(w[a, i], w[b, i], w[c, i])
         elif op == Op.LOOKUP:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = looked_up(w[a, i], code[k, 5], curves)
         elif op == Op.POW:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.pow(w[a, i], w[b, i])
         elif op == Op.LOG:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.log(w[a, i])
         elif op == Op.ASIN:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.asin(w[a, i])
         elif op == Op.ACOS:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.acos(w[a, i])
         elif op == Op.ATAN:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.atan(w[a, i])
         elif op == Op.ATAN2:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.atan2(w[a, i], w[b, i])
         elif op == Op.SINH:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.sinh(w[a, i])
         elif op == Op.COSH:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[d, i] = math.cosh(w[a, i])

@@ -8,28 +8,37 @@ from pipeline.physics.kernel.layout import jit
 from pipeline.physics.kernel.machine_interpreter import execute
 from pipeline.physics.kernel.machine_opcodes import LANES
 
+#: Lanes are filled up to a multiple of this, so that loops over them have no rest outside vector registers.
+FULL = 16
+
+
+@jit()
+def filled(lanes):
+    """How many lanes of a block are computed where `lanes` of them count."""
+    return -(-lanes // FULL) * FULL
+
 
 @jit()
 def fill_numbers(w, row, numbers):
     for j in range(len(numbers)):
-        for i in range(LANES):
+        for i in range(w.shape[1]):
             w[row + j, i] = numbers[j]
 
 
 @jit()
-def at_share(w, at, now, slope, clock, share, period):
+def at_share(w, lanes, at, now, slope, clock, share, period):
     """Inputs and time `share` of a period after the last sample."""
     for j in range(len(now)):
-        for i in range(LANES):
+        for i in range(lanes):
             w[at.u + j, i] = now[j, i] + share * slope[j, i]
-    for i in range(LANES):
+    for i in range(lanes):
         w[at.t, i] = clock[i] + share * period
 
 
 @jit()
-def at_sample(now, slope, clock, windows, k, window, member, hold):
+def at_sample(lanes, now, slope, clock, windows, k, window, member, hold):
     """What every lane reads of its window at sample k; after its end the last one."""
-    for i in range(LANES):
+    for i in range(lanes):
         m = window[i]
         row = windows.start[m] + min(k, windows.steps[m])
         after = windows.start[m] + min(k + 1, windows.steps[m])
@@ -41,36 +50,36 @@ def at_sample(now, slope, clock, windows, k, window, member, hold):
 
 
 @jit()
-def advance(w, rates, k1, total, last, stage, h):
+def advance(w, lanes, rates, k1, total, last, stage, h):
     """The state of the next stage of Runge and Kutta's method, or at the end of the step."""
     weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
     part = h if stage == 2 else 0.5 * h
     n = len(rates)
     # a copy, for the rate of one state may be the register of another
     for j in range(n):
-        for i in range(LANES):
+        for i in range(lanes):
             k1[j, i] = w[rates[j], i]
     for j in range(n):
         if stage == 0:
-            for i in range(LANES):
+            for i in range(lanes):
                 total[j, i] = last[j, i] + weight * k1[j, i]
         else:
-            for i in range(LANES):
+            for i in range(lanes):
                 total[j, i] += weight * k1[j, i]
         if stage == 3:
-            for i in range(LANES):
+            for i in range(lanes):
                 last[j, i] = total[j, i]
                 w[j, i] = total[j, i]
         else:
-            for i in range(LANES):
+            for i in range(lanes):
                 w[j, i] = last[j, i] + part * k1[j, i]
 
 
 @jit()
 def begin(w, program, windows, p, c, x0, first, lanes, window, member, last):
     """Everything that stays the same in the lanes of a block, and their first states; its longest window."""
-    at, sets, longest = program.at, x0.shape[1], 0
-    for i in range(LANES):
+    at, sets, longest, wide = program.at, x0.shape[1], 0, filled(lanes)
+    for i in range(wide):
         lane = first + min(i, lanes - 1)
         m, b = lane // sets, lane % sets
         window[i], member[i], owner = m, b, windows.owner[m]
@@ -81,7 +90,7 @@ def begin(w, program, windows, p, c, x0, first, lanes, window, member, last):
             w[at.c + j, i] = c[owner, j]
         for j in range(x0.shape[2]):
             last[j, i] = w[j, i] = x0[m, b, j]
-    execute(w, program.code, at.prologue, at.driven, program.curves)
+    execute(w, wide, program.code, at.prologue, at.driven, program.curves)
     return longest
 
 
@@ -99,12 +108,13 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
     count = len(windows.start) * x0.shape[1]
     for first in range(0, count, LANES):
         lanes = min(LANES, count - first)
+        wide = filled(lanes)
         longest = begin(w, program, windows, p, c, x0, first, lanes, window, member, last)
         for k in range(longest + 1):
-            at_sample(now, slope, clock, windows, k, window, member, hold)
-            at_share(w, at, now, slope, clock, 0.0, period)
-            execute(w, code, at.driven, at.observed, curves)
-            execute(w, code, at.observed, at.rates, curves)
+            at_sample(wide, now, slope, clock, windows, k, window, member, hold)
+            at_share(w, wide, at, now, slope, clock, 0.0, period)
+            execute(w, wide, code, at.driven, at.observed, curves)
+            execute(w, wide, code, at.observed, at.rates, curves)
             for i in range(lanes):
                 if k <= windows.steps[window[i]]:
                     for j in range(len(program.shown)):
@@ -115,10 +125,10 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
                 for stage in range(4):
                     if stage == 1 or stage == 3:
                         share = (sub + (0.5 if stage == 1 else 1.0)) / substeps
-                        at_share(w, at, now, slope, clock, share, period)
-                        execute(w, code, at.driven, at.observed, curves)
-                    execute(w, code, at.rates, at.end, curves)
-                    advance(w, program.rates, k1, total, last, stage, h)
+                        at_share(w, wide, at, now, slope, clock, share, period)
+                        execute(w, wide, code, at.driven, at.observed, curves)
+                    execute(w, wide, code, at.rates, at.end, curves)
+                    advance(w, wide, program.rates, k1, total, last, stage, h)
 
 
 @jit()
@@ -129,7 +139,8 @@ def evaluate(program, t, x, u, p, c, y):
     fill_numbers(w, at.numbers, program.numbers)
     for first in range(0, len(t), LANES):
         lanes = min(LANES, len(t) - first)
-        for i in range(LANES):
+        wide = filled(lanes)
+        for i in range(wide):
             k = first + min(i, lanes - 1)
             w[at.t, i] = t[k, 0]
             for j in range(x.shape[1]):
@@ -140,7 +151,7 @@ def evaluate(program, t, x, u, p, c, y):
                 w[at.p + j, i] = p[k, j]
             for j in range(c.shape[1]):
                 w[at.c + j, i] = c[k, j]
-        execute(w, code, at.prologue, at.rates, curves)
+        execute(w, wide, code, at.prologue, at.rates, curves)
         for i in range(lanes):
             for j in range(len(program.shown)):
                 y[first + i, j] = w[program.shown[j], i]
