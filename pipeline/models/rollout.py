@@ -104,18 +104,18 @@ class CompiledRollout(torch.autograd.Function):
         """x0 (windows, states), xi (trained,), weights (size,) of `member`; see `simulate`."""
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
         # the weights of this moment: an optimiser may have moved on when backward is called
-        ctx.context = model, data, starts, steps, X, Z, _common(model, member, how)
+        ctx.context = model, data, starts, steps, X[:, :1].copy(), _common(model, member, how)
         return torch.from_numpy(X), torch.from_numpy(Z)
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
         """Gradients by x0, xi and weights."""
-        model, data, starts, steps, X, Z, common = ctx.context
+        model, data, starts, steps, first, common = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
         k = kernel(model.structure)
         inputs = data.u, data.c, data.t, steps
         gx0, gp, gW = loops.pullback(
-            *(k.evaluate, k.pull, k.layout, X, Z, G, GZ, starts, data.owner),
+            *(k.evaluate, k.pull, k.layout, first, G, GZ, starts, data.owner),
             *(*inputs, *common),
         )
         units = model.unit.detach().cpu()

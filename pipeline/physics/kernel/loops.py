@@ -52,23 +52,36 @@ def load_constants(w, at, C, first, owner):
 
 
 @jit()
-def load_state(w, at, x, base, K, before, factor):
-    """The state of a stage: x plus `factor` times the stage before, which starts at K[before]."""
+def load_state(w, at, x, K, factor):
+    """The state of a stage: x plus `factor` times the stage before."""
     n = at.states * LANES
     if factor == 0.0:
-        for a in range(n):
-            w[at.x * LANES + a] = x[base + a]
+        copy(w, at.x * LANES, x, 0, n)
     else:
         for a in range(n):
-            w[at.x * LANES + a] = x[base + a] + factor * K[before + a]
+            w[at.x * LANES + a] = x[a] + factor * K[a]
 
 
 @jit()
-def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, stages, p):
-    """Roll a block out: X (steps + 1, states, LANES) flat, its first sample given; Z (steps, networks,
-    LANES) flat.
-    """
+def keep(w, at, to, start):
+    """Keep the state and the networks' efforts of a stage, all that `pull` needs of it."""
     n, m = at.states * LANES, at.networks * LANES
+    copy(to, start, w, at.x * LANES, n)
+    copy(to, start + n, w, at.z * LANES, m)
+
+
+@jit()
+def new_trace(at, steps, substeps, stages):
+    """Room for what `forward` keeps of every stage of a block."""
+    return np.empty(steps * substeps * len(stages) * (at.states + at.networks) * LANES)
+
+
+@jit()
+def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, hold, stages, p):
+    """Roll a block out: X (steps + 1, states, LANES) flat, its first sample given; Z (steps, networks,
+    LANES) flat; `trace` where it is not empty.
+    """
+    n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part = period / substeps
     K, last, total = np.zeros(n), np.empty(n), np.empty(n)
     for k in range(steps):
@@ -76,13 +89,14 @@ def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, s
         for sub in range(substeps):
             for a in range(n):
                 total[a] = 0.0
-            for s in range(len(stages)):
-                load_state(w, at, last, 0, K, 0, part * stages[s, 0])
+            for s in range(S):
+                load_state(w, at, last, K, part * stages[s, 0])
                 load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
                 evaluate(w, p)
+                if len(trace):
+                    keep(w, at, trace, ((k * substeps + sub) * S + s) * (n + m))
                 if s == 0 and sub == 0:
-                    for a in range(m):
-                        Z[k * m + a] = w[at.z * LANES + a]
+                    copy(Z, k * m, w, at.z * LANES, m)
                 for a in range(n):
                     K[a] = w[at.dx * LANES + a]
                     total[a] += stages[s, 1] * K[a]
@@ -92,51 +106,31 @@ def forward(evaluate, at, w, X, Z, first, U, T, steps, substeps, period, hold, s
 
 
 @jit()
-def backward(evaluate, pull, at, w, X, Z, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
+def backward(pull, at, w, trace, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
     """Back-propagation through time: G (like X) holds the loss's gradient by every sample; its first becomes
     x0's.
 
-    X and Z are as `forward` left them. GZ (like Z) is the loss's own gradient by the networks' efforts.
+    `trace` is as `forward` left it. GZ (like Z) is the loss's own gradient by the networks' efforts.
     gp and gw of the block grow.
     """
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part = period / substeps
-    # the samples between, and the stages, are cheaper to make again than to keep
-    inner, K = np.zeros((substeps + 1) * n), np.zeros(S * n)
     lam, grow = np.empty(n), np.empty(S * n)
     for k in range(steps - 1, -1, -1):
-        copy(inner, 0, X, k * n, n)
         copy(lam, 0, G, (k + 1) * n, n)
-        for sub in range(substeps - 1):
-            copy(inner, (sub + 1) * n, inner, sub * n, n)
-            for s in range(S):
-                load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
-                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
-                evaluate(w, p)
-                for a in range(n):
-                    K[s * n + a] = w[at.dx * LANES + a]
-                    inner[(sub + 1) * n + a] += part * stages[s, 1] * K[s * n + a]
         for sub in range(substeps - 1, -1, -1):
-            for s in range(S - 1):
-                load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
-                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
-                evaluate(w, p)
-                for a in range(n):
-                    K[s * n + a] = w[at.dx * LANES + a]
             for s in range(S):
                 for a in range(n):
                     grow[s * n + a] = part * stages[s, 1] * lam[a]
             for s in range(S - 1, -1, -1):
-                load_state(w, at, inner, sub * n, K, (s - 1) * n, part * stages[s, 0])
+                kept = ((k * substeps + sub) * S + s) * (n + m)
+                copy(w, at.x * LANES, trace, kept, n)
+                copy(w, at.z * LANES, trace, kept + n, m)
                 load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
                 own = s == 0 and sub == 0
-                if not own:
-                    evaluate(w, p)
                 for a in range(m):
                     w[at.gz * LANES + a] = GZ[k * m + a] if own else 0.0
-                    w[at.z * LANES + a] = Z[k * m + a] if own else w[at.z * LANES + a]
-                for a in range(n):
-                    w[at.lam * LANES + a] = grow[s * n + a]
+                copy(w, at.lam * LANES, grow, s * n, n)
                 pull(w, p)
                 for a in range(n):
                     lam[a] += w[at.gx * LANES + a]
@@ -201,13 +195,13 @@ def simulate(
     X, Z = np.empty((B, steps + 1, at.states)), np.empty((B, steps, at.networks))
     w = new_block(at, weights, scale, gain)
     xs, zs = np.empty((steps + 1) * at.states * LANES), np.empty(steps * at.networks * LANES)
-    first = np.empty(LANES, np.int64)
+    trace, first = np.empty(0), np.empty(LANES, np.int64)
     for block in range(0, B, LANES):
         for lane in range(LANES):
             first[lane] = start[min(block + lane, B - 1)]
         gather(xs, x0, block, 1)
         load_constants(w, at, C, first, owner)
-        forward(evaluate, at, w, xs, zs, first, U, T, steps, substeps, period, hold, stages, p)
+        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
         scatter(X, xs, block, steps + 1)
         scatter(Z, zs, block, steps)
     return X, Z
@@ -215,15 +209,14 @@ def simulate(
 
 @entry(
     types.Tuple((Cubes, Array, Array))(
-        Block, Block, LayoutType, Cubes, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
+        Block, Block, LayoutType, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
     )
 )
 def pullback(
     evaluate,
     pull,
     at,
-    X,
-    Z,
+    x0,
     GX,
     GZ,
     start,
@@ -241,20 +234,19 @@ def pullback(
     scale,
     gain,
 ):
-    """Gradients by x0 (windows, 1, states), trained parameters and weights, from those by X and Z of
-    `simulate`.
+    """Gradients by x0 (windows, 1, states), trained parameters and weights, from those by what `simulate`
+    gives.
     """
     B = len(start)
     gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)
     w = new_block(at, weights, scale, gain)
     xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
     zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
-    first = np.empty(LANES, np.int64)
+    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
     for block in range(0, B, LANES):
         for lane in range(LANES):
             first[lane] = start[min(block + lane, B - 1)]
-        gather(xs, X, block, steps + 1)
-        gather(zs, Z, block, steps)
+        gather(xs, x0, block, 1)
         gather(gs, GX, block, steps + 1)
         gather(gz, GZ, block, steps)
         for lane in range(B - block, LANES):
@@ -263,7 +255,8 @@ def pullback(
             for a in range(lane, len(gz), LANES):
                 gz[a] = 0.0
         load_constants(w, at, C, first, owner)
-        backward(evaluate, pull, at, w, xs, zs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+        backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
         collect(w, at, gp, gW)
         scatter(gx0, gs, block, 1)
     return gx0, gp, gW

@@ -20,6 +20,7 @@ from pipeline.physics.kernel.loops import (
     i,
     load_constants,
     new_block,
+    new_trace,
 )
 
 
@@ -133,7 +134,7 @@ def train(
     w = new_block(at, weights, scale, gain)
     xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
     zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
-    first = np.empty(LANES, np.int64)
+    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
     gp, gW = np.empty(at.trained), np.empty(at.size)
     losses = np.full(len(starts), np.nan)
     B = starts.shape[1]
@@ -150,14 +151,12 @@ def train(
                 for j in range(at.states):
                     xs[j * LANES + lane] = Xd[first[lane], j]
             load_constants(w, at, C, first, owner)
-            forward(evaluate, at, w, xs, zs, first, U, T, steps, substeps, period, hold, stages, p)
+            forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
             left = min(LANES, B - block)
             loss += adjoint_of_loss(
                 at, xs, gs, zs, gz, first, Xd, left, steps, 1.0 / (B * steps), C_x, penalty
             )
-            backward(
-                evaluate, pull, at, w, xs, zs, gs, gz, first, U, T, steps, substeps, period, hold, stages, p
-            )
+            backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
             collect(w, at, gp, gW)
         losses[b] = loss
         if not math.isfinite(loss):
