@@ -12,6 +12,7 @@ import numpy as np
 from numba import types
 
 from pipeline.physics.kernel.layout import Array, entry, jit
+from pipeline.physics.kernel.loops import copy
 
 #: Samples side by side in a block.
 LANES = 32
@@ -102,13 +103,6 @@ def locate(middle, at, w, v, k, first, h, times):
 def fill(w, row, value):
     for lane in range(LANES):
         w[row * LANES + lane] = value
-
-
-@jit()
-def copy(to, start, values, base, n):
-    # slices of arrays take long to compile
-    for a in range(n):
-        to[start + a] = values[base + a]
 
 
 @jit()

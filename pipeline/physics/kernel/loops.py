@@ -255,6 +255,7 @@ def pullback(
             for a in range(lane, len(gz), LANES):
                 gz[a] = 0.0
         load_constants(w, at, C, first, owner)
+        # once more: the stages of all windows at once would take much memory
         forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
         backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
         collect(w, at, gp, gW)

@@ -21,7 +21,7 @@ def filled(lanes):
 @jit()
 def fill_numbers(w, row, numbers):
     for j in range(len(numbers)):
-        for i in range(w.shape[1]):
+        for i in range(LANES):
             w[row + j, i] = numbers[j]
 
 
