@@ -8,7 +8,7 @@ start of a window are noisy and give way too, with what is known of their noise 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -78,8 +78,7 @@ class Corrections:
         samples = max(FEWEST, round(SHORTEST / logs.period))
         latest = max(output.delay for output in system.outputs)
         while True:
-            recording = Recording.of(logs, logs.period * samples, latest=latest)
-            recording = replace(recording, sensors=sensors)
+            recording = Recording.of(logs, logs.period * samples, latest=latest, sensors=sensors)
             normal = _normal(system, unknowns, recording, model.gap.substeps)
             found, samples = cls(model, recording, places, *normal), 2 * samples
             if found.clear or logs.period * samples > horizon:

@@ -35,8 +35,7 @@ class Experiments:
         """By free runs of all models over the same windows of all experiments."""
         models = diagnosis.known, diagnosis.reidentified, diagnosis.augmented
         latest = max(output.delay for model in models for output in model.system.outputs)
-        recording = Recording.of(diagnosis.logs, diagnosis.horizon, latest=latest)
-        recording = replace(recording, sensors=sensors)
+        recording = Recording.of(diagnosis.logs, diagnosis.horizon, latest=latest, sensors=sensors)
 
         def simulation(model: Model) -> Simulation:
             return Simulation(model.system, replace(recording, logs=model.logs))

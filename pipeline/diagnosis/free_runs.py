@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pipeline.diagnosis.deviation import Deviation, substeps_needed
 from pipeline.diagnosis.recording import Recording
+from pipeline.diagnosis.sensors import Sensors
 from pipeline.diagnosis.simulation import Simulation
 from pipeline.evaluation.free_run import WHOLE, FreeRun
 from pipeline.evaluation.gap import LARGEST_ERROR, SUBSTEPS, Gap, noise_floor
@@ -22,10 +23,15 @@ from pipeline.physics.system.model import System
 Array = NDArray[np.float64]
 
 
-def free_runs(system: System, logs: Logs, horizon: float, runs: Sequence[int]) -> Gap:
-    """The gap of `system` with its values on the experiments `runs` of logs with its constants; see `gap`."""
+def free_runs(
+    system: System, logs: Logs, horizon: float, runs: Sequence[int], sensors: Sensors | None = None
+) -> Gap:
+    """The gap of `system` with its values on the experiments `runs` of logs with its constants; see `gap`.
+
+    `sensors` are those of the logs, where they are known already.
+    """
     latest = max((output.delay for output in system.outputs), default=0.0)
-    recording = Recording.of(logs, horizon, runs, latest)
+    recording = Recording.of(logs, horizon, runs, latest, sensors)
     simulation = Simulation(system, recording)
     values = simulation.values[None, None]
     substeps = substeps_needed(simulation, values, SUBSTEPS[-1])

@@ -40,7 +40,7 @@ class Judged:
     def of(cls, fitted: Fitted) -> Judged:
         """From windows that start at the measured states; see `deviation.gap`."""
         study = fitted.hypothesis.study
-        recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest)
+        recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest, study.sensors)
         simulation = fitted.hypothesis.simulation(recording)
         numbers = _numbers(fitted)
         runs = simulation(numbers, substeps=fitted.fit.substeps)

@@ -47,7 +47,7 @@ def model(label: str, fitted: Fitted) -> Model:
 
 def judged(system: System, logs: Logs, study: Study) -> Gap:
     """Its gap on the held-out experiments."""
-    return free_runs(system, logs, study.horizon, study.held_out)
+    return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
 
 
 def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
@@ -61,7 +61,7 @@ def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
     study, system = fitted.hypothesis.study, _shared(fitted)
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
     logs = _read(system, study.logs, study.system)
-    held = Recording.of(logs, study.horizon, study.held_out, study.latest)
+    held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
     found = fit(Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps).own
     return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
 
@@ -69,7 +69,7 @@ def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
 def noise_floor(model: Model, study: Study) -> float:
     """The gap that noise would leave on the held-out experiments if this model were the truth."""
     latest = max((output.delay for output in model.system.outputs), default=0.0)
-    recording = Recording.of(model.logs, study.horizon, study.held_out, latest)
+    recording = Recording.of(model.logs, study.horizon, study.held_out, latest, study.sensors)
     simulation = Simulation(model.system, recording)
     return floor(simulation, simulation.values[None, None], model.gap.substeps).value
 

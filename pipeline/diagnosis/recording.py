@@ -44,13 +44,19 @@ class Recording:
 
     @classmethod
     def of(
-        cls, logs: Logs, horizon: float, runs: Sequence[int] | None = None, latest: float = 0.0
+        cls,
+        logs: Logs,
+        horizon: float,
+        runs: Sequence[int] | None = None,
+        latest: float = 0.0,
+        sensors: Sensors | None = None,
     ) -> Recording:
         """Windows of `horizon` seconds.
 
         Args:
             logs: the experiments. horizon: s, rounded to samples. runs: which of them; all unless given.
             latest: the longest delay of an output, s; the last part of an experiment shows no states.
+            sensors: of these experiments, where they are known already.
 
         Raises:
             BadInput: when the horizon is not a positive number.
@@ -69,7 +75,7 @@ class Recording:
         start, length = np.concatenate(starts), np.concatenate(lengths)
         order = np.argsort(-length, kind="stable")
         first, steps = (values[order].astype(np.int64) for values in (start, length))
-        return cls(logs, runs, first, steps, Sensors(logs), latest / logs.period)
+        return cls(logs, runs, first, steps, sensors or Sensors(logs), latest / logs.period)
 
     def among(self, runs: Sequence[int]) -> Recording:
         """The windows of some of the experiments."""

@@ -151,20 +151,26 @@ class Simulation:
         )
 
     def _integrated(self, tables: Tables, p: Array) -> Array:
-        """Hidden states (windows, sets, hidden states) at the starts of the windows."""
+        """Hidden states (windows, sets, hidden states) at the starts of the windows.
+
+        They depend on a few of the numbers only: sets that are alike in those are integrated once.
+        """
         record, logs = self.recording, self.recording.logs
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift)
+        counting = p[:, :, self._observer.parameters].swapaxes(0, 1).reshape(p.shape[1], -1)
+        numbers = np.column_stack([counting, tables.member])
+        _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
+        windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
         initial = [self.system.states[k].initial for k in self.hidden]
-        x0 = np.broadcast_to(initial, (len(runs), p.shape[1], len(initial)))
+        x0 = np.broadcast_to(initial, (len(runs), len(different), len(initial)))
         place = np.searchsorted(runs, record.owner)
         for substeps in SUBSTEPS:
-            z = simulated(self._observer, windows, p, self.c, x0, substeps, logs.period)
+            z = simulated(self._observer, windows, p[:, different], self.c, x0, substeps, logs.period)
             z = z[place, :, record.start - logs.offsets[record.owner]]
             if np.isfinite(z).all():
                 break
-        return z
+        return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:
         """Number of an input or output -> column of its delay."""

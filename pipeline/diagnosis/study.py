@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -55,8 +55,13 @@ class Study:
     @cached_property
     def recording(self) -> Recording:
         """The windows that models are fitted to; held-out experiments say nothing of the sensors either."""
-        recording = Recording.of(self.logs, self.horizon, self.learned, self.latest)
-        return replace(recording, sensors=Sensors(self.logs, self.learned))
+        sensors = Sensors(self.logs, self.learned)
+        return Recording.of(self.logs, self.horizon, self.learned, self.latest, sensors)
+
+    @cached_property
+    def sensors(self) -> Sensors:
+        """Of all experiments, for models that are fitted already."""
+        return Sensors(self.logs)
 
     @cached_property
     def scales(self) -> Scales:

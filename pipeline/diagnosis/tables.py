@@ -14,7 +14,7 @@ from pipeline.diagnosis.readings import readings
 from pipeline.diagnosis.recording import Recording
 from pipeline.measurements.clock import shifted
 from pipeline.physics.kernel.machine import evaluated
-from pipeline.physics.kernel.machine_program import Equations, assembled
+from pipeline.physics.kernel.machine_program import Equations, Program, assembled
 from pipeline.physics.system.model import System
 
 Array = NDArray[np.float64]
@@ -111,13 +111,16 @@ class Reader:
 
     def gains(self, values: Array) -> Array:
         """(experiments, sets, readings, gain and offset)"""
-        expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
         system = self.system
-        program = assembled(Equations.of(system, expressions))
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
-        found = evaluated(program, np.zeros(1), *zeros, p, self.c[:, None])
+        found = evaluated(self._gains, np.zeros(1), *zeros, p, self.c[:, None])
         return found.reshape(*values.shape[:2], len(self.readings), 2)
+
+    @cached_property
+    def _gains(self) -> Program:
+        expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
+        return assembled(Equations.of(self.system, expressions))
 
     def _states(self, delays: Array, gains: Array) -> Array:
         sensors, owner = self.recording.sensors, self.recording.logs.owner

@@ -52,6 +52,29 @@ def test_measured_and_hidden_states(tmp_path: Path, horizon: float) -> None:
     assert_equal(pendulum(tmp_path / "memory", *MEMORY), logs, horizon, [1, 3])
 
 
+def test_hidden_states_of_sets_that_differ_in_one_number(tmp_path: Path) -> None:
+    """Together they are as each of them alone: whether the hidden state depends on the number or not."""
+    play = (
+        ("omega*(1 - z/0.01*sign(omega))", "omega*(1 - z/play*sign(omega))"),
+        ("ports:", "  play: {value: 0.01, unit: rad}\nports:"),
+    )
+    known = pendulum(tmp_path, *MEMORY, *play)
+    logs = Bench(samples=300).logs(tmp_path / "logs", pendulum(tmp_path / "known"))
+    recording = Recording.of(logs, 0.1)
+    simulation = Simulation(known, recording, {"held": "torque"})
+    changes = {"stiff": 2.5, "play": 0.008, "held": 0.4 * PERIOD}
+    values = np.tile(simulation.values, (1, 2 + len(changes), 1))
+    for k, (name, value) in enumerate(changes.items()):
+        values[0, k, simulation.names.index(name)] = value
+    moved = np.zeros((len(recording.start), values.shape[1], 2))
+    moved[:, -1] = 1e-3, 1e-2
+    together = simulation(values, moved).y
+    assert len(np.unique(together[-1, :, 0, 0])) == values.shape[1]
+    for k in range(values.shape[1]):
+        alone = simulation(values[:, k : k + 1], moved[:, k : k + 1]).y
+        np.testing.assert_array_equal(together[:, k], alone[:, 0])
+
+
 @pytest.mark.parametrize("delay", [1, 20])
 def test_a_late_sensor(tmp_path: Path, delay: int) -> None:
     known = pendulum(tmp_path)

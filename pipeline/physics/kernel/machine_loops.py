@@ -36,17 +36,35 @@ def at_share(w, lanes, at, now, slope, clock, share, period):
 
 
 @jit()
-def at_sample(lanes, now, slope, clock, windows, k, window, member, hold):
+def at_sample(lanes, now, slope, after, clock, windows, k, start, steps, shift, hold):
     """What every lane reads of its window at sample k; after its end the last one."""
     for i in range(lanes):
-        m = window[i]
-        row = windows.start[m] + min(k, windows.steps[m])
-        after = windows.start[m] + min(k + 1, windows.steps[m])
-        clock[i] = windows.t[row]
-        shift = windows.shift[member[i]]
-        for j in range(len(now)):
-            now[j, i] = windows.u[shift + row, j]
-            slope[j, i] = hold * (windows.u[shift + after, j] - now[j, i])
+        clock[i] = windows.t[start[i] + min(k, steps[i])]
+    for j in range(len(now)):
+        if k == 0:
+            for i in range(lanes):
+                after[j, i] = windows.u[shift[i] + start[i], j]
+        for i in range(lanes):
+            now[j, i] = after[j, i]
+            after[j, i] = windows.u[shift[i] + start[i] + min(k + 1, steps[i]), j]
+            slope[j, i] = hold * (after[j, i] - now[j, i])
+
+
+@jit()
+def advance_state(lanes, rate, now, total, last, weight, part, stage):
+    """See `advance`; all (lanes,)."""
+    if stage == 0:
+        for i in range(lanes):
+            total[i] = last[i] + weight * rate[i]
+            now[i] = last[i] + part * rate[i]
+    elif stage == 3:
+        for i in range(lanes):
+            last[i] = total[i] + weight * rate[i]
+            now[i] = last[i]
+    else:
+        for i in range(lanes):
+            total[i] += weight * rate[i]
+            now[i] = last[i] + part * rate[i]
 
 
 @jit()
@@ -55,35 +73,28 @@ def advance(w, lanes, rates, k1, total, last, stage, h):
     weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
     part = h if stage == 2 else 0.5 * h
     n = len(rates)
-    # a copy, for the rate of one state may be the register of another
+    # the rate of one state may be the register of another, which is about to change
     for j in range(n):
-        for i in range(lanes):
-            k1[j, i] = w[rates[j], i]
+        if rates[j] < n:
+            for i in range(lanes):
+                k1[j, i] = w[rates[j], i]
     for j in range(n):
-        if stage == 0:
-            for i in range(lanes):
-                total[j, i] = last[j, i] + weight * k1[j, i]
+        if rates[j] < n:
+            advance_state(lanes, k1[j], w[j], total[j], last[j], weight, part, stage)
         else:
-            for i in range(lanes):
-                total[j, i] += weight * k1[j, i]
-        if stage == 3:
-            for i in range(lanes):
-                last[j, i] = total[j, i]
-                w[j, i] = total[j, i]
-        else:
-            for i in range(lanes):
-                w[j, i] = last[j, i] + part * k1[j, i]
+            advance_state(lanes, w[rates[j]], w[j], total[j], last[j], weight, part, stage)
 
 
 @jit()
-def begin(w, program, windows, p, c, x0, first, lanes, window, member, last):
+def begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last):
     """Everything that stays the same in the lanes of a block, and their first states; its longest window."""
     at, sets, longest, wide = program.at, x0.shape[1], 0, filled(lanes)
     for i in range(wide):
         lane = first + min(i, lanes - 1)
         m, b = lane // sets, lane % sets
-        window[i], member[i], owner = m, b, windows.owner[m]
-        longest = max(longest, windows.steps[m])
+        start[i], steps[i] = windows.start[m], windows.steps[m]
+        shift[i], owner = windows.shift[b], windows.owner[m]
+        longest = max(longest, steps[i])
         for j in range(p.shape[2]):
             w[at.p + j, i] = p[owner, b, j]
         for j in range(c.shape[1]):
@@ -102,23 +113,26 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
     h = period / substeps
     w = np.zeros((at.rows, LANES))
     fill_numbers(w, at.numbers, program.numbers)
-    window, member = np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    start, steps, shift = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
     last, total, k1 = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
-    now, slope, clock = np.empty((m, LANES)), np.empty((m, LANES)), np.empty(LANES)
+    now, slope, after = np.empty((m, LANES)), np.empty((m, LANES)), np.empty((m, LANES))
+    clock, shown = np.empty(LANES), program.shown
     count = len(windows.start) * x0.shape[1]
+    # a run in every row
+    runs = y.reshape(count, y.shape[2], y.shape[3])
     for first in range(0, count, LANES):
         lanes = min(LANES, count - first)
         wide = filled(lanes)
-        longest = begin(w, program, windows, p, c, x0, first, lanes, window, member, last)
+        longest = begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last)
         for k in range(longest + 1):
-            at_sample(wide, now, slope, clock, windows, k, window, member, hold)
+            at_sample(wide, now, slope, after, clock, windows, k, start, steps, shift, hold)
             at_share(w, wide, at, now, slope, clock, 0.0, period)
             execute(w, wide, code, at.driven, at.observed, curves)
             execute(w, wide, code, at.observed, at.rates, curves)
-            for i in range(lanes):
-                if k <= windows.steps[window[i]]:
-                    for j in range(len(program.shown)):
-                        y[window[i], member[i], k, j] = w[program.shown[j], i]
+            for j in range(len(shown)):
+                for i in range(lanes):
+                    if k <= steps[i]:
+                        runs[first + i, k, j] = w[shown[j], i]
             if k == longest:
                 break
             for sub in range(substeps):

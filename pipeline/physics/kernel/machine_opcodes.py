@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 #: Lanes of a register: free runs side by side.
-LANES = 128
+LANES = 256
 
 
 class Op(IntEnum):

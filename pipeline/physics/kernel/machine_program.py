@@ -56,7 +56,7 @@ class Program(NamedTuple):
     """What the interpreter runs.
 
     Attributes:
-        at: where it finds what. code: (instructions, 5). numbers: (n,). curves: tables.
+        at: where it finds what. code: (instructions, 6). numbers: (n,). curves: tables.
         rates, shown: rows of the states' time derivatives and of the observed values.
     """
 
@@ -66,6 +66,13 @@ class Program(NamedTuple):
     curves: Curves
     rates: Indices
     shown: Indices
+
+    @property
+    def parameters(self) -> Indices:
+        """Numbers of the parameters that count: those that an instruction reads, or that are a result."""
+        rows = np.concatenate([self.code[:, 2:5].ravel().astype(np.int64), self.rates, self.shown])
+        found = np.unique(rows[(rows >= self.at.p) & (rows < self.at.c)])
+        return np.asarray(found - self.at.p)
 
 
 @dataclass(frozen=True)
