@@ -158,9 +158,8 @@ class Simulation:
         record, logs = self.recording, self.recording.logs
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        counting = p[:, :, self._observer.parameters].swapaxes(1, 2).reshape(-1, p.shape[1])
-        numbers = np.vstack([counting, tables.member])
-        _, different, alike = np.unique(numbers, axis=1, return_index=True, return_inverse=True)
+        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
+        _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
         initial = [self.system.states[k].initial for k in self.hidden]
         x0 = np.broadcast_to(initial, (len(runs), len(different), len(initial)))
