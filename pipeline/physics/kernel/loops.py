@@ -17,12 +17,17 @@ Rows, Cubes, Indices = types.float64[:, ::1], types.float64[:, :, ::1], types.in
 #: U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
 COMMON = (Rows, Rows, Array, i, i, f, f, Rows, Array, Array, Array, Array)
 
+#: An index of this type cannot count from the end: what runs over such indices fills vector registers.
+place = np.uint64
+WIDE, ONE = place(LANES), place(1)
+
 
 @jit()
 def copy(to, start, values, base, n):
     # slices of arrays take long to compile
-    for a in range(n):
-        to[start + a] = values[base + a]
+    there, here = place(start), place(base)
+    for a in range(place(n)):
+        to[there + a] = values[here + a]
 
 
 @jit()
@@ -36,12 +41,14 @@ def load_inputs(w, at, U, first, k, share, hold, period, T):
     """Inputs and time of all lanes `share` of a period after sample k; `hold` 1 goes straight to the next
     sample.
     """
-    for lane in range(LANES):
-        row = first[lane] + k
-        for j in range(at.inputs):
+    u, t, sample = place(at.u) * WIDE, place(at.t) * WIDE, place(k)
+    for j in range(place(at.inputs)):
+        for lane in range(WIDE):
+            row = place(first[lane]) + sample
             now = U[row, j]
-            w[(at.u + j) * LANES + lane] = now if hold == 0.0 else now + hold * share * (U[row + 1, j] - now)
-        w[at.t * LANES + lane] = T[row] + share * period
+            w[u + j * WIDE + lane] = now if hold == 0.0 else now + hold * share * (U[row + ONE, j] - now)
+    for lane in range(WIDE):
+        w[t + lane] = T[place(first[lane]) + sample] + share * period
 
 
 @jit()
@@ -58,8 +65,9 @@ def load_state(w, at, x, K, factor):
     if factor == 0.0:
         copy(w, at.x * LANES, x, 0, n)
     else:
-        for a in range(n):
-            w[at.x * LANES + a] = x[a] + factor * K[a]
+        here = place(at.x) * WIDE
+        for a in range(place(n)):
+            w[here + a] = x[a] + factor * K[a]
 
 
 @jit()
@@ -82,7 +90,7 @@ def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, 
     LANES) flat; `trace` where it is not empty.
     """
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
-    part = period / substeps
+    part, dx = period / substeps, place(at.dx) * WIDE
     K, last, total = np.zeros(n), np.empty(n), np.empty(n)
     for k in range(steps):
         copy(last, 0, X, k * n, n)
@@ -97,8 +105,8 @@ def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, 
                     keep(w, at, trace, ((k * substeps + sub) * S + s) * (n + m))
                 if s == 0 and sub == 0:
                     copy(Z, k * m, w, at.z * LANES, m)
-                for a in range(n):
-                    K[a] = w[at.dx * LANES + a]
+                for a in range(place(n)):
+                    K[a] = w[dx + a]
                     total[a] += stages[s, 1] * K[a]
             for a in range(n):
                 last[a] += part * total[a]
@@ -116,28 +124,33 @@ def backward(pull, at, w, trace, G, GZ, first, U, T, steps, substeps, period, ho
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part = period / substeps
     lam, grow = np.empty(n), np.empty(S * n)
+    gx, gz = place(at.gx) * WIDE, place(at.gz) * WIDE
     for k in range(steps - 1, -1, -1):
         copy(lam, 0, G, (k + 1) * n, n)
         for sub in range(substeps - 1, -1, -1):
             for s in range(S):
-                for a in range(n):
-                    grow[s * n + a] = part * stages[s, 1] * lam[a]
+                there = place(s * n)
+                for a in range(place(n)):
+                    grow[there + a] = part * stages[s, 1] * lam[a]
             for s in range(S - 1, -1, -1):
                 kept = ((k * substeps + sub) * S + s) * (n + m)
                 copy(w, at.x * LANES, trace, kept, n)
                 copy(w, at.z * LANES, trace, kept + n, m)
                 load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
-                own = s == 0 and sub == 0
-                for a in range(m):
-                    w[at.gz * LANES + a] = GZ[k * m + a] if own else 0.0
+                own, here = s == 0 and sub == 0, place(k * m)
+                for a in range(place(m)):
+                    w[gz + a] = GZ[here + a] if own else 0.0
                 copy(w, at.lam * LANES, grow, s * n, n)
                 pull(w, p)
-                for a in range(n):
-                    lam[a] += w[at.gx * LANES + a]
-                    if s > 0:
-                        grow[(s - 1) * n + a] += part * stages[s, 0] * w[at.gx * LANES + a]
-        for a in range(n):
-            G[k * n + a] += lam[a]
+                for a in range(place(n)):
+                    lam[a] += w[gx + a]
+                if s > 0:
+                    before = place((s - 1) * n)
+                    for a in range(place(n)):
+                        grow[before + a] += part * stages[s, 0] * w[gx + a]
+        here = place(k * n)
+        for a in range(place(n)):
+            G[here + a] += lam[a]
 
 
 @jit()

@@ -10,6 +10,8 @@ from numba import types
 from pipeline.physics.kernel.layout import LANES, Array, Block, LayoutType, entry, jit
 from pipeline.physics.kernel.loops import (
     COMMON,
+    ONE,
+    WIDE,
     Indices,
     Rows,
     backward,
@@ -21,6 +23,7 @@ from pipeline.physics.kernel.loops import (
     load_constants,
     new_block,
     new_trace,
+    place,
 )
 
 
@@ -30,22 +33,22 @@ def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, pena
 
     Only the first `left` lanes count.
     """
-    loss = 0.0
-    for a in range(at.states * LANES):
+    loss, counted, n, m = 0.0, place(left), place(at.states), place(at.networks)
+    for a in range(n * WIDE):
         gs[a] = 0.0
-    for k in range(1, steps + 1):
-        for j in range(at.states):
-            for lane in range(LANES):
-                a = (k * at.states + j) * LANES + lane
-                weight = C_x[j] * share if lane < left else 0.0
-                error = xs[a] - Xd[first[lane] + k, j]
+    for k in range(ONE, place(steps) + ONE):
+        for j in range(n):
+            for lane in range(WIDE):
+                a = (k * n + j) * WIDE + lane
+                weight = C_x[j] * share if lane < counted else 0.0
+                error = xs[a] - Xd[place(first[lane]) + k, j]
                 gs[a] = 2.0 * weight * error
                 loss += weight * error * error
-    for k in range(steps):
-        for j in range(at.networks):
-            for lane in range(LANES):
-                a = (k * at.networks + j) * LANES + lane
-                weight = penalty[j] * share if lane < left else 0.0
+    for k in range(place(steps)):
+        for j in range(m):
+            for lane in range(WIDE):
+                a = (k * m + j) * WIDE + lane
+                weight = penalty[j] * share if lane < counted else 0.0
                 loss += weight * zs[a] * zs[a]
                 gz[a] = 2.0 * weight * zs[a]
     return loss
