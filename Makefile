@@ -17,12 +17,13 @@ measured: repro  ## the same on the measured data: DATASET=<folder or zip>, EMPS
 measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 
 # `dvc repro` runs one stage at a time; parts of the graph that share nothing run side by side, then what needs them
-# all; the longest first
+# all; the longest first. pipeline.preloaded spares each stage the time that its libraries take to load
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
 PARTS := slider_crank cam_follower withheld clutch tutorial jumps $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
 .PHONY: repro parts $(PARTS)
 parts: $(PARTS)
+	@$(REPRO) --all-pipelines
 jumps: cam_follower
 $(PARTS):
 	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
@@ -34,7 +35,7 @@ repro: $(VENV)/ready
 	@mkdir -p .dvc/tmp 2>/dev/null; { exec 9> .dvc/tmp/repro.lock; } 2>/dev/null && \
 		{ flock -n 9 || { echo "another run is at work in this folder: waiting for it"; flock 9; }; }; \
 		$(BIN)/python -m pipeline.mend && $(CHOOSE) && { $(DVC) status -q || \
-			{ $(MAKE) --no-print-directory --jobs=2 parts && $(REPRO) --all-pipelines; }; }
+			$(BIN)/python -m pipeline.preloaded $(MAKE) --no-print-directory --jobs=2 parts; }
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end

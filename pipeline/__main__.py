@@ -231,7 +231,17 @@ def _refuse(line: str) -> int:
     return 2
 
 
-if __name__ == "__main__":
+def one_thread() -> None:
+    """Give numerical libraries `THREADS`; they read it when they are loaded."""
     for library in THREADS:
         os.environ.setdefault(library, "1")
-    sys.exit(main(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    one_thread()
+    code = None
+    if "EXP_PRELOADED" in os.environ:
+        from pipeline.preloaded import ask
+
+        code = ask(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]) if code is None else code)

@@ -1,0 +1,118 @@
+"""Stages that are forks of a process with its libraries loaded."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from pipeline.__main__ import THREADS
+from pipeline.preloaded import ADDRESS
+
+ASK = "import sys; from pipeline.preloaded import ask; sys.exit(print(ask(sys.argv[1:])))"
+
+
+class Server(NamedTuple):
+    """A process that forks, and the environment of what runs below its command."""
+
+    pid: int
+    command: str
+    environment: dict[str, str]
+
+    def forks(self) -> list[int]:
+        """Stages at work."""
+        children = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text().split()
+        return [int(pid) for pid in children if pid != self.command]
+
+    def call(self, *command: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, *command],
+            capture_output=True,
+            text=True,
+            env={**self.environment, **environment},
+        )
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[Server]:
+    environment = {**os.environ, **dict.fromkeys(THREADS, "1")}
+    command = ["bash", "-c", f"echo $$ ${ADDRESS}; cat; kill -9 $$"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "pipeline.preloaded", *command],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+    ) as process:
+        assert process.stdout is not None and process.stdin is not None
+        pid, address = process.stdout.readline().split()
+        yield Server(process.pid, pid, {**environment, ADDRESS: address})
+        process.stdin.close()
+        assert process.wait(timeout=30) == 128 + signal.SIGKILL
+    assert not Path(address).parent.exists()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["ingest", "--help"],
+        ["identifiability", "system=systems/pendulum.yaml"],
+        ["ingest", "raw=nowhere"],
+        ["no_verb"],
+    ],
+)
+def test_the_same_is_printed_and_the_exit_code_is_the_same(
+    arguments: list[str], server: Server, tmp_path: Path
+) -> None:
+    out = [] if arguments[-1] in ("--help", "no_verb") else [f"out={tmp_path / 'out'}"]
+    forked = server.call("-m", "pipeline", *arguments, *out)
+    alone = server.call("-m", "pipeline", *arguments, *out, **{ADDRESS: ""})
+    assert (forked.returncode, forked.stdout, forked.stderr) == (
+        alone.returncode,
+        alone.stdout,
+        alone.stderr,
+    )
+    assert forked.stdout or forked.stderr
+
+
+def test_a_stage_that_cannot_be_the_same_is_left_to_who_asks(server: Server, tmp_path: Path) -> None:
+    assert server.call("-c", ASK, "--help").stdout.splitlines()[-1] == "0"
+    assert server.call("-c", ASK, "--help", OMP_NUM_THREADS="2").stdout == "None\n"
+    assert server.call("-O", "-c", ASK, "--help").stdout == "None\n"
+    assert server.call("-c", ASK, "--help", **{ADDRESS: str(tmp_path / "socket")}).stdout == "None\n"
+    edited = "import pipeline.preloaded as p; p._program = lambda: 'edited'; print(p.ask(['--help']))"
+    assert server.call("-c", edited).stdout == "None\n"
+
+
+@pytest.mark.parametrize("killed", ["caller", "stage"])
+def test_a_stage_and_who_asked_for_it_end_together(killed: str, server: Server, tmp_path: Path) -> None:
+    caller = subprocess.Popen(
+        [sys.executable, "-m", "pipeline", "acquire", f"out={tmp_path / 'raw'}"],
+        env=server.environment,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    deadline = time.monotonic() + 30.0
+    while not (forks := server.forks()):
+        assert time.monotonic() < deadline and caller.poll() is None
+        time.sleep(0.01)
+    os.kill(caller.pid if killed == "caller" else forks[0], signal.SIGKILL)
+    errors = caller.communicate(timeout=30)[1]
+    if killed == "stage":
+        assert caller.returncode == 1 and errors.endswith("error: the stage was killed\n")
+    while server.forks():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    assert not (tmp_path / "raw").exists()
+
+
+def test_it_says_how_it_is_used() -> None:
+    result = subprocess.run([sys.executable, "-m", "pipeline.preloaded"], capture_output=True, text=True)
+    assert result.returncode == 1 and result.stderr.startswith("usage: ")
