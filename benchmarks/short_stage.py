@@ -1,0 +1,37 @@
+"""A short stage as a fork of a process with its libraries loaded, against the same one by itself."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.timing import side_by_side
+from pipeline.preloaded import ADDRESS
+
+PEER = "python -m pipeline without pipeline.preloaded"
+STAGE = ["-m", "pipeline", "identifiability", "system=systems/pendulum.yaml"]
+ROOT = Path(__file__).parent.parent
+
+
+def run() -> dict[str, float]:
+    """Identifiability of a pendulum, three times each, after one of each."""
+    server = [sys.executable, "-m", "pipeline.preloaded", "bash", "-c", f"echo ${ADDRESS}; exec cat"]
+    with (
+        tempfile.TemporaryDirectory() as out,
+        subprocess.Popen(server, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process,
+    ):
+        assert process.stdin is not None and process.stdout is not None
+        address = process.stdout.readline().strip()
+
+        def stage(**environment: str) -> None:
+            command = [sys.executable, *STAGE, f"out={out}/{'forked' if environment else 'alone'}"]
+            subprocess.run(
+                command, cwd=ROOT, env={**os.environ, **environment}, capture_output=True, check=True
+            )
+
+        result = side_by_side(lambda: stage(**{ADDRESS: address}), stage, rounds=3)
+        process.stdin.close()
+    return result
