@@ -18,18 +18,20 @@ ROOT = Path(__file__).parent.parent
 
 def run() -> dict[str, float]:
     """Identifiability of a pendulum, three times each, after one of each."""
-    server = [sys.executable, "-m", "pipeline.preloaded", "bash", "-c", f"echo ${ADDRESS}; exec cat"]
+    command = ["bash", "-c", f"echo ${ADDRESS}; exec cat"]
+    server = [sys.executable, "-m", "pipeline.preloaded", *command]
+    pipe = subprocess.PIPE
     with (
         tempfile.TemporaryDirectory() as out,
-        subprocess.Popen(server, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process,
+        subprocess.Popen(server, cwd=ROOT, stdin=pipe, stdout=pipe, text=True) as process,
     ):
         assert process.stdin is not None and process.stdout is not None
         address = process.stdout.readline().strip()
 
         def stage(**environment: str) -> None:
-            command = [sys.executable, *STAGE, f"out={out}/{'forked' if environment else 'alone'}"]
+            words = [sys.executable, *STAGE, f"out={out}/{'forked' if environment else 'alone'}"]
             subprocess.run(
-                command, cwd=ROOT, env={**os.environ, **environment}, capture_output=True, check=True
+                words, cwd=ROOT, env={**os.environ, **environment}, capture_output=True, check=True
             )
 
         result = side_by_side(lambda: stage(**{ADDRESS: address}), stage, rounds=3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,7 +13,7 @@ from pipeline.diagnosis import loops
 from pipeline.diagnosis.recording import Recording
 from pipeline.diagnosis.tables import Reader, Tables
 from pipeline.evaluation.free_run import WHOLE
-from pipeline.measurements.observer import SUBSTEPS
+from pipeline.measurements.observer import SUBSTEPS, observer
 from pipeline.physics.kernel.machine import Windows, simulated
 from pipeline.physics.kernel.machine_program import Equations, Program, assembled
 from pipeline.physics.system.model import System
@@ -139,16 +139,7 @@ class Simulation:
     @cached_property
     def _observer(self) -> Program:
         """The states that no output shows, driven by the inputs and all other states."""
-        all_states, system = self.system.x, self.system
-        equations = Equations.of(system, [all_states[k] for k in self.hidden])
-        return assembled(
-            replace(
-                equations,
-                states=equations.observed,
-                inputs=(*system.u, *(all_states[k] for k in self.measured)),
-                rates=[system.dynamics[k] for k in self.hidden],
-            )
-        )
+        return observer(self.system, self.hidden)
 
     def _integrated(self, tables: Tables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
