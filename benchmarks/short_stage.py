@@ -12,12 +12,12 @@ from benchmarks.timing import side_by_side
 from pipeline.preloaded import ADDRESS
 
 PEER = "python -m pipeline without pipeline.preloaded"
-STAGE = ["-m", "pipeline", "identifiability", "system=systems/pendulum.yaml"]
+PIPELINE = [sys.executable, "-m", "pipeline"]
 ROOT = Path(__file__).parent.parent
 
 
 def run() -> dict[str, float]:
-    """Identifiability of a pendulum, three times each, after one of each."""
+    """What can be identified of the slider-crank from its 20 logs, three times each, after one of each."""
     command = ["bash", "-c", f"echo ${ADDRESS}; exec cat"]
     server = [sys.executable, "-m", "pipeline.preloaded", *command]
     pipe = subprocess.PIPE
@@ -28,11 +28,18 @@ def run() -> dict[str, float]:
         assert process.stdin is not None and process.stdout is not None
         address = process.stdout.readline().strip()
 
+        bench = [*PIPELINE, "acquire", "source=slider_crank", f"out={out}/logs"]
+        subprocess.run(bench, cwd=ROOT, check=True)
+        words = [
+            "identifiability",
+            "system=systems/slider_crank.yaml",
+            f"logs={out}/logs",
+            f"out={out}/found",
+        ]
+
         def stage(**environment: str) -> None:
-            words = [sys.executable, *STAGE, f"out={out}/{'forked' if environment else 'alone'}"]
-            subprocess.run(
-                words, cwd=ROOT, env={**os.environ, **environment}, capture_output=True, check=True
-            )
+            environment = {**os.environ, **environment}
+            subprocess.run([*PIPELINE, *words], cwd=ROOT, env=environment, capture_output=True, check=True)
 
         result = side_by_side(lambda: stage(**{ADDRESS: address}), stage, rounds=3)
         process.stdin.close()

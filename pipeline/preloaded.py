@@ -8,6 +8,7 @@ of the program, who asked runs it itself.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import os
@@ -135,6 +136,8 @@ def _load() -> None:
     # what these make of themselves when they are first used
     import_module("pipeline.physics.system.units").parse_unit("N s/m")
     import_module("numba").njit(lambda: 0)()
+    gc.collect()
+    gc.freeze()  # a fork that looks for garbage would copy the memory that it shares
 
 
 def _received(connection: socket.socket) -> Asked | None:
