@@ -32,7 +32,7 @@ def dvc(folder: Path, *arguments: str) -> str:
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the checkout with a tiny campaign and profile, reproduced once."""
-    folder = write_project(tmp_path_factory.mktemp("project"))
+    folder = write_project(tmp_path_factory.mktemp("project"), linked=True)
     repro = [sys.executable, "-m", "dvc", "repro", "--all-pipelines"]
     result = call(folder, sys.executable, "-m", "pipeline.preloaded", *repro)
     assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]

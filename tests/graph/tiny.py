@@ -53,9 +53,15 @@ HYBRIDS = [
 ]
 
 
-def write_project(folder: Path) -> Path:
-    """Write the copy to `folder`, and return it."""
-    for name in ("pipeline", "conf", "systems", "graph", ".dvc"):
+def write_project(folder: Path, linked: bool = False) -> Path:
+    """Write the copy to `folder`, and return it.
+
+    Args:
+        linked: whether the program is a link, so that what numba has compiled of it counts here as well.
+    """
+    if linked:
+        (folder / "pipeline").symlink_to(ROOT / "pipeline")
+    for name in ("conf", "systems", "graph", ".dvc", *(() if linked else ("pipeline",))):
         ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local", "dvc.lock")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore", "Makefile"):
