@@ -49,6 +49,14 @@ class Asked(NamedTuple):
     terminal: list[int]
     connection: socket.socket
 
+    def accepted(self) -> bool:
+        """Say that a fork will do it; False when who asked is gone."""
+        try:
+            self.connection.sendall(ACCEPTED)
+        except OSError:
+            return False
+        return True
+
     def close(self) -> None:
         """Leave it to the fork, or to who asks."""
         self.connection.close()
@@ -96,10 +104,10 @@ def serve(command: list[str]) -> int:
     try:
         forked = _forks(listener, process)
     finally:
+        listener.close()  # who asks from now on runs it itself
         if os.getpid() == owner:
             code = process.wait()
             shutil.rmtree(folder)
-    listener.close()
     if forked is not None:
         return _stage(*forked)
     return code if code >= 0 else 128 - code
@@ -118,8 +126,8 @@ def _forks(listener: socket.socket, process: subprocess.Popen[bytes]) -> Asked |
         if asked is None:
             continue
         request = asked.request
-        if request.program == program and _read_once(request.environment) == environment:
-            asked.connection.sendall(ACCEPTED)
+        same = request.program == program and _read_once(request.environment) == environment
+        if same and asked.accepted():
             pid = os.fork()
             if pid == 0:
                 return asked

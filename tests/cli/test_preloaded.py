@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -16,7 +17,7 @@ import pytest
 from pipeline.__main__ import THREADS
 from pipeline.preloaded import ADDRESS
 
-ASK = "import sys; from pipeline.preloaded import ask; sys.exit(print(ask(sys.argv[1:])))"
+ASK = "import sys; from pipeline.preloaded import ask; print(ask(sys.argv[1:]))"
 
 
 class Server(NamedTuple):
@@ -89,6 +90,14 @@ def test_a_stage_that_cannot_be_the_same_is_left_to_who_asks(server: Server, tmp
     assert server.call("-c", ASK, "--help", **{ADDRESS: str(tmp_path / "socket")}).stdout == "None\n"
     edited = "import pipeline.preloaded as p; p._program = lambda: 'edited'; print(p.ask(['--help']))"
     assert server.call("-c", edited).stdout == "None\n"
+
+
+def test_callers_that_say_nothing_or_leave_do_not_disturb(server: Server) -> None:
+    for said in (b"", b"?", b'?["--help"]\n', b"?nonsense\n"):
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(server.environment[ADDRESS])
+            connection.sendall(said)
+    assert server.call("-c", ASK, "--help").stdout.splitlines()[-1] == "0"
 
 
 @pytest.mark.parametrize("killed", ["caller", "stage"])
