@@ -21,16 +21,12 @@ measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
 PARTS := slider_crank cam_follower withheld clutch tutorial jumps $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
-.PHONY: repro parts $(PARTS) hybrids recurrent nnap
+.PHONY: repro parts $(PARTS)
 parts: $(PARTS)
 	@$(REPRO) --all-pipelines
-slider_crank: hybrids recurrent
-hybrids recurrent: nnap
 jumps: cam_follower
-TARGET = graph/$@/dvc.yaml
-nnap: TARGET = graph/hybrids/dvc.yaml:train_slider_crank@nnap
-$(PARTS) hybrids recurrent nnap:
-	@set -o pipefail; $(REPRO) $(TARGET) 2>&1 | sed -u 's/^/$@ | /'
+$(PARTS):
+	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
 
 # two at once would each be in the way of the other's parts: the second waits; where the lock cannot be written, mend
 # says so
