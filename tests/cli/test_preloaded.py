@@ -43,7 +43,8 @@ class Server(NamedTuple):
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[Server]:
-    environment = {**os.environ, **dict.fromkeys(THREADS, "1")}
+    # without progress, which is said after some seconds only
+    environment = {**os.environ, **dict.fromkeys(THREADS, "1"), "EXP_PROGRESS": "quiet"}
     command = ["bash", "-c", f"echo $$ ${ADDRESS}; cat; kill -9 $$"]
     with subprocess.Popen(
         [sys.executable, "-m", "pipeline.preloaded", *command],
