@@ -96,7 +96,11 @@ def serve(command: list[str]) -> int:
     folder = Path(tempfile.mkdtemp())  # for this user only
     address, owner = str(folder / "socket"), os.getpid()
     listener = socket.socket(socket.AF_UNIX)
-    listener.bind(address)
+    try:
+        listener.bind(address)
+    except OSError:  # the path is too long for a socket: every stage runs by itself
+        shutil.rmtree(folder)
+        return subprocess.call(command)
     listener.listen()
     # an interruption is for the command and the stages, which come to an end by it
     signal.signal(signal.SIGINT, lambda *_: None)

@@ -126,3 +126,11 @@ def test_a_stage_and_who_asked_for_it_end_together(killed: str, server: Server, 
 def test_it_says_how_it_is_used() -> None:
     result = subprocess.run([sys.executable, "-m", "pipeline.preloaded"], capture_output=True, text=True)
     assert result.returncode == 1 and result.stderr.startswith("usage: ")
+
+
+def test_where_no_socket_can_be_the_command_runs_all_the_same(tmp_path: Path) -> None:
+    deep = tmp_path / ("x" * 120)
+    deep.mkdir()
+    command = [sys.executable, "-m", "pipeline.preloaded", "bash", "-c", "exit 7"]
+    assert subprocess.run(command, env={**os.environ, "TMPDIR": str(deep)}).returncode == 7
+    assert not list(deep.iterdir())
