@@ -100,7 +100,7 @@ def serve(command: list[str]) -> int:
         listener.bind(address)
     except OSError:  # the path is too long for a socket: every stage runs by itself
         shutil.rmtree(folder)
-        return subprocess.call(command)
+        return _as_shell(subprocess.call(command))
     listener.listen()
     # an interruption is for the command and the stages, which come to an end by it
     signal.signal(signal.SIGINT, lambda *_: None)
@@ -114,6 +114,11 @@ def serve(command: list[str]) -> int:
             shutil.rmtree(folder)
     if forked is not None:
         return _stage(*forked)
+    return _as_shell(code)
+
+
+def _as_shell(code: int) -> int:
+    """What a shell makes of the exit code of a process: 128 and the number of the signal that killed it."""
     return code if code >= 0 else 128 - code
 
 

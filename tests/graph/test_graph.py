@@ -23,10 +23,14 @@ def call(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
 
 
-def dvc(folder: Path, *arguments: str) -> str:
-    result = call(folder, sys.executable, "-m", "dvc", *arguments)
+def module(folder: Path, *arguments: str) -> str:
+    result = call(folder, sys.executable, "-m", *arguments)
     assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
     return result.stdout
+
+
+def dvc(folder: Path, *arguments: str) -> str:
+    return module(folder, "dvc", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +38,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the checkout with a tiny campaign and profile, reproduced once."""
     folder = write_project(tmp_path_factory.mktemp("project"), linked=True)
     repro = [sys.executable, "-m", "dvc", "repro", "--all-pipelines"]
-    result = call(folder, sys.executable, "-m", "pipeline.preloaded", *repro)
-    assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
+    module(folder, "pipeline.preloaded", *repro)
     return folder
 
 
