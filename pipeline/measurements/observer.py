@@ -19,7 +19,7 @@ SUBSTEPS = (4, 32)  # per sampling period; the second where the first is unstabl
 
 
 def observer(system: System, unknown: Sequence[int]) -> Program:
-    """States `unknown` (indices), driven by the inputs, then the other states in their order; shown as they are."""
+    """States `unknown` (indices) as outputs, driven by the inputs, then the other states in their order."""
     shown = [system.x[k] for k in unknown]
     imposed = [x for x in system.x if x not in shown]
     rates = [system.dynamics[k] for k in unknown]
