@@ -16,6 +16,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from pipeline.compiling import kept
 from pipeline.physics.kernels import compiled_function
 from pipeline.physics.mechanisms import cam_follower as physics
 from pipeline.physics.mechanisms.cam import TURN
@@ -67,8 +68,8 @@ class Stretches(NamedTuple):
     first: Indices
 
 
-@numba.njit(cache=True)
-def on_cam(curve, angle):  # type: ignore[no-untyped-def]
+@kept()
+def on_cam(curve: Array, angle: float) -> tuple[float, float]:
     """h (m) and h' (m/rad) at an angle, from a table (2, n) over one turn."""
     n = curve.shape[1]
     x = angle * n / TURN
@@ -79,8 +80,8 @@ def on_cam(curve, angle):  # type: ignore[no-untyped-def]
     return curve[0, i] + f * (curve[0, j] - curve[0, i]), curve[1, i] + f * (curve[1, j] - curve[1, i])
 
 
-@numba.njit(cache=True)
-def on_cams(curves, cam, angle):  # type: ignore[no-untyped-def]
+@kept()
+def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
     """(n, 2) h and h' on the cams `cam` (n,) at the angles `angle` (n,)."""
     out = np.empty((len(angle), 2))
     for k in range(len(angle)):
@@ -88,8 +89,10 @@ def on_cams(curves, cam, angle):  # type: ignore[no-untyped-def]
     return out
 
 
-@numba.njit(cache=True)
-def contact_force(height, speed, h, dh, omega, mass, law):  # type: ignore[no-untyped-def]
+@kept()
+def contact_force(
+    height: float, speed: float, h: float, dh: float, omega: float, mass: float, law: Law
+) -> float:
     """Force on the follower, N: its weight where it is as high as the cam, zero where it is out of reach.
 
     The compliance grows with h'^2, because the shaft turns back under the torque h' F. The loss adds to the
@@ -100,7 +103,7 @@ def contact_force(height, speed, h, dh, omega, mass, law):  # type: ignore[no-un
     elastic = (h - height) / compliance + mass * law.gravity
     if elastic <= 0.0:
         return 0.0
-    return elastic * (1.0 + law.loss * np.tanh((dh * omega - speed) / SETTLED))
+    return elastic * (1.0 + law.loss * float(np.tanh((dh * omega - speed) / SETTLED)))
 
 
 def _follower() -> Callable[..., Any]:

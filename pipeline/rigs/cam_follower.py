@@ -11,12 +11,12 @@ steep tanh, so that one fixed-step scheme also holds at standstill; a stalled sh
 from collections import namedtuple
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.signal import lfilter, savgol_filter
 
+from pipeline.compiling import kept
 from pipeline.rigs.profile import TURN, cam_spline, profile
 
 Array = NDArray[np.float64]
@@ -25,7 +25,6 @@ _STICK = (0.005, 0.001)  # width of the friction tanh: shaft (rad/s), guide (m/s
 _SUBSTEPS = 8  # integration steps per sample: short enough for the stiff shaft friction at standstill
 _PROGRESS = 0.1  # advance (rad) that shows a shaft is turning: a stalled one creeps much less
 _TOUCH = 1e-12  # force (N) or gap (m) that counts as zero
-_jit = numba.njit(cache=True)
 _Plant = namedtuple(  # one experiment as the compiled code takes it; the moments are those of the cam plate
     "_Plant",
     "inertia mass gravity voltage torque_constant resistance inductance gear_friction gear_friction_drop "
@@ -34,7 +33,7 @@ _Plant = namedtuple(  # one experiment as the compiled code takes it; the moment
 )
 
 
-@_jit
+@kept()
 def _rates(contact: bool, s: State, spline: Array, p: _Plant) -> tuple[State, float]:
     """Time derivative of the state, and the contact force (vertical component, N)."""
     theta, omega, current, _, v = s
@@ -55,12 +54,12 @@ def _rates(contact: bool, s: State, spline: Array, p: _Plant) -> tuple[State, fl
     return (omega, alpha, surge, 0.0, 0.0), jam * (p.mass * slope * alpha + load)
 
 
-@_jit
+@kept()
 def _moved(s: State, r: State, dt: float) -> State:
     return s[0] + dt * r[0], s[1] + dt * r[1], s[2] + dt * r[2], s[3] + dt * r[3], s[4] + dt * r[4]
 
 
-@_jit
+@kept()
 def _step(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> State:
     """One Runge-Kutta 4 step within a phase; in contact the follower is placed on the cam."""
     a, _ = _rates(contact, s, spline, p)
@@ -74,14 +73,14 @@ def _step(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> State
     return s
 
 
-@_jit
+@kept()
 def _margin(contact: bool, s: State, spline: Array, p: _Plant) -> float:
     """What must stay positive: the force (N) in contact, the gap (m) in flight."""
     force: float = _rates(True, s, spline, p)[1]
     return force if contact else s[3] - profile(s[0], spline)[0]
 
 
-@_jit
+@kept()
 def _impact(restitution: float, s: State, spline: Array, p: _Plant) -> tuple[State, bool]:
     """State after the impulse on follower and shaft, and whether the follower stays on the cam."""
     theta, omega, current, _, v = s
@@ -94,7 +93,7 @@ def _impact(restitution: float, s: State, spline: Array, p: _Plant) -> tuple[Sta
     return s, restitution == 0.0 and _margin(True, s, spline, p) >= 0.0
 
 
-@_jit
+@kept()
 def _advance(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> tuple[State, bool]:
     """State and phase after dt seconds, through any lift-off and impact on the way."""
     while dt > 0.0:
@@ -117,7 +116,7 @@ def _advance(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> tu
     return s, contact
 
 
-@_jit
+@kept()
 def _trace(
     s: State, period: float, samples: int, stop: float, patience: float, spline: Array, p: _Plant
 ) -> Array:

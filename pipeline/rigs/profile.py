@@ -2,15 +2,15 @@
 
 from functools import lru_cache
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
+from pipeline.compiling import kept
+
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
-_jit = numba.njit(cache=True)
 
 
 @lru_cache(maxsize=64)
@@ -42,7 +42,7 @@ def cam_spline(
     return np.ascontiguousarray(spline.c), [float(np.sum(part) * (phi[1] - phi[0])) for part in parts]
 
 
-@_jit
+@kept()
 def profile(theta: float, spline: Array) -> tuple[float, float, float]:
     """Lift of the roller centre (m) and its first and second derivative with respect to the angle."""
     width = 2.0 * np.pi / spline.shape[1]

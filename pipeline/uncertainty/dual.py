@@ -9,20 +9,16 @@ polynomials p_1 ... p_K that are orthonormal under the current density the Hessi
 Newton's direction is sum E_target[p_j] p_j(z), whatever the degree and however narrow the density is.
 """
 
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.compiling import compiled
 from pipeline.uncertainty.density import Array
 from pipeline.uncertainty.exponential import polynomial, rule
-
-_jit: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 #: Gauss-Legendre nodes; a density counts once a rule finds its moments right that it was not made with.
 RULES = (64, 128, 256, 512, 1024)
@@ -65,7 +61,7 @@ def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.
     return coefficients, steps, solved
 
 
-@_jit
+@compiled
 def _solve(coefficients: Array, moments: Array, support: Array, nodes: Array, weights: Array) -> Any:
     """Improve the coefficients (L, K + 1) in place on one quadrature rule.
 
@@ -81,7 +77,7 @@ def _solve(coefficients: Array, moments: Array, support: Array, nodes: Array, we
     return steps
 
 
-@_jit
+@compiled
 def _newton(c: Array, m: Array, z: Array, w: Array) -> int:
     """Damped Newton for one output; `c` (K + 1,) is changed in place, nodes and weights are `z`, `w` (n,)."""
     exponent, direction = np.empty_like(z), np.zeros_like(z)
@@ -106,7 +102,7 @@ def _newton(c: Array, m: Array, z: Array, w: Array) -> int:
     return -1 - STEPS
 
 
-@_jit
+@compiled
 def _grow(q: Array, w: Array, exponent: Array, direction: Array, length: float) -> float:
     """Masses `q` (n,) after a step, not normalised, and the logarithm of their sum."""
     total = 0.0
@@ -116,7 +112,7 @@ def _grow(q: Array, w: Array, exponent: Array, direction: Array, length: float) 
     return float(np.log(total))
 
 
-@_jit
+@compiled
 def _move(
     c: Array, exponent: Array, q: Array, step: Array, direction: Array, length: float, growth: float
 ) -> None:
@@ -130,7 +126,7 @@ def _move(
     c[0] -= growth
 
 
-@_jit
+@compiled
 def _newton_direction(direction: Array, step: Array, q: Array, z: Array, m: Array) -> float:
     """Newton's direction at the nodes (n,) and as coefficients (K + 1,); its squared length.
 

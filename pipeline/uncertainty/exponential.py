@@ -1,19 +1,15 @@
 """Integrals of exponentials of polynomials, compiled, for many outputs."""
 
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 from functools import lru_cache
 from typing import Any
 
-import numba
 import numpy as np
 from scipy.special import roots_legendre
 
+from pipeline.compiling import compiled
 from pipeline.uncertainty.density import Array
-
-_jit: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 #: Panels of an interval, and Gauss-Legendre nodes in each or in the part of it that is asked for.
 PANELS, NODES = 128, 12
@@ -44,7 +40,7 @@ def integral(coefficients: Array, support: Array, sums: Array, z: Array) -> Arra
     return np.asarray(_integral(coefficients, support, sums, np.ascontiguousarray(z), *rule(NODES)))
 
 
-@_jit
+@compiled
 def polynomial(c: Array, z: float) -> float:
     """sum c_k z^k."""
     value = 0.0
@@ -53,7 +49,7 @@ def polynomial(c: Array, z: float) -> float:
     return value
 
 
-@_jit
+@compiled
 def _between(c: Array, low: float, high: float, nodes: Array, weights: Array) -> float:
     half, total = 0.5 * (high - low), 0.0
     for i in range(nodes.size):
@@ -61,7 +57,7 @@ def _between(c: Array, low: float, high: float, nodes: Array, weights: Array) ->
     return half * total
 
 
-@_jit
+@compiled
 def _panels(coefficients: Array, support: Array, nodes: Array, weights: Array) -> Any:
     values = np.zeros((len(coefficients), PANELS + 1))
     for l in range(len(coefficients)):
@@ -72,7 +68,7 @@ def _panels(coefficients: Array, support: Array, nodes: Array, weights: Array) -
     return values
 
 
-@_jit
+@compiled
 def _integral(
     coefficients: Array, support: Array, sums: Array, z: Array, nodes: Array, weights: Array
 ) -> Any:

@@ -1,18 +1,14 @@
 """Histograms of many outputs, filled chunk by chunk; their ranges grow with the samples."""
 
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 
+from pipeline.compiling import compiled
 from pipeline.errors import BadInput
 from pipeline.uncertainty.density import Array
-
-_jit: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 #: Of every output; a range that must grow merges them by pairs.
 BINS = 1024
@@ -72,7 +68,7 @@ class Histogram:
         self.counts[offset : offset + BINS // 2, outputs] = pairs
 
 
-@_jit
+@compiled
 def _count(samples: Array, low: Array, width: Array, counts: Array) -> None:
     for s in range(len(samples)):
         for l in range(low.size):

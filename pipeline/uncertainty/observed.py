@@ -1,25 +1,21 @@
 """The exact log-densities of given data, for thousands of distributions of the parameters."""
 
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.compiling import compiled
 from pipeline.errors import BadInput
 from pipeline.uncertainty.families import Family
 from pipeline.uncertainty.level_curves import Monotone
 
 Array = NDArray[np.float64]
 
-# without the interpreter's lock, so that several data sets are worked on at once
-_jit: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 #: Nodes along a level curve, and cells of the bounds in which densities of the parameters are tabulated:
 #: enough for standard deviations of a 300th of the width of the bounds, to 1e-3 in the logarithm.
@@ -96,7 +92,7 @@ def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str
             )
 
 
-@_jit
+@compiled
 def _products(position: Array, weight: Array, tables: Array) -> Array:
     """(B, L) sums over K nodes of weights times tabulated functions of their coordinates.
 

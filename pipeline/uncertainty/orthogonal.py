@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import final
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import betaln, gammaln, roots_legendre, xlog1py, xlogy
+
+from pipeline.compiling import kept
 
 Array = NDArray[np.float64]
 
@@ -197,6 +198,4 @@ def _procedure_of_stieltjes(points: Array, weights: Array, diagonal: Array, besi
         previous, h = h, following / last
 
 
-_stieltjes: Callable[[Array, Array, Array, Array], None] = numba.njit(cache=True, nogil=True)(
-    _procedure_of_stieltjes
-)
+_stieltjes: Callable[[Array, Array, Array, Array], None] = kept(nogil=True)(_procedure_of_stieltjes)

@@ -1,21 +1,16 @@
 """Compiled loops that follow the level curves of bicubic surfaces."""
 
-# mypy: disallow-untyped-decorators=False
-
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from pipeline.compiling import compiled
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Four = tuple[float, float, float, float]
 
-# without the interpreter's lock, so that several data sets are worked on at once
-_jit: Any = numba.njit(cache=True, nogil=True, error_model="numpy")
 
 #: Along what a surface rises: one of the axes 0 and 1, or both.
 DIAGONAL = 2
@@ -23,21 +18,21 @@ DIAGONAL = 2
 CLOSE = 1e-6
 
 
-@_jit
+@compiled
 def _cubics(s: float) -> Four:
     """Hermite's polynomials of value and slope at the one node and at the next."""
     r = 1.0 - s
     return (1.0 + 2.0 * s) * r * r, s * r * r, (1.0 + 2.0 * r) * s * s, -r * s * s
 
 
-@_jit
+@compiled
 def _steeps(s: float) -> Four:
     """Their derivatives."""
     r = 1.0 - s
     return -6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (1.0 - 3.0 * r)
 
 
-@_jit
+@compiled
 def _surface(table: Array, x: float, y: float) -> tuple[float, float, float]:
     """Value and the slopes along x and y of one surface, `table` (2 m_1, 2 m_2), in the unit square."""
     m, n = table.shape[0] // 2 - 1, table.shape[1] // 2 - 1
@@ -57,7 +52,7 @@ def _surface(table: Array, x: float, y: float) -> tuple[float, float, float]:
     return value, dx * m, dy * n
 
 
-@_jit
+@compiled
 def _place(direction: int, line: float, q: float) -> tuple[float, float]:
     """The point `q` of a line along a direction; lines are numbered by the other axis, diagonals by x - y."""
     if direction == DIAGONAL:
@@ -65,7 +60,7 @@ def _place(direction: int, line: float, q: float) -> tuple[float, float]:
     return (q, line) if direction == 0 else (line, q)
 
 
-@_jit
+@compiled
 def _look(table: Array, part: Array, direction: int, line: float, q: float) -> tuple[float, float, float]:
     """Value, slope along the line and slope along x at a point of a line in `part` of the square."""
     x, y = _place(direction, line, q)
@@ -76,7 +71,7 @@ def _look(table: Array, part: Array, direction: int, line: float, q: float) -> t
     return value, dx if direction == 0 else dy, dx
 
 
-@_jit
+@compiled
 def _meet(
     table: Array, part: Array, direction: int, line: float, level: float, low: float, high: float, q: float
 ) -> tuple[float, float, float]:
@@ -98,7 +93,7 @@ def _meet(
     return q, slope, dx
 
 
-@_jit
+@compiled
 def _cross(
     table: Array, part: Array, axis: int, line: float, level: float, q: float
 ) -> tuple[float, float, float]:
@@ -111,7 +106,7 @@ def _cross(
     return found
 
 
-@_jit
+@compiled
 def _ends(table: Array, part: Array, level: float) -> tuple[float, float, float]:
     """First and last diagonal that meet the level, and the y at which the last one does.
 
@@ -127,7 +122,7 @@ def _ends(table: Array, part: Array, level: float) -> tuple[float, float, float]
     return first, last, end
 
 
-@_jit
+@compiled
 def _diagonal(
     table: Array, part: Array, level: float, points: Array, weights: Array, share: Array, along: Array
 ) -> float:
@@ -150,7 +145,7 @@ def _diagonal(
     return float(end)
 
 
-@_jit
+@compiled
 def _straight(
     table: Array,
     part: Array,
@@ -173,7 +168,7 @@ def _straight(
     return float(_cross(table, part, 1, 1.0, level, 0.5)[0]) if axis == 1 else 0.0
 
 
-@_jit
+@compiled
 def follow(
     tables: Array,
     direction: Integers,
@@ -215,7 +210,7 @@ def follow(
             sums[:, 0] *= part[l, 0, 1]
 
 
-@_jit
+@compiled
 def steepness(tables: Array, refinement: int) -> Array:
     """(L, 3) least slopes of L surfaces along x, y and both, with `refinement` points in every cell."""
     least = np.full((len(tables), 3), np.inf)

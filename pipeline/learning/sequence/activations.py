@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.learning.sequence.compiled import compiled
+from pipeline.compiling import compiled
 
 Single = NDArray[np.float32]
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.learning.sequence.compiled import compiled
+from pipeline.compiling import compiled
 from pipeline.learning.sequence.products import LEAST
 
 Single = NDArray[np.float32]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipeline.compiling import compiled
 from pipeline.learning.sequence.activations import add_columns, copy, rectified, set_rows, sigmoid, tanh
 from pipeline.learning.sequence.arrays import Batch, Single, Sizes, Weights, Work, views
-from pipeline.learning.sequence.compiled import compiled
 from pipeline.learning.sequence.products import add_product
 
 ZERO, ONE, TWO = (np.float32(x) for x in (0.0, 1.0, 2.0))

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pipeline.compiling import compiled
 from pipeline.learning.sequence.arrays import Batch, Indices, Single, Sizes, Work
-from pipeline.learning.sequence.compiled import compiled
 from pipeline.learning.sequence.kernel import gradient
 from pipeline.learning.sequence.products import LEAST
 

@@ -13,7 +13,7 @@ from llvmlite import binding, ir  # type: ignore[import-untyped]
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 
-from pipeline.learning.sequence.compiled import compiled
+from pipeline.compiling import compiled
 
 #: A tile's rows and numbers per row, as many as the registers hold, and where the matrix ends before.
 ROWS, LANES = (8, 32) if binding.get_host_cpu_features().get("avx512f") else (4, 16)

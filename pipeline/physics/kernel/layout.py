@@ -6,8 +6,9 @@ import functools
 import threading
 from typing import NamedTuple
 
-import numba
 from numba import types
+
+from pipeline.compiling import kept
 
 #: Samples side by side in a block.
 LANES = 16
@@ -58,9 +59,7 @@ LayoutType = types.NamedUniTuple(types.int64, len(Layout._fields), Layout)
 
 def jit(*signature, sums=False):
     """Compile; with a signature at once, so that functions can be passed as arguments."""
-    return numba.njit(
-        *signature, cache=True, error_model="numpy", fastmath=SUMS if sums else EXACT, nogil=True
-    )
+    return kept(*signature, error_model="numpy", fastmath=SUMS if sums else EXACT, nogil=True)
 
 
 def entry(signature):
