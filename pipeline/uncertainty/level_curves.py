@@ -88,7 +88,8 @@ class Monotone:
         points, weights = _quadrature(nodes if n == 2 else 1)
         share, along = np.empty((2, *y.shape, len(points), 2))
         last = np.empty(y.shape)
-        follow(self.tables, self.direction, part, y, points, weights, share, along, last)
+        # a copy: for an array that cannot be written to, all of this would be compiled once more
+        follow(self.tables, self.direction, part, y.copy(), points, weights, share, along, last)
         share, falling = share[..., :n], self.falling[:, None]
         last = np.where(self.falling[:, -1], 1.0 - last, last)
         return Curves(
