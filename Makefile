@@ -20,7 +20,7 @@ measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 # all; the longest first. pipeline.preloaded spares each stage the time that its libraries take to load
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
-PARTS := slider_crank cam_follower withheld clutch tutorial jumps $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
+PARTS := slider_crank cam_follower withheld clutch jumps tutorial $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
 .PHONY: repro parts $(PARTS)
 parts: $(PARTS)
 	@$(REPRO) --all-pipelines
@@ -67,7 +67,8 @@ clean:           ## remove what the graph made; the environment stays
 INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
 $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
-	@echo "installing into $(VENV) (once, less than a minute)"
+	@echo "installing into $(VENV) (once, about a minute)"
+	@$(INSTALL) --upgrade pip  # the one that comes with Python takes minutes to look through all releases
 	@$(INSTALL) --no-compile -e ".[sweep]"
 	@$(BIN)/python -m compileall -q -j 0 $(VENV)/lib pipeline >/dev/null || true  # on all cores, unlike pip
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true

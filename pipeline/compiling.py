@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+from llvmlite import binding  # type: ignore[import-untyped]
 from numba.core import caching
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -46,6 +47,10 @@ class UserWide(_AsItsFolder, caching.UserWideCacheLocator):  # type: ignore[misc
 _OURS = (f"{__name__}.{kind.__name__}" for kind in (Chosen, InTree, UserWide))
 # numba's own ones for the functions of a notebook, and of a zip
 numba.config.CACHE_LOCATOR_CLASSES = ",".join([*_OURS, "IPythonCacheLocator", "ZipCacheLocator"])
+
+# LLVM by itself uses half of such a register
+if (_here := binding.get_host_cpu_features()).get("avx512f") and not numba.config.CPU_FEATURES:
+    numba.config.CPU_FEATURES = f"{_here.flatten()},-prefer-256-bit"
 
 
 @cache
