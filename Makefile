@@ -64,7 +64,8 @@ docs: $(VENV)/ready    ## write docs/reference from the code
 clean:           ## remove what the graph made; the environment stays
 	rm -rf data outputs reports/figures reports/site reports/index.html
 
-INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
+# without what setuptools has to say to who writes a package
+INSTALL := PYTHONWARNINGS=ignore $(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt
 $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	@echo "installing into $(VENV) (once, about a minute)"
