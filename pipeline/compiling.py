@@ -45,8 +45,8 @@ class UserWide(_AsItsFolder, caching.UserWideCacheLocator):  # type: ignore[misc
 
 
 _OURS = (f"{__name__}.{kind.__name__}" for kind in (Chosen, InTree, UserWide))
-# numba's own ones for the functions of a notebook, and of a zip
-numba.config.CACHE_LOCATOR_CLASSES = ",".join([*_OURS, "IPythonCacheLocator", "ZipCacheLocator"])
+#: Numba's own ones for the functions of a notebook, and of a zip.
+LOCATORS = ",".join([*_OURS, "IPythonCacheLocator", "ZipCacheLocator"])
 
 # LLVM by itself uses half of such a register
 if (_here := binding.get_host_cpu_features()).get("avx512f") and not numba.config.CPU_FEATURES:
@@ -61,6 +61,8 @@ def _digest(folder: Path) -> bytes:
 
 def kept(*signature: Any, **options: Any) -> Callable[[F], F]:
     """A decorator that compiles, as `numba.njit` does, and keeps what it has compiled."""
+    # here, for numba forgets it when it compiles after a change of its variables of the environment
+    numba.config.CACHE_LOCATOR_CLASSES = LOCATORS
     decorator: Callable[[F], F] = numba.njit(*signature, cache=True, **options)
     return decorator
 

@@ -15,10 +15,13 @@ from pipeline.compiling import PACKAGE
 DECORATED = re.compile(r"^@(kept|compiled|jit|entry)\b", re.MULTILINE)
 
 CALLER = """
+import os
 from pipeline import compiling
 from pathlib import Path
 compiling.PACKAGE = Path(__file__).parent
 from inner import called
+os.environ["NUMBA_NUM_THREADS"] = "1"
+called(1.0)
 
 @compiling.compiled
 def twice(x):
@@ -55,6 +58,7 @@ def test_a_function_is_as_new_as_what_it_calls(tmp_path: Path) -> None:
     assert run(tmp_path) == [8.0, 1.0]
     (tmp_path / "inner.py").write_text(CALLED.format("2.0"))
     assert run(tmp_path) == [10.0, 0.0]
+    assert run(tmp_path) == [10.0, 1.0]
 
 
 def modules() -> list[str]:
