@@ -8,18 +8,16 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import contextmanager
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import BadInput
 from pipeline.files import hidden, put_folder, read_json, write_json
 from pipeline.progress import Counter
+from pipeline.workers import pool_of
 
-#: What numerical libraries read when they are loaded: how many threads they may use.
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 IDENTITY = "identity.json"
 CODE = Path(__file__).parent
 
@@ -114,7 +112,7 @@ def _done(jobs: Mapping[str, Callable[[], object]], workers: int) -> Iterator[tu
         for name, job in jobs.items():
             yield name, _error(job)
         return
-    with _single_threaded(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with pool_of(workers) as pool:
         running = {pool.submit(job): name for name, job in jobs.items()}
         for future in as_completed(running):
             yield running[future], _error(future.result)
@@ -126,18 +124,3 @@ def _error(job: Callable[[], object]) -> Exception | None:
     except Exception as error:
         return error
     return None
-
-
-@contextmanager
-def _single_threaded() -> Iterator[None]:
-    """Processes that are started in the block use one thread."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name)
-            else:
-                os.environ[name] = value

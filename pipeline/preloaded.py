@@ -8,9 +8,11 @@ of the program, who asked runs it itself.
 
 from __future__ import annotations
 
+import atexit
 import gc
 import hashlib
 import json
+import multiprocessing
 import os
 import select
 import shutil
@@ -95,6 +97,7 @@ def serve(command: list[str]) -> int:
     """
     folder = Path(tempfile.mkdtemp())  # for this user only
     address, owner = str(folder / "socket"), os.getpid()
+    atexit.register(_end, owner)
     listener = socket.socket(socket.AF_UNIX)
     try:
         listener.bind(address)
@@ -187,7 +190,7 @@ def _program() -> str:
 
 def _stage(request: Request, terminal: list[int], connection: socket.socket) -> int:
     """Be the stage: its exit code goes to who asked, the end of this process says that it is over."""
-    from pipeline.__main__ import main
+    from pipeline.__main__ import THREADS, main
 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     for standard, descriptor in enumerate(terminal):
@@ -197,6 +200,9 @@ def _stage(request: Request, terminal: list[int], connection: socket.socket) -> 
     os.chdir(request.folder)
     os.environ.clear()
     os.environ.update(request.environment)
+    # its workers are forks as well, where no library has threads that they would miss
+    if all(os.environ.get(library) == "1" for library in THREADS):
+        multiprocessing.set_start_method("fork")
     sys.argv = [str(PACKAGE / "__main__.py"), *request.arguments]
     sys.path[0] = request.folder
     threading.Thread(target=_end_with, args=(connection,), daemon=True).start()
@@ -209,6 +215,14 @@ def _stage(request: Request, terminal: list[int], connection: socket.socket) -> 
         sys.stdout.flush()
         connection.sendall(bytes([code if isinstance(code, int) else code is not None]))
     return 0
+
+
+def _end(owner: int) -> None:
+    """The last thing that a fork does, for Python would copy all the memory that it shares to tidy it."""
+    if os.getpid() != owner:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
 
 
 def _end_with(connection: socket.socket) -> None:

@@ -6,11 +6,9 @@ experiment: seven comma-separated rows t, theta, omega, alpha, y, h, eps in SI u
 
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ import pandas as pd
 from pipeline.files import replacing
 from pipeline.progress import Counter
 from pipeline.rigs.cam_follower import CamFollowerRig
+from pipeline.workers import pool_of
 
 CHANNELS = ("t", "theta", "omega", "alpha", "y", "h", "eps")
 FACTORS = ("H", "beta", "m", "V")
@@ -102,7 +101,7 @@ def _logs(jobs: Sequence[Job], rig: CamFollowerRig, seed: int, workers: int) -> 
         return
     # The first run is made here, so that the workers load the compiled code instead of all compiling it.
     yield work(jobs[0])
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with pool_of(workers) as pool:
         yield from pool.map(work, jobs[1:], chunksize=4)
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +18,7 @@ from pipeline.progress import track
 from pipeline.rawlogs import ROWS, Archive
 from pipeline.shapes import ORIGIN, read_shaped
 from pipeline.trajectory import Campaign
+from pipeline.workers import pool_of
 
 Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
 
@@ -55,7 +54,7 @@ def _ingest_cam_follower(raw: Path, mechanism: CamFollower, workers: int, out: P
     chunks = [ids[i : i + CHUNK] for i in range(0, len(ids), CHUNK)]
     lengths: list[int] = []
     parts: list[dict[str, NDArray[np.float32 | np.float64]]] = []
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    with pool_of(workers) as pool:
         for sizes, part in track(pool.map(partial(_read, archive), chunks), len(chunks), "reading logs"):
             lengths += sizes
             parts.append(part)

@@ -12,10 +12,11 @@ import pytest
 from tests.conftest import stages
 
 ROOT = Path(__file__).parents[2]
-#: How files are written, compiled functions kept, and what is said meanwhile: no result changes with it.
+#: How files are written, compiled functions kept, workers started, and what is said meanwhile: no result
+#: changes with it.
 PLUMBING = {
     f"pipeline/{name}.py"
-    for name in ("compiling", "errors", "files", "parquet", "progress", "revision", "shapes")
+    for name in ("compiling", "errors", "files", "parquet", "progress", "revision", "shapes", "workers")
 }
 
 
