@@ -20,7 +20,7 @@ measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 # all; the longest first. pipeline.preloaded spares each stage the time that its libraries take to load
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
-PARTS := slider_crank cam_follower withheld jumps clutch tutorial $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
+PARTS := slider_crank cam_follower withheld clutch jumps tutorial $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
 .PHONY: repro parts $(PARTS)
 parts: $(PARTS)
 	@$(REPRO) --all-pipelines
