@@ -6,12 +6,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from typing import ParamSpec
+from typing import BinaryIO, ParamSpec
 
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import FuncFormatter, MultipleLocator
@@ -69,10 +70,14 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     return drawn
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write `figure` to `path`; equal figures give equal files, so an SVG carries no date."""
+def save(figure: Figure, to: Path | BinaryIO) -> None:
+    """Write `figure` as SVG; equal figures give equal files, which carry no date."""
     with style():  # ticks are made, with the settings of that moment, while the file is drawn
-        figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
+        FigureCanvasSVG(figure)
+        if (layout := figure.get_layout_engine()) is not None:
+            layout.execute(figure)
+            figure.set_layout_engine(None)  # or savefig would draw all once more, to lay it out
+        figure.savefig(to, format="svg", metadata={"Date": None})
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:

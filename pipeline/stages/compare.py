@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.errors import BadInput
-from pipeline.figures.style import style
+from pipeline.figures.style import save
 from pipeline.figures.sweep import comparison, horizontal_key
 from pipeline.files import replacing
 from pipeline.parquet import write_parquet
@@ -48,8 +48,8 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
         write_parquet(table, temporary)
     with replacing(out / "comparison.csv") as temporary:
         table.to_csv(temporary, index=False)
-    with replacing(out / "comparison.svg") as temporary, style():
-        figure.savefig(temporary, format="svg", metadata={"Date": None})
+    with replacing(out / "comparison.svg") as temporary:
+        save(figure, temporary)
     _say(found, swept, metric)
 
 

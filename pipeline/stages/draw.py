@@ -60,14 +60,13 @@ def draw(
 
 
 def _draw(name: str, function: Callable[[Path], Figure], data: Path, out: Path) -> None:
-    from pipeline.figures.style import style
+    from pipeline.figures.style import save
 
-    with style():
-        try:
-            figure = function(data)
-        except BadInput as error:
-            raise BadInput(f"{error}, {name} needs it") from None
-        figure.savefig(out, metadata={"Date": None})
+    try:
+        figure = function(data)
+    except BadInput as error:
+        raise BadInput(f"{error}, {name} needs it") from None
+    save(figure, out)
 
 
 def _entry(name: str, function: Callable[[Path], Figure]) -> dict[str, Any]:

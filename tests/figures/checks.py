@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import save, style
+from pipeline.figures.style import save
 
 Draw = Callable[[Path], Figure]
 
@@ -46,8 +46,6 @@ def check_file(draw: Draw, folder: Path, out: Path) -> None:
 def check_rendered(draw: Draw, folder: Path) -> Figure:
     """The figure, which can be written as SVG."""
     figure = draw(folder)
-    image = io.BytesIO()
-    with style():
-        figure.savefig(image, format="svg", metadata={"Date": None})
+    save(figure, image := io.BytesIO())
     assert b"</svg>" in image.getvalue(), draw.__name__
     return figure

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from pipeline.evaluation import boundary
 from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
-from pipeline.figures.style import save, style
+from pipeline.figures.style import save
 from pipeline.trajectory import Campaign
 from tests.figures.checks import Draw, check_caption
 
@@ -171,9 +171,7 @@ def test_any_models_and_a_single_repeat_will_do(models: dict[str, float], tmp_pa
     make_tables(tmp_path, models, repeats=1, strokes=2, voltages=8)
     for draw in FIGURES:
         figure = draw(tmp_path)
-        content = io.BytesIO()
-        with style():
-            figure.savefig(content, format="svg", metadata={"Date": None})
+        save(figure, content := io.BytesIO())
         assert b"</svg>" in content.getvalue(), draw.__name__
 
 

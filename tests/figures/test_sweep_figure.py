@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import style
+from pipeline.figures.style import save
 from pipeline.figures.sweep import comparison, horizontal_key
 
 
@@ -28,9 +28,7 @@ def table() -> pd.DataFrame:
 
 
 def rendered(figure: Figure) -> Figure:
-    image = io.BytesIO()
-    with style():
-        figure.savefig(image, format="svg", metadata={"Date": None})
+    save(figure, image := io.BytesIO())
     assert b"</svg>" in image.getvalue()
     return figure
 
@@ -89,9 +87,6 @@ def test_a_metric_that_diverged_or_is_negative_is_drawn_on_a_linear_axis(table: 
 def test_equal_tables_give_equal_files(table: pd.DataFrame) -> None:
     files = []
     for _ in range(2):
-        with style():
-            comparison(table, ["model", "hidden"], "error", "hidden").savefig(
-                image := io.BytesIO(), format="svg", metadata={"Date": None}
-            )
+        save(comparison(table, ["model", "hidden"], "error", "hidden"), image := io.BytesIO())
         files.append(image.getvalue())
     assert files[0] == files[1]

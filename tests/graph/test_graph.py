@@ -19,7 +19,7 @@ pytestmark = pytest.mark.graph
 
 def call(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path, "OMP_NUM_THREADS": "2"}
+    environment = {**os.environ, "PATH": path}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
 
 

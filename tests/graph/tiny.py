@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
 import yaml
@@ -45,7 +46,8 @@ exact_runs: 1
 exact_references: 2
 """
 #: A search this short finds no optimum; what follows from one is the same.
-SEARCH = ("generations: 60", "generations: 2")
+SEARCH = {"generations: 60": "generations: 2"}
+TUTORIAL = {"repeats: 3": "repeats: 1", "[1, 2, 3, 4, 8, 16, 64]": "[1, 4, 64]", "seeds: 10": "seeds: 2"}
 #: One hybrid of each kind that figures and claims need.
 HYBRIDS = [
     *("nnap", "nnap_theta_omega", "nnap_d", "nnap_split", "nnap_shooting", "physics"),
@@ -71,8 +73,8 @@ def write_project(folder: Path, linked: bool = False) -> Path:
     for name, spring in (("slider_crank", "true"), ("slider_crank_bare", "false")):
         (folder / "conf" / "source" / f"{name}.yaml").write_text(f"{SLIDER}{spring}\n")
     (folder / "conf" / "source" / "withheld_quick.yaml").write_text(WITHHELD)
-    normal = folder / "conf" / "uncertainty" / "clipped_normal.yaml"
-    normal.write_text(normal.read_text().replace(*SEARCH))
+    _edit(folder / "conf" / "uncertainty" / "clipped_normal.yaml", SEARCH)
+    _edit(folder / "conf" / "teach.yaml", TUTORIAL)
     params = yaml.safe_load((ROOT / "params.yaml").read_text())
     params |= {"source": "virtual", "profile": "quick", "hybrids": HYBRIDS, "horizons": [1, 5, 10]}
     params |= {"planted": PLANTED}
@@ -80,3 +82,11 @@ def write_project(folder: Path, linked: bool = False) -> Path:
     # no git in the copy, as in a tarball
     (folder / ".dvc" / "config.local").write_text("[core]\n    no_scm = true\n")
     return folder
+
+
+def _edit(file: Path, changes: Mapping[str, str]) -> None:
+    text = file.read_text()
+    for before, after in changes.items():
+        assert before in text, (file, before)
+        text = text.replace(before, after)
+    file.write_text(text)

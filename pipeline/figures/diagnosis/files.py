@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pipeline.figures.diagnosis import candidates, experiments, residual, steps, tables, trajectories
-from pipeline.figures.style import style
+from pipeline.figures.style import save
 from pipeline.files import replacing, write_json
 
 Draw = Callable[[Path], Figure]
@@ -37,8 +37,8 @@ def write_figures(folder: Path) -> None:
     found = bool(tables.about(folder)["effects"])
     chosen = {name: draw for name, draw in FIGURES.items() if found or name != "left_over"}
     for name, draw in chosen.items():
-        with replacing(folder / "figures" / f"{name}.svg") as temporary, style():
-            draw(folder).savefig(temporary, format="svg", metadata={"Date": None})
+        with replacing(folder / "figures" / f"{name}.svg") as temporary:
+            save(draw(folder), temporary)
     entries = [_entry(name, number, draw) for number, (name, draw) in enumerate(chosen.items(), start=1)]
     write_json(folder / "figures" / "figures.json", entries)
 

@@ -50,7 +50,7 @@ def numpy_system_function(
     groups = [system.x, system.u, () if efforts_zero else system.e, system.p, system.c]
     symbols = [TIME, *(s for group in groups for s in group)]
     # a user's names are then never names in the code, and sums are always added up in the same order
-    plain = {symbol: sp.Symbol(f"argument_{k:04}") for k, symbol in enumerate(symbols)}
+    plain = {symbol: sp.Symbol(f"argument_{k:04}", real=True) for k, symbol in enumerate(symbols)}
     code = sp.lambdify(
         list(plain.values()),
         [f.xreplace(plain) for f in expressions],
