@@ -85,7 +85,7 @@ def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
     """(n, 2) h and h' on the cams `cam` (n,) at the angles `angle` (n,)."""
     out = np.empty((len(angle), 2))
     for k in range(len(angle)):
-        out[k] = on_cam(curves[cam[k]], angle[k])
+        out[k, 0], out[k, 1] = on_cam(curves[cam[k]], angle[k])
     return out
 
 

@@ -128,7 +128,9 @@ def _trace(
             s, contact = _advance(contact, period / _SUBSTEPS, s, spline, p)
         h, slope, _ = profile(s[0], spline)
         force = _rates(contact, s, spline, p)[1]
-        out[k] = (s[0], s[1], s[2], s[3], s[4], force, 1.0 if contact else 0.0, h, slope)
+        now = (s[0], s[1], s[2], s[3], s[4], force, 1.0 if contact else 0.0, h, slope)
+        for i in range(len(now)):  # numba takes seconds to compile the assignment to a whole row
+            out[k, i] = now[i]
         if s[0] > best + _PROGRESS:
             best, since = s[0], k
         if s[0] >= stop or (k - since) * period > patience:

@@ -204,10 +204,11 @@ def follow(
             else:
                 y = _straight(tables[l], part[l], direction[l], level, points, weights, nodes, sums)
             end[p, l] = part[l, 1, 0] + y * part[l, 1, 1]
-            for axis in range(2):
-                nodes[:, axis] = part[l, axis, 0] + nodes[:, axis] * part[l, axis, 1]
-            sums *= part[l, 1, 1]
-            sums[:, 0] *= part[l, 0, 1]
+            for k in range(len(points)):
+                for axis in range(2):
+                    nodes[k, axis] = part[l, axis, 0] + nodes[k, axis] * part[l, axis, 1]
+                    sums[k, axis] *= part[l, 1, 1]
+                sums[k, 0] *= part[l, 0, 1]
 
 
 @compiled
