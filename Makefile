@@ -34,7 +34,7 @@ CHOOSE := true
 repro: $(VENV)/ready
 	@mkdir -p .dvc/tmp 2>/dev/null; { exec 9> .dvc/tmp/repro.lock; } 2>/dev/null && \
 		{ flock -n 9 || { echo "another run is at work in this folder: waiting for it"; flock 9; }; }; \
-		$(BIN)/python -m pipeline.mend && $(CHOOSE) && { $(DVC) status -q || \
+		$(BIN)/python -m pipeline.mend && $(CHOOSE) && { test -d data && $(DVC) status -q || \
 			$(BIN)/python -m pipeline.preloaded $(MAKE) --no-print-directory --jobs=2 parts; }
 	@echo "open file://$(CURDIR)/reports/index.html"
 
