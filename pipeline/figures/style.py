@@ -73,7 +73,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def save(figure: Figure, to: Path | BinaryIO) -> None:
     """Write `figure` as SVG; equal figures give equal files, which carry no date."""
     with style():  # ticks are made, with the settings of that moment, while the file is drawn
-        FigureCanvasSVG(figure)
+        FigureCanvasSVG(figure)  # by whose letters the layout is made
         if (layout := figure.get_layout_engine()) is not None:
             layout.execute(figure)
             figure.set_layout_engine(None)  # or savefig would draw all once more, to lay it out

@@ -6,10 +6,8 @@ identification benchmarks, 2019.
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +19,7 @@ from scipy.io import loadmat
 from pipeline.errors import BadInput
 from pipeline.files import replacing_folder
 from pipeline.parquet import write_parquet
+from pipeline.workers import pool_of
 
 Array = NDArray[np.float64]
 
@@ -80,7 +79,7 @@ def read(path: Path) -> pd.DataFrame:
     """
     if not path.is_file():
         raise BadInput(f"{path}: no such file")
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    with pool_of(1) as pool:
         try:
             content = pool.submit(_variables, path).result()
         except BrokenProcessPool:  # SciPy can crash on what is damaged
