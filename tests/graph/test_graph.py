@@ -108,7 +108,7 @@ def test_editing_one_model_touches_only_its_cells(project: Path) -> None:
 
 
 def test_a_sweep_leaves_the_graph_clean(project: Path) -> None:
-    sweep = ["-m", "model=f_h1,f_h2", "seed=range(2)", "split=tuning"]
+    sweep = ["-m", "model=f_h1,f_h2", "seed=range(2)", "split=tuning", "profile=quick"]
     result = call(project, sys.executable, "-m", "pipeline", "train", *sweep)
     assert result.returncode == 0, result.stderr
     assert len(list((project / "outputs/train").glob("*/*/model.pt"))) == 4
@@ -119,7 +119,7 @@ def test_the_same_seed_gives_the_same_numbers(project: Path) -> None:
     for out in ("first", "second"):
         fits, predictions = f"outputs/{out}/fit", f"outputs/{out}/prediction"
         for command in (
-            ["train", f"out={fits}"],
+            ["train", "profile=quick", f"out={fits}"],
             ["evaluate", f"fits={fits}", f"out={predictions}"],
         ):
             result = call(project, sys.executable, "-m", "pipeline", *command, "model=f_h2", "split=tuning")

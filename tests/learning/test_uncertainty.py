@@ -103,7 +103,12 @@ def callable_named(function: str) -> str:
     )
 
 
-SHORT = ("uncertainty.search.generations=3", "uncertainty.nodes=[9,9]", "profile.data_sets=2")
+SHORT = (
+    "uncertainty.search.generations=3",
+    "uncertainty.nodes=[9,9]",
+    "profile=quick",
+    "profile.data_sets=2",
+)
 
 
 @pytest.fixture(scope="module")
