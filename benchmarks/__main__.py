@@ -1,4 +1,4 @@
-"""Run every benchmark and write reports/metrics/benchmarks.json, or run those named and only print them."""
+"""Run every benchmark and write reports/*/benchmarks.*, or run those named and only print them."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ import argparse
 import importlib
 import pkgutil
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import pandas as pd
 import torch
 
 import benchmarks
 from benchmarks.timing import PeerMissing
+from pipeline.evaluation.readable import write_table
 from pipeline.files import write_json
 from pipeline.revision import revision
 
+REPORTS = Path(__file__).parent.parent / "reports"
 HARNESS = {"timing", "slider_crank", "keras", "__main__"}
 COMMON = {"ours", "peer", "ratio", "ratio_low", "ratio_high", "peer_version", "threads"}
 
@@ -31,7 +36,7 @@ def main() -> None:
     if unknown := set(names) - set(known):
         parser.error(f"no such benchmark: {', '.join(sorted(unknown))}")
     start = time.monotonic()
-    results: dict[str, object] = {"data": "virtual", "profile": "-", "revision": revision()}
+    results: dict[str, dict[str, Any]] = {}
     for module in names or known:
         benchmark = importlib.import_module(f"benchmarks.{module}")
         try:
@@ -44,9 +49,31 @@ def main() -> None:
         spread = f"({numbers['ratio_low']:.1f} to {numbers['ratio_high']:.1f})"
         own = "".join(f", {name} {value:.3g}" for name, value in numbers.items() if name not in COMMON)
         print(f"{module:<16} {numbers['ratio']:6.1f} x the speed {spread} of {numbers['peer_version']}{own}")
-    results["seconds"] = time.monotonic() - start
     if not names:
-        write_json(Path(__file__).parent.parent / "reports" / "metrics" / "benchmarks.json", results)
+        took = time.monotonic() - start
+        about = {"data": "virtual", "profile": "-", "revision": revision(), "seconds": took}
+        write_json(REPORTS / "metrics" / "benchmarks.json", {**about, **results})
+        protocol = f"ours and the peer in turn in one run, medians; at {about['revision']}"
+        title = "Seconds for the same work, and how many times as fast as the peer"
+        write_table(REPORTS / "tables" / "benchmarks", table(results), None, title, protocol, "virtual")
+
+
+def table(results: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+    """A row per benchmark, the largest ratio first: work, peer, ratio peer / ours, seconds of both."""
+    rows = [
+        {
+            "work": str(importlib.import_module(f"benchmarks.{name}").__doc__).splitlines()[0].rstrip("."),
+            "peer": of["peer_version"],
+            "times as fast": of["ratio"],
+            "lowest": of["ratio_low"],
+            "highest": of["ratio_high"],
+            "ours (s)": of["ours"],
+            "peer (s)": of["peer"],
+            "threads": of["threads"],
+        }
+        for name, of in sorted(results.items(), key=lambda item: -item[1]["ratio"])
+    ]
+    return pd.DataFrame(rows)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import benchmarks
+from benchmarks.__main__ import table
 
 FILES = sorted(Path(next(iter(benchmarks.__path__))).glob("[!_]*.py"))
 
@@ -17,3 +18,16 @@ FILES = sorted(Path(next(iter(benchmarks.__path__))).glob("[!_]*.py"))
 @pytest.mark.parametrize("name", [path.stem for path in FILES])
 def test_imports(name: str) -> None:
     import_module(f"benchmarks.{name}")
+
+
+def test_the_table_names_the_work_and_begins_with_the_largest_ratio() -> None:
+    measured = {"peer_version": "peer 1.0", "ours": 2.0, "threads": 1, "ratio_low": 1.4, "ratio_high": 5.5}
+    results = {
+        "short_stage": {**measured, "peer": 3.0, "ratio": 1.5},
+        "lstm_training": {**measured, "peer": 10.0, "ratio": 5.0, "ours_xla": 1.0},
+    }
+    rows = table(results)
+    assert list(rows["times as fast"]) == [5.0, 1.5]
+    assert "nn.LSTM" in rows["work"][0]
+    assert rows["peer"][0] == "peer 1.0"
+    assert list(rows["peer (s)"] / rows["ours (s)"]) == list(rows["times as fast"])

@@ -138,9 +138,10 @@ PAGES = (
         "benchmarks",
         "Speed",
         "Speed against peers",
-        summary="Seconds of this project and of a peer for the same work, side by side in one process; the "
+        summary="Seconds of this project and of a peer for the same work, side by side in one run; the "
         "ratio is that of the peer's time to ours, with its range over repetitions.",
         group="Record",
+        tables=("benchmarks",),
         metrics=("benchmarks",),
         command="make bench",
     ),
