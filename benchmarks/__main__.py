@@ -15,9 +15,9 @@ import torch
 
 import benchmarks
 from benchmarks.timing import PeerMissing
-from pipeline.evaluation.readable import write_table
-from pipeline.files import write_json
+from pipeline.chapters.readable import write_table
 from pipeline.revision import revision
+from unmodelled.base.files import write_json
 
 REPORTS = Path(__file__).parent.parent / "reports"
 HARNESS = {"timing", "slider_crank", "keras", "__main__"}

@@ -15,20 +15,20 @@ from numpy.typing import NDArray
 
 from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
-from pipeline.diagnosis.descent import advance, begun
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.diagnosis.unknowns import Unknown, Unknowns
-from pipeline.measurements.logs import Logs
-from pipeline.models.nnap import Integration, Nnap
-from pipeline.models.rollout import Measured, simulate
-from pipeline.numerics.threads import one_thread
-from pipeline.physics.kernel.compiled import kernel
-from pipeline.physics.kernel.machine import Windows, simulated
-from pipeline.physics.kernel.machine_program import Equations, assembled
-from pipeline.physics.kernel.structure import Augmented
-from pipeline.physics.system.model import Parameter, System, symbol
-from pipeline.physics.system.reader import read_system
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.descent import advance, begun
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+from unmodelled.engine.compiled.compiled import kernel
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.engine.machine.machine import Windows, simulated
+from unmodelled.engine.machine.machine_program import Equations, assembled
+from unmodelled.engine.threads import one_thread
+from unmodelled.logs.logs import Logs
+from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.rollout import Measured, simulate
+from unmodelled.systems.model import Parameter, System, symbol
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 

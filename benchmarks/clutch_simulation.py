@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import compared, seconds
-from pipeline.physics.kernel.event_times import EventTimes
-from pipeline.physics.system import phases
-from pipeline.physics.system.model import System
-from pipeline.physics.system.phases import Experiments
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.clutch import ClutchCampaign
+from unmodelled.engine.cascade.event_times import EventTimes
+from unmodelled.systems import phases
+from unmodelled.systems.model import System
+from unmodelled.systems.phases import Experiments
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 

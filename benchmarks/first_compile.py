@@ -18,9 +18,9 @@ PEER = f"a first start, numba {numba.__version__} compiling"
 ROOT = Path(__file__).parent.parent
 START = """
 from benchmarks.slider_crank import HIDDEN, SYSTEM
-from pipeline.models.structures import one_per_port
-from pipeline.physics.kernel.compiled import kernel
-from pipeline.physics.system.reader import read_system
+from unmodelled.models.structures import one_per_port
+from unmodelled.engine.compiled.compiled import kernel
+from unmodelled.systems.reader import read_system
 system = read_system(SYSTEM)
 kernel(one_per_port(system, system.uncertain, HIDDEN).structure)
 """

@@ -7,11 +7,11 @@ import pandas as pd
 import torch
 
 from benchmarks.timing import side_by_side
-from pipeline.learning import free_run
-from pipeline.models.dataset import Dataset
-from pipeline.models.motor import Motor
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower import free_run
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.motor import Motor
+from unmodelled.logs.trajectory import Campaign
 
 PEER = f"torch {torch.__version__}, all runs in one batch"
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.slider_crank import epoch, problem, settings
 from benchmarks.timing import compared, seconds
-from pipeline.learning.windows import Progress
+from unmodelled.learning.windows import Progress
 
 HORIZONS = (1, 10, 30, 100, 300)
 STEPS = 6000  # of every horizon: 6000 / N mini-batches

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from benchmarks import keras
 from benchmarks.slider_crank import BATCH, EPOCH, PERIOD, check_same_work, epoch, gradient, problem, settings
 from benchmarks.timing import side_by_side
-from pipeline.learning.windows import Problem, Progress, weighting
+from unmodelled.learning.windows import Problem, Progress, weighting
 
 Array = NDArray[np.float64]
 

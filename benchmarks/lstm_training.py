@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from benchmarks import keras
 from benchmarks.timing import side_by_side
-from pipeline.learning.sequence import passes
-from pipeline.learning.sequence.arrays import room, views
-from pipeline.learning.sequence.kernel import gradient
-from pipeline.learning.sequence.layout import flattened, sizes
-from pipeline.learning.sequence.training import Draws, standardised
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import SequenceInputs, Sequences
-from pipeline.numerics.threads import one_thread
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequence import passes
+from pipeline.cam_follower.sequence.arrays import room, views
+from pipeline.cam_follower.sequence.kernel import gradient
+from pipeline.cam_follower.sequence.layout import flattened, sizes
+from pipeline.cam_follower.sequence.training import Draws, standardised
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.engine.threads import one_thread
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from scipy.special import factorial, roots_legendre
 from scipy.stats import beta
 
 from benchmarks.timing import side_by_side
-from pipeline.uncertainty.density import REACH
-from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from unmodelled.uncertainty.density import REACH
+from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
 PEER = f"scipy {scipy.__version__}, optimize.minimize, BFGS"

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.timing import PeerMissing, seconds, side_by_side
-from pipeline.uncertainty.chaos import Chaos
-from pipeline.uncertainty.families import ClippedNormal, TruncatedNormal
+from unmodelled.uncertainty.chaos import Chaos
+from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
 
 Array = NDArray[np.float64]
 

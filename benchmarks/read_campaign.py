@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.timing import side_by_side
-from pipeline.files import write_json
-from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.stages.ingest import ingest
+from unmodelled.base.files import write_json
 
 PEER = f"numpy.loadtxt {np.__version__}, one process"
 

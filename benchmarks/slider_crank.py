@@ -9,13 +9,13 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from pipeline.learning.augmented import AugmentedRecipe
-from pipeline.learning.windows import Problem, Progress, Windows, train_epochs
-from pipeline.models.nnap import Integration, Nnap
-from pipeline.models.rollout import Measured, simulate
-from pipeline.models.structures import one_per_port
-from pipeline.physics.kernel.structure import Augmented
-from pipeline.physics.system.reader import read_system
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.windows import Problem, Progress, Windows, train_epochs
+from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.rollout import Measured, simulate
+from unmodelled.models.structures import one_per_port
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 

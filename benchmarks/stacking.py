@@ -8,10 +8,10 @@ import numpy as np
 import torch
 
 from benchmarks.timing import side_by_side
-from pipeline.learning import one_step
-from pipeline.models.dataset import Dataset
-from pipeline.models.relu_ode import Hybrid
-from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.cam_follower import one_step
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.relu_ode import Hybrid
 from tests.conftest import small_campaign
 
 PEER = f"torch {torch.__version__}, a loop over the models"

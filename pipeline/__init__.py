@@ -1,4 +1,4 @@
-"""Hybrid physics-based neural network models of mechatronic systems, as a pipeline of stages.
+"""The dissertation on the library `unmodelled`, as a pipeline of stages.
 
 `from pipeline import diagnose, simulate, train` are the verbs as functions, for a notebook.
 """

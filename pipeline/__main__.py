@@ -14,8 +14,13 @@ import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
+# as a module, for a sweep sends functions of this one to its workers with all that they name
+from unmodelled.base import workers
+
 if TYPE_CHECKING:
     from omegaconf import DictConfig
+
+    from unmodelled.base.errors import BadInput
 
 CONF = Path(__file__).parent.parent / "conf"
 
@@ -29,7 +34,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 #: Options of Hydra that no value follows, unlike that of --cfg job.
 FLAGS = {"-m", "--multirun", "--resolve"}
 
-#: Of ours: how much is shown (`pipeline.progress`).
+#: Of ours: how much is shown (`unmodelled.base.progress`).
 SHOWN = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
 
 HELP = """usage: python -m pipeline <verb> [key=value ...]
@@ -37,15 +42,23 @@ HELP = """usage: python -m pipeline <verb> [key=value ...]
 verbs:
 {verbs}
 
-  python -m pipeline <verb> --help     the verb's configuration, every key of which can be given as key=value
+  python -m pipeline <verb> --help     the verb's configuration, every key of which can be given as key=value;
+                                       `help <verb>` is the same
   python -m pipeline <verb> --cfg job  the configuration after your changes, nothing is run
   python -m pipeline <verb> -m key=a,b one run for every combination, under outputs/; with EXP_LAUNCHER=joblib
                                        side by side, with EXP_LAUNCHER=slurm on a cluster
   python -m pipeline compare <folder>  the runs of a sweep as one table and figure
   python -m pipeline <verb> -q         results without progress; -v: the configuration, progress every second,
                                        the time. EXP_PROGRESS=quiet or verbose: the same of a whole graph
+  python -m pipeline --version         the version and the revision of the code
 
-exit codes: 0 done; 2 bad input (one line on standard error, nothing written); 1 a fault of the program"""
+exit codes: 0 done; 2 bad input (a line for every fault, nothing written); 1 a fault of the program;
+            130 interrupted (Ctrl-C)"""
+
+#: Faults of one input that are shown.
+FAULTS = 20
+#: Said after Ctrl-C.
+INTERRUPTION = "interrupted: what was not finished is not written; the same command starts it again"
 
 
 def verbs() -> dict[str, str]:
@@ -58,14 +71,31 @@ def verbs() -> dict[str, str]:
 
 def main(arguments: list[str]) -> int:
     """Run one verb; return the exit code."""
+    try:
+        return _main(arguments)
+    except BaseException as error:
+        if not (isinstance(error, KeyboardInterrupt) or workers.interrupted.is_set()):
+            raise
+        print(INTERRUPTION, file=sys.stderr)
+        return workers.INTERRUPTED
+
+
+def _main(arguments: list[str]) -> int:
+    from unmodelled.base.errors import BadInput, closest
+
     known = verbs()
+    if arguments[:1] == ["help"]:  # `help verb` is `verb --help`
+        arguments = [*arguments[1:2], "--help"]
     if not arguments or arguments[0] in ("-h", "--help"):
         width = max(map(len, known))
         print(HELP.format(verbs="\n".join(f"  {name:<{width}}  {line}" for name, line in known.items())))
         return 0
     verb, rest = arguments[0], arguments[1:]
+    if verb in ("-V", "--version", "version"):
+        print(_version())
+        return 0
     if verb not in known:
-        return _refuse(f"unknown verb {verb!r}, must be one of {', '.join(known)}")
+        return _refuse(BadInput(f"unknown verb {verb!r}{closest(verb, known)}"))
     for word in rest:
         if word in SHOWN:
             os.environ["EXP_PROGRESS"] = SHOWN[word]
@@ -74,6 +104,16 @@ def main(arguments: list[str]) -> int:
         print(_about(verb))
         rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
     return _run(verb, _options_last(verb, rest))
+
+
+def _version() -> str:
+    import tomllib
+
+    from pipeline.revision import revision
+
+    project = tomllib.loads((CONF.parent / "pyproject.toml").read_text())["project"]
+    python = ".".join(map(str, sys.version_info[:3]))
+    return f"{project['name']} {project['version']} (revision {revision()}, Python {python})"
 
 
 def _options_last(verb: str, rest: list[str]) -> list[str]:
@@ -110,43 +150,65 @@ def _run(verb: str, rest: list[str]) -> int:
     from omegaconf.errors import OmegaConfBaseException
     from yaml import YAMLError
 
-    from pipeline.errors import BadInput
+    from pipeline.overrides import check_words, explained
+    from unmodelled.base.errors import BadInput
+    from unmodelled.base.progress import mode
 
     if _sweeps(rest) and any(r.startswith("out=") for r in rest):
-        return _refuse("out: every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>")
+        own = "every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>"
+        return _refuse(BadInput(f"out: {own}"))
     # without this Hydra prints its own traceback and exits
     os.environ["HYDRA_FULL_ERROR"] = "1"
-    sys.argv = [f"{sys.argv[0]} {verb}", *_hydra_settings(rest), *rest]
+    settings = _hydra_settings(verb, rest)
+    sys.argv = [f"{sys.argv[0]} {verb}", *settings, *rest]
     try:
+        check_words(verb, rest)
         hydra.main(version_base="1.3", config_path=str(CONF), config_name=verb)(_call)()
-    except (HydraException, OmegaConfBaseException, BadInput, ValueError, YAMLError) as error:
-        return _refuse(str(BadInput(" ".join(str(error).split()))))
+    except BadInput as error:
+        return _refuse(error)
+    except (HydraException, OmegaConfBaseException, ValueError, YAMLError) as error:
+        return _refuse(BadInput(explained(error, verb, rest, CONF)))
     except OSError as error:  # the folder of the run
-        return _refuse(str(BadInput(f"{error.filename}: {error.strerror}")))
+        return _refuse(BadInput(f"{error.filename}: {error.strerror}"))
+    folder = next((r.split("=", 1)[1] for r in [*rest, *settings] if r.startswith("hydra.sweep.dir=")), "")
+    if _sweeps(rest) and Path(folder).is_dir() and mode() != "quiet":
+        print(f"wrote {folder}; compare its runs: python -m pipeline compare {folder}", file=sys.stderr)
     return 0
 
 
 def _call(config: DictConfig) -> Any:
-    """Call the stage that `config` names and return what it returns: a sweeper may minimise it.
+    """Call the stage that `config` names and return what it returns: a sweeper may minimise it."""
+    try:
+        return _called(config)
+    except Exception as error:
+        if workers.interrupted.is_set():  # a library may have made anything of it
+            raise KeyboardInterrupt from error
+        raise  # to Hydra, one run of a sweep that failed
 
-    Leave with exit code 2 on bad input, 1 on a fault.
-    """
+
+def _called(config: DictConfig) -> Any:
+    """Leave with exit code 2 on bad input, 1 on a fault."""
     import hydra
+    from hydra.core.hydra_config import HydraConfig
     from hydra.errors import InstantiationException
+    from hydra.types import RunMode
     from omegaconf import OmegaConf
     from omegaconf.errors import OmegaConfBaseException
 
-    from pipeline.errors import BadInput
     from pipeline.overrides import checked_paths
-    from pipeline.progress import mode
+    from pipeline.written import written
+    from unmodelled.base.errors import BadInput
+    from unmodelled.base.progress import mode
 
-    started, verbose = time.monotonic(), mode() == "verbose"
+    started, since, verbose = time.monotonic(), time.time(), mode() == "verbose"
     try:
         paths = checked_paths(config, CONF)
         if verbose:
             print(OmegaConf.to_yaml(config), file=sys.stderr)
         result = hydra.utils.call(config, **paths)
-    except (BadInput, OmegaConfBaseException) as error:
+    except BadInput as error:
+        _leave(error)
+    except OmegaConfBaseException as error:
         _leave(BadInput(" ".join(str(error).split())))
     except InstantiationException as error:
         # Hydra wraps what the stage raised
@@ -155,9 +217,15 @@ def _call(config: DictConfig) -> Any:
             cause = cause.__cause__
         if isinstance(cause, OSError) and cause.errno in FULL:
             cause = BadInput(f"{cause.filename or 'disk'}: cannot be written: {cause.strerror}")
-        bad = isinstance(cause, BadInput | InstantiationException) or _is_call(cause)
-        _leave(BadInput(" ".join(str(cause).split())) if bad else cause)
+        if isinstance(cause, InstantiationException) or _is_call(cause):
+            cause = BadInput(" ".join(str(cause).split()))
+        _leave(cause)
     seconds = time.monotonic() - started
+    if HydraConfig.get().mode != RunMode.MULTIRUN and mode() != "quiet":
+        arguments = {str(key): value for key, value in config.items()} | paths
+        stage = str(config["_target_"]).rpartition(".")[0]
+        if line := written(stage, arguments, since, hints="DVC_STAGE" not in os.environ):
+            print(line, file=sys.stderr)
     if verbose:
         print(f"done in {seconds:.1f} s", file=sys.stderr)
     _note(config, seconds)
@@ -191,26 +259,30 @@ def _leave(error: BaseException) -> NoReturn:
     from hydra.core.hydra_config import HydraConfig
     from hydra.types import RunMode
 
-    from pipeline.errors import BadInput
+    from unmodelled.base.errors import BadInput
 
+    if workers.interrupted.is_set():
+        raise error
     if not isinstance(error, BadInput):
         traceback.print_exception(error)
     if HydraConfig.get().mode == RunMode.MULTIRUN:
         from pipeline.sweep.runs import FAILURE
 
         line = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
-        (Path(HydraConfig.get().runtime.output_dir) / FAILURE).write_text(f"{line}\n")
+        told = Path(HydraConfig.get().runtime.output_dir) / FAILURE
+        told.parent.mkdir(exist_ok=True)
+        told.write_text(f"{line}\n")
         # a worker can send every BadInput home, but not every exception
         raise error if isinstance(error, BadInput) else RuntimeError(line)
     # a SystemExit passes through Hydra's job runner without a second line
-    sys.exit(_refuse(str(error)) if isinstance(error, BadInput) else 1)
+    sys.exit(_refuse(error) if isinstance(error, BadInput) else 1)
 
 
 def _sweeps(rest: list[str]) -> bool:
     return "-m" in rest or "--multirun" in rest
 
 
-def _hydra_settings(rest: list[str]) -> list[str]:
+def _hydra_settings(verb: str, rest: list[str]) -> list[str]:
     """What is set unless the command line says otherwise."""
     if not _sweeps(rest):
         # a stage writes where `out` says and nowhere else; without `out` a folder of its own
@@ -218,7 +290,7 @@ def _hydra_settings(rest: list[str]) -> list[str]:
         quiet = ["hydra/job_logging=none", "hydra/hydra_logging=none"]
         return [*quiet, "hydra.output_subdir=null", f"hydra.run.dir={own}"]
     settings = ["hydra/job_logging=none", "hydra/hydra_logging=sweep"]
-    settings += ["hydra.sweep.dir=outputs/${hydra.job.config_name}/${now:%Y-%m-%d_%H-%M-%S}"]
+    settings += [f"hydra.sweep.dir=outputs/{verb}/{time.strftime('%Y-%m-%d_%H-%M-%S')}"]
     if launcher := os.environ.get("EXP_LAUNCHER"):
         settings += [f"hydra/launcher={launcher}"]
         # says how many runs are done and how long the others take
@@ -226,8 +298,15 @@ def _hydra_settings(rest: list[str]) -> list[str]:
     return settings
 
 
-def _refuse(line: str) -> int:
-    print(f"error: {line}", file=sys.stderr)
+def _refuse(error: BadInput) -> int:
+    """Print the first fault after `error: `, and every other one after `also: `; return the exit code."""
+    if workers.interrupted.is_set():
+        raise KeyboardInterrupt
+    count = len(error.others)
+    more = f" ({count} more {'fault' if count == 1 else 'faults'} below)" if count else ""
+    also = [f"also: {other}" for other in error.others[: FAULTS - 1]]
+    rest = [f"... and {count - len(also)} more"] if count > len(also) else []
+    print("\n".join([f"error: {error}{more}", *also, *rest]), file=sys.stderr)
     return 2
 
 
@@ -239,9 +318,10 @@ def one_thread() -> None:
 
 if __name__ == "__main__":
     one_thread()
+    workers.heed_interruptions()
     code = None
     if "EXP_PRELOADED" in os.environ:
         from pipeline.preloaded import ask
 
         code = ask(sys.argv[1:])
-    sys.exit(main(sys.argv[1:]) if code is None else code)
+    workers.leave(main(sys.argv[1:]) if code is None else code)

@@ -9,8 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 from urllib.parse import quote
 
-from pipeline.files import write_json
 from pipeline.revision import revision
+from unmodelled.base.files import write_json
 
 #: Beside the outputs of the stages and not among them: an output that holds a time is never equal to itself.
 FOLDER = Path("data") / "executions"

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import psutil
 
-from pipeline.files import ON_ITS_WAY
-from pipeline.progress import track
+from unmodelled.base.ownership import ON_ITS_WAY
+from unmodelled.base.progress import track
 
 #: What stages write.
 RESULTS = ("data", "reports")

@@ -1,22 +1,29 @@
-"""What the command line gives must be of the kind that the config file has."""
+"""What the command line gives must be keys of the config file, and of the kind that it has."""
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import math
-from collections.abc import Mapping
-from contextlib import nullcontext
+import re
+import shlex
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import nullcontext, redirect_stderr
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from hydra import compose, initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException, MissingConfigException
 from hydra.utils import get_method
 from omegaconf import DictConfig, OmegaConf
 
-from pipeline.errors import BadInput
-from pipeline.files import check_name, check_writable
+from unmodelled.base.errors import BadInput, Faults, closest, nearest
+from unmodelled.base.files import check_name
+from unmodelled.base.ownership import path_arguments
 
 #: No count or seed is larger.
 LARGEST = 2**32
@@ -35,24 +42,141 @@ def checked_paths(config: DictConfig, conf: Path) -> dict[str, Path]:
     Raises:
         BadInput: one line that names the key.
     """
-    if missing := sorted(OmegaConf.missing_keys(config)):
-        raise BadInput(f"{missing[0]} must be given: {missing[0]}=...")
     given = inspect.signature(get_method(config["_target_"])).parameters
     if unknown := sorted({str(key) for key in config} - {"_target_", *given}):
-        raise BadInput(f"unknown key {unknown[0]!r}, must be one of {', '.join(given)}")
+        raise BadInput(f"unknown key {unknown[0]!r}{closest(unknown[0], given)}")
     kinds = {name: str(p.annotation) for name, p in given.items()}
-    for name, kind in kinds.items():
-        if kind == "Path" and config.get(name) is None:
-            raise BadInput(f"{name} must be given: {name}=...")
+    missing = OmegaConf.missing_keys(config)
+    missing |= {name for name, kind in kinds.items() if kind == "Path" and config.get(name) is None}
+    missing |= {name for name, p in given.items() if p.default is p.empty and name not in config}
+    if missing:
+        names = sorted(missing, key=lambda name: [*given, name].index(name))
+        verb = str(config["_target_"]).rpartition(".")[2]
+        raise BadInput(f"{', '.join(names)} must be given: {'=... '.join(names)}=...{_all_keys(verb)}")
     OmegaConf.resolve(config)
     check_overrides(config, conf, kinds)
-    paths = {name for name, kind in kinds.items() if kind.split(" | ")[0] == "Path"}
-    found = {name: Path(str(config[name])) for name in paths if config.get(name) is not None}
+    given_paths = [name for name in path_arguments(given) if config.get(name) is not None]
+    found = {name: Path(str(config[name])) for name in given_paths}
     for name, path in found.items():
         check_name(name, path)
-    if "out" in found:
-        check_writable(found["out"])
     return found
+
+
+def check_words(verb: str, words: Sequence[str]) -> None:
+    """Refuse words of a command line that are neither key=value nor an option.
+
+    Args:
+        verb: what they are given to. words: those after the verb.
+
+    Raises:
+        BadInput: one line for every such word.
+    """
+    said = StringIO()
+    try:
+        with redirect_stderr(said):
+            parsed, options = _options().parse_known_args(list(words))
+    except SystemExit:
+        raise BadInput(said.getvalue().strip().splitlines()[-1].partition("error: ")[2]) from None
+    faults = Faults()
+    for option in options:
+        plain = option.lstrip("-")
+        meant = f"; did you mean {plain!r}?" if "=" in plain else ""
+        faults.add(f"unknown option {option!r}{meant}")
+    for word in parsed.overrides:
+        with faults.collected():
+            _check_word(verb, word)
+    faults.check()
+
+
+def _options() -> argparse.ArgumentParser:
+    """The options of Hydra that a verb takes, by the page of its documentation on command line flags."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("overrides", nargs="*")
+    parser.add_argument("-m", "--multirun", action="store_true")
+    parser.add_argument("--resolve", action="store_true")
+    parser.add_argument("--cfg", "-c", choices=("job", "hydra", "all"))
+    parser.add_argument("-p", "--package")
+    parser.add_argument("-cd", "--config-dir")
+    return parser
+
+
+def _check_word(verb: str, word: str) -> None:
+    name, equals, value = word.partition("=")
+    if not name.partition("@")[0].strip("+~/ ") or not (equals or word.startswith("~")):
+        raise BadInput(f"{word!r} is not key=value{_all_keys(verb)}")
+    try:
+        OverridesParser.create().parse_override(word)
+    except (HydraException, ValueError):
+        raise BadInput(f"{word!r} cannot be read; as a text write {_quoted(name, value)}") from None
+
+
+def _quoted(name: str, text: str) -> str:
+    """A word of a command line by which `name` is given any text: in quotes for Hydra, and for the shell."""
+    word = f"{name}='{_escaped(text)}'"
+    return shlex.quote(word) if set('"$`\\!') & set(word) else f'"{word}"'
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace("'", "\\'")
+
+
+def _all_keys(verb: str) -> str:
+    """How an error message goes on that should lead to the keys of a verb."""
+    return f" (all keys: python -m pipeline help {verb})"
+
+
+def explained(error: Exception, verb: str, words: Sequence[str], conf: Path) -> str:
+    """Return on one line what is wrong with a command line that Hydra refuses.
+
+    Args:
+        error: of Hydra. verb: whose configuration it is about. words: those after the verb.
+        conf: folder of the config files.
+    """
+    text = " ".join(str(error).split())
+    if isinstance(error, MissingConfigException) and error.options and error.missing_cfg_file:
+        group, _, choice = error.missing_cfg_file.rpartition("/")
+        near = nearest(choice, error.options)
+        meant = f"; did you mean {near!r}?" if near else "."
+        return f"{group}={choice}: there is no such choice{meant} Choices: {', '.join(error.options)}"
+    if found := re.match(r"Could not (?:override|delete from config\.) '([^']+)'", text):
+        choices = [word for word in words if (conf / word.split("=")[0]).is_dir()]
+        return f"unknown key {found[1]!r} of {verb}{_either(found[1], _keys(verb, choices, conf))}"
+    if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*?)' 1\. ", text):
+        place = f"{found[1]}: commas separate the runs of a sweep (-m)"
+        return f"{place}; as a text write {_quoted(found[1], found[2])}"
+    return text.partition(" See https://hydra.cc")[0]
+
+
+def _either(name: str, known: Collection[str]) -> str:
+    """As `closest`, for dotted names too: a name is often near in its last part, and in another place."""
+    last = name.rpartition(".")[2]
+    near = nearest(last, {key.rpartition(".")[2] for key in known})
+    same = [key for key in known if key.rpartition(".")[2] == near]
+    if same:
+        return f"; did you mean {(nearest(name, same) or same[0])!r}?"
+    place = name.rpartition(".")[0]
+    beside = [key for key in known if key.rpartition(".")[0] == place]
+    added = f"; what its config file leaves at the default is given as +{name}=..." if place else ""
+    among = beside or [key for key in known if "." not in key]
+    return f", must be one of {', '.join(among)}{added}"
+
+
+def _keys(verb: str, choices: list[str], conf: Path) -> list[str]:
+    """Dotted names of all keys of a verb after some choices of config files."""
+    with initialize_config_dir(str(conf.resolve()), version_base="1.3"):
+        try:
+            config = compose(verb, choices)
+        except HydraException:  # one of them is the word at fault, or several of a sweep
+            config = compose(verb)
+    return list(_dotted(OmegaConf.to_container(config), ""))
+
+
+def _dotted(node: Any, place: str) -> Iterator[str]:
+    for name, inner in node.items() if isinstance(node, dict) else ():
+        if not str(name).endswith("_"):  # _target_ and the like
+            dotted = f"{place}.{name}" if place else str(name)
+            yield dotted
+            yield from _dotted(inner, dotted)
 
 
 def check_overrides(config: DictConfig, conf: Path, kinds: Mapping[str, str]) -> None:

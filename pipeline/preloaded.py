@@ -23,16 +23,27 @@ import sys
 import tempfile
 import threading
 from collections.abc import Mapping
+from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
+
+import psutil
+
+import unmodelled
+from unmodelled.base.workers import INTERRUPTED, end_with_parent, heed_interruptions, leave
 
 #: Environment variable with the path of the socket.
 ADDRESS = "EXP_PRELOADED"
 #: What libraries read once, when they are loaded, starts with one of these.
 READ_ONCE = ("PYTHON", "NUMBA_", "OMP_", "OPENBLAS_", "MKL_", "KMP_", "MPL", "TORCH", "LD_")
 ACCEPTED = b"+"
+#: First letters of the folder of the socket.
+FOLDER = "exp-preloaded-"
 PACKAGE = Path(__file__).parent
+#: Where the program is: here, and the library.
+PROGRAM = (PACKAGE, Path(unmodelled.__file__).parent)
 
 
 class Request(NamedTuple):
@@ -95,7 +106,8 @@ def serve(command: list[str]) -> int:
     Returns:
         The exit code of the command; in a fork, that of its stage. As `os.fork`, it returns in both.
     """
-    folder = Path(tempfile.mkdtemp())  # for this user only
+    _remove_left()
+    folder = Path(tempfile.mkdtemp(prefix=FOLDER))  # for this user only
     address, owner = str(folder / "socket"), os.getpid()
     atexit.register(_end, owner)
     listener = socket.socket(socket.AF_UNIX)
@@ -107,7 +119,9 @@ def serve(command: list[str]) -> int:
     listener.listen()
     # an interruption is for the command and the stages, which come to an end by it
     signal.signal(signal.SIGINT, lambda *_: None)
-    process = subprocess.Popen(command, env={**os.environ, ADDRESS: address})
+    signal.signal(signal.SIGTERM, partial(_end_all, folder))
+    ending = partial(end_with_parent, signal.SIGTERM)
+    process = subprocess.Popen(command, env={**os.environ, ADDRESS: address}, preexec_fn=ending)
     try:
         forked = _forks(listener, process)
     finally:
@@ -116,8 +130,28 @@ def serve(command: list[str]) -> int:
             code = process.wait()
             shutil.rmtree(folder)
     if forked is not None:
-        return _stage(*forked)
+        _stage(*forked)
     return _as_shell(code)
+
+
+def _end_all(folder: Path, number: int, _: object) -> NoReturn:
+    """Kill the command, the stages, and all that they started, and be gone as if by the signal `number`."""
+    for process in psutil.Process().children(recursive=True):
+        with suppress(psutil.Error):
+            process.kill()
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(128 + number)
+
+
+def _remove_left() -> None:
+    """Remove the folders of servers that were killed: nobody answers at their sockets."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{FOLDER}*"):
+        with suppress(OSError), socket.socket(socket.AF_UNIX) as connection:
+            if folder.lstat().st_uid == os.getuid():
+                try:
+                    connection.connect(str(folder / "socket"))
+                except ConnectionRefusedError:
+                    shutil.rmtree(folder)
 
 
 def _as_shell(code: int) -> int:
@@ -142,6 +176,8 @@ def _forks(listener: socket.socket, process: subprocess.Popen[bytes]) -> Asked |
         if same and asked.accepted():
             pid = os.fork()
             if pid == 0:
+                signal.signal(signal.SIGTERM, signal.SIG_DFL)
+                end_with_parent(signal.SIGKILL)
                 return asked
             forks.add(pid)
         asked.close()
@@ -154,7 +190,7 @@ def _load() -> None:
         import_module(f"pipeline.stages.{stage.stem}")
     import_module("hydra.main")
     # what these make of themselves when they are first used
-    import_module("pipeline.physics.system.units").parse_unit("N s/m")
+    import_module("unmodelled.systems.units").parse_unit("N s/m")
     import_module("numba").njit(lambda: 0)()
     gc.collect()
     gc.freeze()  # a fork that looks for garbage would copy the memory that it shares
@@ -182,17 +218,17 @@ def _read_once(environment: Mapping[str, str]) -> dict[str, str]:
 def _program() -> str:
     """Digest of the interpreter and of the program on disk: path, time and size of every file."""
     digest = hashlib.sha256(f"{sys.executable} {sys.flags} {PACKAGE}".encode())
-    for file in sorted(PACKAGE.rglob("*.py")):
+    for file in sorted(file for package in PROGRAM for file in package.rglob("*.py")):
         stat = file.stat()
         digest.update(f"{file} {stat.st_mtime_ns} {stat.st_size}".encode())
     return digest.hexdigest()
 
 
-def _stage(request: Request, terminal: list[int], connection: socket.socket) -> int:
+def _stage(request: Request, terminal: list[int], connection: socket.socket) -> NoReturn:
     """Be the stage: its exit code goes to who asked, the end of this process says that it is over."""
     from pipeline.__main__ import THREADS, main
 
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+    heed_interruptions()
     for standard, descriptor in enumerate(terminal):
         os.dup2(descriptor, standard)
         os.close(descriptor)
@@ -214,7 +250,7 @@ def _stage(request: Request, terminal: list[int], connection: socket.socket) -> 
     finally:
         sys.stdout.flush()
         connection.sendall(bytes([code if isinstance(code, int) else code is not None]))
-    return 0
+    leave(INTERRUPTED if code == INTERRUPTED else 0)
 
 
 def _end(owner: int) -> None:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import subprocess
+from pathlib import Path
 
 #: What decides a result, beside what params.yaml chooses. Results in git do not make the code another.
-CODE = ("pipeline", "conf", "systems", ":(glob)**/dvc.yaml")
+CODE = ("unmodelled", "pipeline", "conf", "systems", ":(glob)**/dvc.yaml")
+
+#: The folder of this program.
+PACKAGE = Path(__file__).parent
 
 
 def revision() -> str:

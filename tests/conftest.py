@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.logs.trajectory import Campaign
 
 ROOT = Path(__file__).parents[1]
 

@@ -1,24 +1,27 @@
-"""What is compiled is compiled again when something in its folder changes."""
+"""What is compiled is compiled again when something in its room changes."""
 
 from __future__ import annotations
 
 import importlib
 import re
+import resource
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from pipeline.compiling import PACKAGE
+import pipeline
+import unmodelled
 
+PACKAGES = [Path(str(package.__file__)).parent for package in (unmodelled, pipeline)]
+ROOT = PACKAGES[0].parent
 DECORATED = re.compile(r"^@(kept|compiled|jit|entry)\b", re.MULTILINE)
 
 CALLER = """
 import os
-from pipeline import compiling
-from pathlib import Path
-compiling.PACKAGE = Path(__file__).parent
+from unmodelled.base import compiling
 from inner import called
 os.environ["NUMBA_NUM_THREADS"] = "1"
 called(1.0)
@@ -30,7 +33,7 @@ def twice(x):
 print(twice(3.0), sum(twice.stats.cache_hits.values()))
 """
 CALLED = """
-from pipeline.compiling import compiled
+from unmodelled.base.compiling import compiled
 
 @compiled
 def called(x):
@@ -38,20 +41,67 @@ def called(x):
 """
 
 
-def run(folder: Path) -> list[float]:
+def run(
+    folder: Path, note: str = "", before: Callable[[], None] | None = None, **environment: str
+) -> list[float]:
     """What the compiled functions say, and how often they were taken from disk."""
     done = subprocess.run(
         [sys.executable, "outer.py"],
         cwd=folder,
-        env={"PYTHONPATH": str(PACKAGE.parent)},
+        env={"PYTHONPATH": str(ROOT), **environment},
         capture_output=True,
         text=True,
+        preexec_fn=before,
     )
     assert done.returncode == 0, done.stderr
+    assert [note in line for line in done.stderr.splitlines()] == ([True] if note else []), done.stderr
     return [float(word) for word in done.stdout.split()]
 
 
+@pytest.fixture
+def program(tmp_path: Path) -> Path:
+    folder = tmp_path / "program"
+    folder.mkdir()
+    (folder / "outer.py").write_text(CALLER)
+    (folder / "inner.py").write_text(CALLED.format("1.0"))
+    return folder
+
+
+def test_a_folder_that_others_may_write_to_is_not_used(program: Path, tmp_path: Path) -> None:
+    chosen = tmp_path / "chosen"
+    assert run(program, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
+    assert run(program, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 1.0]
+    assert chosen.stat().st_mode & 0o777 == 0o700
+    chosen.chmod(0o770)
+    # beside the program instead
+    note = f"note: {chosen}: compiled functions are not kept there, others may write to it"
+    assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
+    assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 1.0]
+
+
+def test_beside_the_program_only_those_may_write_who_may_write_the_program(program: Path) -> None:
+    assert run(program) == [8.0, 0.0]
+    (program / "__pycache__").chmod(0o777)
+    note = f"note: {program / '__pycache__'}: compiled functions are not kept there, others may write to it"
+    assert run(program, note, XDG_CACHE_HOME=str(program / "home")) == [8.0, 0.0]
+    program.chmod(0o777)
+    assert run(program) == [8.0, 1.0]
+    # who may not enter the one cannot write to the other
+    program.chmod(0o700)
+    assert run(program) == [8.0, 1.0]
+
+
+def test_on_a_full_disk_nothing_is_kept(program: Path, tmp_path: Path) -> None:
+    def no_room() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
+
+    note = f"note: {tmp_path}: compiled functions cannot be kept (File too large)"
+    assert run(program, note, no_room, NUMBA_CACHE_DIR=str(tmp_path)) == [8.0, 0.0]
+    assert run(program, NUMBA_CACHE_DIR=str(tmp_path)) == [8.0, 0.0]
+
+
 def test_a_function_is_as_new_as_what_it_calls(tmp_path: Path) -> None:
+    (tmp_path / "__init__.py").touch()
     (tmp_path / "outer.py").write_text(CALLER)
     (tmp_path / "inner.py").write_text(CALLED.format("1.0"))
     assert run(tmp_path) == [8.0, 0.0]
@@ -63,16 +113,24 @@ def test_a_function_is_as_new_as_what_it_calls(tmp_path: Path) -> None:
 
 def modules() -> list[str]:
     """Those with functions that are kept."""
-    files = (path for path in PACKAGE.rglob("*.py") if DECORATED.search(path.read_text()))
-    return sorted(".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts) for path in files)
+    files = (path for package in PACKAGES for path in package.rglob("*.py"))
+    found = (path.relative_to(ROOT) for path in files if DECORATED.search(path.read_text()))
+    return sorted(".".join(path.with_suffix("").parts) for path in found)
+
+
+def room(module: str) -> tuple[str, ...]:
+    """Of a module: the package and the folder below it."""
+    return tuple(module.split(".")[:2])
 
 
 @pytest.mark.parametrize("name", modules())
-def test_compiled_functions_call_those_of_their_folder(name: str) -> None:
+def test_compiled_functions_call_those_of_their_room(name: str) -> None:
     values = vars(importlib.import_module(name)).values()
-    folders = {value.py_func.__module__.rpartition(".")[0] for value in values if hasattr(value, "py_func")}
-    assert folders <= {name.rpartition(".")[0]}
+    rooms = {room(value.py_func.__module__) for value in values if hasattr(value, "py_func")}
+    assert rooms <= {room(name)}
 
 
 def test_nothing_is_kept_in_another_way() -> None:
-    assert [p.name for p in PACKAGE.rglob("*.py") if "cache=True" in p.read_text()] == ["compiling.py"]
+    ways = re.compile(r"cache=True|enable_caching|\._cache\b")
+    files = [path for package in PACKAGES for path in package.rglob("*.py")]
+    assert [p.name for p in files if ways.search(p.read_text())] == ["compiling.py"]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from functools import partial
 from pathlib import Path
 
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.files import write_json
-from pipeline.jobs import IDENTITY, growing_folder, run_jobs
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import write_json
+from unmodelled.base.jobs import IDENTITY, growing_folder, run_jobs
+from unmodelled.base.ownership import MARKER
 
 ABOUT = {"seed": 1, "levels": (0.5, 2.0)}
 
@@ -39,9 +41,13 @@ def test_processes_have_one_thread_each(tmp_path: Path) -> None:
     assert dict(os.environ) == before
 
 
-def interrupted(path: Path, about: dict[str, object], *names: str) -> list[str]:
+def results(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if path.name != MARKER)
+
+
+def interrupted(path: Path, about: dict[str, object], *names: str, code: Collection[Path] = ()) -> list[str]:
     """Writes files of some names and is killed; what was there when it began."""
-    with pytest.raises(KeyboardInterrupt), growing_folder(path, about) as folder:
+    with pytest.raises(KeyboardInterrupt), growing_folder(path, about, code) as folder:
         there = sorted(p.name for p in folder.iterdir() if p.name != IDENTITY)
         for name in names:
             write_json(folder / name, name)
@@ -51,13 +57,14 @@ def interrupted(path: Path, about: dict[str, object], *names: str) -> list[str]:
 
 def test_what_was_done_before_a_kill_is_kept(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    write_json(out / "old.json", 0)
+    with growing_folder(out, {}) as folder:
+        write_json(folder / "old.json", 0)
     assert interrupted(out, ABOUT, "a.json") == []
     assert interrupted(out, ABOUT, "b.json") == ["a.json"]
-    assert [path.name for path in out.iterdir()] == ["old.json"]
+    assert results(out) == ["old.json"]
     with growing_folder(out, ABOUT) as folder:
         write_json(folder / "c.json", 0)
-    assert sorted(path.name for path in out.iterdir()) == ["a.json", "b.json", "c.json"]
+    assert results(out) == ["a.json", "b.json", "c.json"]
     assert list(tmp_path.iterdir()) == [out]
     assert interrupted(out, ABOUT) == []
 
@@ -67,8 +74,14 @@ def test_other_work_starts_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     interrupted(out, ABOUT, "a.json")
     assert interrupted(out, ABOUT | {"seed": 2}, "b.json") == []
     assert interrupted(out, ABOUT | {"seed": 2}) == ["b.json"]
-    (tmp_path / "program").mkdir()
-    monkeypatch.setattr("pipeline.jobs.CODE", tmp_path / "program")
+    program = tmp_path / "program"
+    program.mkdir()
+    (program / "a.py").write_text("a = 1")
+    assert interrupted(out, ABOUT | {"seed": 2}, "c.json", code=[program]) == []
+    assert interrupted(out, ABOUT | {"seed": 2}, code=[program]) == ["c.json"]
+    (program / "a.py").write_text("a = 2")
+    assert interrupted(out, ABOUT | {"seed": 2}, "d.json") == []
+    monkeypatch.setattr("unmodelled.base.jobs.LIBRARY", tmp_path / "program")
     assert interrupted(out, ABOUT | {"seed": 2}) == []
 
 
@@ -79,8 +92,19 @@ def test_a_second_run_at_once_is_refused_and_the_first_goes_on(tmp_path: Path) -
         with pytest.raises(BadInput, match="out: another run is at work on it"), growing_folder(out, ABOUT):
             pass
         write_json(folder / "b.json", 0)
-    assert sorted(path.name for path in out.iterdir()) == ["a.json", "b.json"]
+    assert results(out) == ["a.json", "b.json"]
     assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_folder_of_a_user_is_refused_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.txt").write_text("years of work")
+    with (
+        pytest.raises(BadInput, match=r"'thesis\.txt'.*no verb made it"),
+        growing_folder(tmp_path / "mine", {}),
+    ):
+        raise AssertionError
+    assert [str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*")] == ["mine", "mine/thesis.txt"]
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.evaluation.boundary import measured
-from pipeline.evaluation.summary import labels
-from pipeline.fetch import PublicDataSet
-from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.boundary import measured
+from pipeline.chapters.summary import labels
+from pipeline.recordings.fetch import PublicDataSet
 from pipeline.stages.acquire import acquire
 from pipeline.stages.featurize import featurize
 from pipeline.stages.ingest import ingest
-from pipeline.trajectory import Campaign
+from unmodelled.logs.trajectory import Campaign
 
 pytestmark = pytest.mark.measured
 

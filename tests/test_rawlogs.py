@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.rawlogs import ROWS, Archive, parse, validate
+from pipeline.recordings.rawlogs import ROWS, Archive, parse, validate
 from tests.conftest import log_text, write_archive
+from unmodelled.base.errors import BadInput
 
 Rows = list[list[str]]
 

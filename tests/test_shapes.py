@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.shapes import read_shaped
+from unmodelled.base.errors import BadInput
+from unmodelled.base.shapes import read_shaped
 
 SHAPE = {
     "verdict": frozenset({"yes", "no"}),

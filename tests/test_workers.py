@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.workers import pool_of
+from unmodelled.base.workers import pool_of
 
 
 def wait_long(told: Path) -> None:

@@ -7,12 +7,12 @@ from itertools import groupby
 
 from docs.reference.docstrings import ROOT
 from docs.reference.markdown import code, table
-from pipeline.physics.effects.added import Added
-from pipeline.physics.effects.effect import Effect
-from pipeline.physics.effects.library import effects
-from pipeline.physics.effects.scales import Scales, Spread
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
+from unmodelled.effects.added import Added
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
+from unmodelled.effects.scales import Scales, Spread
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 #: The first of them that an effect suits shows its law.
 EXAMPLES = ("systems/withheld/hoist.yaml", "systems/pendulum.yaml")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from docs.reference import configs, effects, systems, verbs
-from pipeline.files import replacing
+from unmodelled.base.files import replacing
 
 HERE = Path(__file__).parent
 

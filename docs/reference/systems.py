@@ -7,8 +7,8 @@ from pathlib import Path
 
 from docs.reference.docstrings import ROOT
 from docs.reference.markdown import code, table
-from pipeline.physics.system.operations import FUNCTIONS, Operation
-from pipeline.physics.system.reader import read_system
+from unmodelled.systems.operations import FUNCTIONS, Operation
+from unmodelled.systems.reader import read_system
 
 HEAD = """# Systems
 

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from pipeline.evaluation.boundary import measured
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.boundary import measured
 from pipeline.figures.examples import levels
 from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
-from pipeline.figures.style import BLACK, LABELS, new_figure, styled
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import BLACK, LABELS, new_figure, styled
 
 Array = NDArray[np.float64]
 

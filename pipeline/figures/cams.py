@@ -11,10 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
-from pipeline.evaluation.labels import full_revolutions
+from pipeline.cam_follower.cam import TURN, Cam, cycloid
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.labels import full_revolutions
 from pipeline.figures.examples import folded, levels, median_row
 from pipeline.figures.panels import cam_grid
-from pipeline.figures.style import (
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import (
     BLACK,
     GREEN,
     GREY,
@@ -31,9 +34,6 @@ from pipeline.figures.style import (
     styled,
     thin,
 )
-from pipeline.physics.mechanisms.cam import TURN, Cam, cycloid
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
 
 Array = NDArray[np.float64]
 

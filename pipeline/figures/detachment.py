@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
-from pipeline.evaluation.boundary import SETTING, first_crossing, measured
-from pipeline.evaluation.labels import full_revolutions
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.boundary import SETTING, first_crossing, measured
+from pipeline.chapters.labels import full_revolutions
 from pipeline.figures.examples import levels, median_row, nominal_and_bouncing
 from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
-from pipeline.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
 
 Array = NDArray[np.float64]
 FORCE = "$F^†$ (N)"

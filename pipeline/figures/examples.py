@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.physics.mechanisms.cam import TURN
+from pipeline.cam_follower.cam import TURN
 
 Array = NDArray[np.float64]
 FACTORS = ("V", "m", "H", "beta")

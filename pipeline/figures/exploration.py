@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pipeline.figures.examples import levels
 from pipeline.figures.palette import band, handle, look, plain_log, present, shares, smallest_share, table
 from pipeline.figures.panels import STALL, edges
-from pipeline.figures.style import BLACK, LABELS, WIDTH, halo, in_pi, level, new_figure, styled
+from unmodelled.report.figures.style import BLACK, LABELS, WIDTH, halo, in_pi, level, new_figure, styled
 
 Array = NDArray[np.float64]
 SETTING = ["H", "beta", "m"]

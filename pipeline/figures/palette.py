@@ -2,34 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from pipeline.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY
-from pipeline.parquet import read_parquet
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a model is drawn.
-
-    Attributes:
-        label: name in legends and titles.
-        colour, marker, line, width: the same in every figure; models differ in colour and marker.
-    """
-
-    label: str
-    colour: str
-    marker: str
-    line: Literal["-", "--"] = "-"
-    width: float = 1.3
-
+from unmodelled.base.parquet import read_parquet
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, PURPLE, SKY, Look
 
 #: In the order of legends. Blue and vermilion belong to the labels, so Tol's indigo and wine stand in.
 LOOKS = {

@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pipeline.figures.examples import levels
-from pipeline.figures.style import BLACK, LABELS, halo, level, new_figure
+from unmodelled.report.figures.style import BLACK, LABELS, halo, level, new_figure
 
 Array = NDArray[np.float64]
 Panels = dict[tuple[float, float], Axes]

@@ -12,11 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 
-from pipeline.evaluation.metrics import project_on_angle
+from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.metrics import project_on_angle
 from pipeline.figures.palette import band, handle, look, plain_log, present, shares, table
-from pipeline.figures.style import BLACK, absent, new_figure, setting, styled
-from pipeline.physics.mechanisms.cam import TURN
-from pipeline.trajectory import Campaign
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import BLACK, absent, new_figure, setting, styled
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FormatStrFormatter
+from matplotlib.ticker import FormatStrFormatter, NullFormatter
 from pandas.api.types import is_integer_dtype, is_numeric_dtype
 
-from pipeline.figures.style import NEUTRAL, new_figure, shades, styled
+from unmodelled.report.figures.style import NEUTRAL, new_figure, shades, styled
 
 #: From this ratio of the largest to the smallest value on, an axis is logarithmic.
 WIDE = 20.0
@@ -87,6 +87,7 @@ def _label(axes: Axes, kept: pd.DataFrame, metric: str, over: str, numeric: bool
     if logarithmic:
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
     if not numeric or (is_integer_dtype(kept[over]) and _apart(places["at"], logarithmic)):
         axes.set_xticks(places["at"], list(_names(places[over])))
         axes.set_xticks([], minor=True)
@@ -94,6 +95,8 @@ def _label(axes: Axes, kept: pd.DataFrame, metric: str, over: str, numeric: bool
         axes.tick_params(axis="x", labelrotation=30)
     if _wide(kept[metric]):
         axes.set_yscale("log")
+        axes.yaxis.set_major_formatter(FormatStrFormatter("%g"))
+        axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set(xlabel=over, ylabel=metric)
     axes.grid(axis="y", linewidth=0.5)
 

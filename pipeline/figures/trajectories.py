@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.evaluation.labels import full_revolutions
+from pipeline.chapters.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, varied
-from pipeline.figures.style import (
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import (
     BLACK,
     GREY,
     LABELS,
@@ -27,7 +28,6 @@ from pipeline.figures.style import (
     styled,
     thin,
 )
-from pipeline.trajectory import Campaign
 
 Array = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder
-from pipeline.numerics.resample import resample
-from pipeline.parquet import write_parquet
-from pipeline.trajectory import Campaign
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder
+from unmodelled.base.parquet import write_parquet
+from unmodelled.engine.resample import resample
+from unmodelled.logs.trajectory import Campaign
 
 FACTORS = ("H", "beta", "m")
 

@@ -6,6 +6,7 @@ identification benchmarks, 2019.
 
 from __future__ import annotations
 
+import math
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +15,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.io import loadmat
+from scipy.io import loadmat, whosmat
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder
-from pipeline.parquet import write_parquet
-from pipeline.workers import pool_of
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder
+from unmodelled.base.limits import check_file, check_memory, limit_process
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.workers import pool_of
 
 Array = NDArray[np.float64]
 
@@ -75,8 +77,10 @@ def read(path: Path) -> pd.DataFrame:
     """The columns `COLUMNS` of one recording.
 
     Raises:
-        BadInput: names the file, and the variable that is missing or is not a column of finite numbers.
+        BadInput: names the file, and the variable that is missing, too large or not a column of finite
+            numbers.
     """
+    check_file(path)
     if not path.is_file():
         raise BadInput(f"{path}: no such file")
     with pool_of(1) as pool:
@@ -99,7 +103,15 @@ def _variables(path: Path) -> dict[str, Any] | str:
     """The variables of a file, or why there are none."""
     try:
         with path.open("rb") as file:
+            sizes = {name: math.prod(shape) for name, shape, _ in whosmat(file)}
+            check_memory(path, 8 * sum(sizes.get(name, 0) for name in COLUMNS))
+            limit_process()  # what is compressed can be larger than it says
+            file.seek(0)
             found = loadmat(file, variable_names=list(COLUMNS))
+    except BadInput:
+        raise
+    except MemoryError:
+        return "its variables take more memory than they say"
     except Exception as error:  # there is no common base of what a damaged file can raise
         return (str(error).splitlines() or [type(error).__name__])[0]
     return {name: found[name] for name in COLUMNS if name in found}

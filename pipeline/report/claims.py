@@ -6,14 +6,15 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from pipeline.report.numbers import number, percentage, quantity, unit_text
-from pipeline.report.tables import Cell, Table, exact
+from unmodelled.report.numbers import number, percentage, quantity, unit_text
+from unmodelled.report.tables import Cell, Table, exact
 
-#: The four verdicts on a claim, and the name of their colour in the style sheet.
+#: The verdicts on a claim, and the name of their colour in the style sheet.
 VERDICTS = {
     "holds": "holds",
     "holds in direction": "direction",
     "does not hold": "fails",
+    "too few repeats": "few",
     "cannot be tested on these data": "untestable",
 }
 

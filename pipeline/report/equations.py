@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from pipeline.errors import BadInput
-from pipeline.files import read_json
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
 
 #: What a formula consists of; nothing here can run, load or link.
 ELEMENTS = {

@@ -7,8 +7,9 @@ from typing import Any
 
 from pipeline.report.claims import claims_table
 from pipeline.report.metrics import ABOUT, metrics_table
-from pipeline.report.results import Diagnosis, Figure, Results
-from pipeline.report.tables import Table
+from pipeline.report.results import Diagnosis, Results
+from unmodelled.report.drawn import Figure
+from unmodelled.report.tables import Table
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import BadInput
-from pipeline.report.checks import (
+from pipeline.report.claims import KEYS, VERDICTS
+from pipeline.report.equations import read_equations
+from pipeline.report.metrics import leaves
+from pipeline.report.results import Diagnosis, Results
+from unmodelled.base.errors import BadInput
+from unmodelled.report.checks import (
     KINDS,
     check_chapter,
     check_choice,
@@ -16,12 +20,9 @@ from pipeline.report.checks import (
     read_object,
     read_rows,
 )
-from pipeline.report.claims import KEYS, VERDICTS
-from pipeline.report.equations import read_equations
-from pipeline.report.headline import headline
-from pipeline.report.metrics import leaves
-from pipeline.report.results import Diagnosis, Figure, Results
-from pipeline.report.tables import Table, file_table
+from unmodelled.report.drawn import read_figures
+from unmodelled.report.headline import headline
+from unmodelled.report.tables import Table, file_table
 
 #: What the note of an execution says at least.
 EXECUTION = (
@@ -87,37 +88,6 @@ def _claims(folder: Path) -> list[dict[str, Any]]:
             check_interval(path, where, row["interval"])
         found += rows
     return sorted(found, key=lambda row: row["chapter"])
-
-
-def read_figures(folder: Path) -> list[Figure]:
-    """What `folder`/figures.json lists, by chapter and number.
-
-    Raises:
-        BadInput: when it is damaged, or names a file that does not exist.
-    """
-    path = folder / "figures.json"
-    found = []
-    for row in read_rows(path, ("id", "number", "chapter", "caption")):
-        if not re.fullmatch(r"\w+", str(row["id"])):
-            raise BadInput(f"{path}: id {row['id']!r}, must be letters, digits and underscores")
-        source = folder / f"{row['id']}.svg"
-        if not source.exists():
-            raise BadInput(f"{source}: no such file, but {path} lists it")
-        check_chapter(path, f"figure {row['id']!r}:", row["chapter"])
-        caption, note, command, data = (
-            str(row.get(key) or "") for key in ("caption", "note", "command", "data")
-        )
-        number, chapter = str(row["number"]), row["chapter"]
-        about = (number, chapter, caption, note, command, data)
-        found.append(Figure(row["id"], *about, source, _size(source)))
-    return sorted(found, key=lambda f: (f.chapter or 0, [int(n) for n in re.findall(r"\d+", f.number)], f.id))
-
-
-def _size(path: Path) -> tuple[int, int] | None:
-    """Width and height, so that a page does not move while its figures load."""
-    box = re.search(rb'<svg[^>]*viewBox="[\d.-]+ [\d.-]+ ([\d.]+) ([\d.]+)"', path.read_bytes()[:4000])
-    # figures are drawn in points, 72 to the inch; a browser has 96 pixels there
-    return (round(float(box[1]) * 96 / 72), round(float(box[2]) * 96 / 72)) if box else None
 
 
 def _table(path: Path) -> Table:

@@ -8,22 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pipeline.report.tables import Table
-
-
-@dataclass(frozen=True)
-class Figure:
-    """A numbered SVG file; `size` is its width and height in pixels."""
-
-    id: str
-    number: str
-    chapter: int | None
-    caption: str
-    note: str
-    command: str
-    data: str
-    source: Path
-    size: tuple[int, int] | None
+from unmodelled.report.drawn import Figure
+from unmodelled.report.tables import Table
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from pipeline.report.numbers import duration, number
-from pipeline.report.tables import Cell, Table, exact
+from unmodelled.report.numbers import duration, number
+from unmodelled.report.tables import Cell, Table, exact
 
 Execution = Mapping[str, Any]
 

@@ -8,12 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.files import replacing, replacing_folder
 from pipeline.report.claims import VERDICTS
-from pipeline.report.diagnosis_page import view
-from pipeline.report.numbers import duration, number
 from pipeline.report.pages import Contents, Page, contents, pages
-from pipeline.report.rendering import ORIGINS, STATIC, templates
 from pipeline.report.results import Diagnosis, Results
 from pipeline.report.runs import (
     campaigns_table,
@@ -25,8 +21,19 @@ from pipeline.report.runs import (
     stages_table,
     versions_table,
 )
-from pipeline.report.search import index, script
-from pipeline.report.tables import Table
+from pipeline.report.search import index
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing, replacing_folder
+from unmodelled.base.ownership import check_replaceable
+from unmodelled.report.diagnosis_page import view
+from unmodelled.report.numbers import duration, number
+from unmodelled.report.rendering import ORIGINS, STATIC, templates
+from unmodelled.report.search import script
+from unmodelled.report.tables import Table
+
+TEMPLATES = Path(__file__).with_name("templates")
+#: What the home page says of itself in its head, so that no other index.html is taken for an earlier one.
+GENERATOR = '<meta name="generator" content="pipeline report">'
 
 
 @dataclass(frozen=True)
@@ -48,12 +55,25 @@ class Site:
         return "both" if len(kinds) > 1 else next(iter(kinds), "")
 
 
+def check_place(out: Path) -> None:
+    """Refuse a folder in which other pages lie where the site and its home page would be written.
+
+    Raises:
+        BadInput: when the folder `out`/site or the page `out`/index.html is not of an earlier report.
+    """
+    check_replaceable(out / "site")
+    home = out / "index.html"
+    if home.exists() and GENERATOR not in home.read_text(errors="replace"):
+        raise BadInput(f"{home}: was not made by report: give another folder, or remove this file yourself")
+
+
 def build(results: Results, out: Path) -> None:
     """Write the site; equal results give equal bytes.
 
     Raises:
-        BadInput: when the folder cannot be written; the old site stays.
+        BadInput: when the folder cannot be written or holds other pages; the old site stays.
     """
+    check_place(out)
     every = pages(results)
     shown = {page.id: contents(page, results) for page in every}
     site = Site(results, every, shown, _record(every, results))
@@ -145,7 +165,8 @@ def _render(template: str, file: str, page: Page, site: Site, more: Mapping[str,
         "banner": ORIGINS[origin],
         "mixed": sorted(site.shown[page.id].origins - {origin}) if origin != "both" else [],
         "verdicts": VERDICTS,
+        "generator": GENERATOR,
         "number": number,
         "duration": duration,
     }
-    return templates().get_template(template).render({**frame, **(more or {}), "root": root})
+    return templates(TEMPLATES).get_template(template).render({**frame, **(more or {}), "root": root})

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PPoly
 from scipy.signal import lfilter, savgol_filter
 
-from pipeline.compiling import kept
 from pipeline.rigs.profile import TURN, cam_spline, profile
+from unmodelled.base.compiling import kept
 
 Array = NDArray[np.float64]
 State = tuple[float, float, float, float, float]  # angle, speed, current, y, velocity of y

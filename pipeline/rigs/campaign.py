@@ -14,10 +14,10 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.files import replacing
-from pipeline.progress import Counter
 from pipeline.rigs.cam_follower import CamFollowerRig
-from pipeline.workers import pool_of
+from unmodelled.base.files import replacing
+from unmodelled.base.progress import Counter
+from unmodelled.base.workers import pool_of
 
 CHANNELS = ("t", "theta", "omega", "alpha", "y", "h", "eps")
 FACTORS = ("H", "beta", "m", "V")

@@ -17,11 +17,11 @@ import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder, write_json
 from pipeline.rigs import clutch_profiles, clutch_rig
 from pipeline.rigs.clutch_profiles import Profiles
 from pipeline.rigs.clutch_rig import ClutchRig, Setting
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
 
 Array = NDArray[np.float64]
 SPEEDS = (1200, 1350, 1500)  # of the motor, rpm

@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from pipeline.files import replacing_folder
+from unmodelled.base.files import replacing_folder
 
 Array = NDArray[np.float64]
 TURN = 2 * float(np.pi)

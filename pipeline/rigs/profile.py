@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from pipeline.compiling import kept
+from unmodelled.base.compiling import kept
 
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi

@@ -17,11 +17,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder, write_json
-from pipeline.parquet import write_parquet
-from pipeline.progress import track
 from pipeline.rigs.slider_crank_profiles import PROFILES, Profile
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
 
 Array = NDArray[np.float64]
 TURN = 2 * float(np.pi)

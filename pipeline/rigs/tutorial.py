@@ -14,8 +14,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from pipeline.files import replacing_folder, write_json
 from pipeline.rigs.pendulum import PendulumCampaign
+from unmodelled.base.files import replacing_folder, write_json
 
 Array = NDArray[np.float64]
 

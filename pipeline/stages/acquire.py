@@ -6,7 +6,11 @@ import hashlib
 from pathlib import Path
 from typing import Any, Protocol
 
-from pipeline.files import replacing_folder, write_json
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.ownership import verb
+
+#: What to do with the result (`pipeline.written`).
+NEXT = "use it as logs={out} with a system file, or: python -m pipeline ingest raw={out}"
 
 
 class Source(Protocol):
@@ -16,13 +20,14 @@ class Source(Protocol):
         """Write raw logs into `folder` and return where they come from."""
 
 
+@verb()
 def acquire(source: Source, seed: int, out: Path) -> None:
     """Write the raw logs of `source` to `out`, and `out`/provenance.json (where they come from).
 
     Args:
         source: a virtual rig with its campaign, or a published data set.
         seed: of a virtual campaign.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when the data set cannot be found, fetched or read.

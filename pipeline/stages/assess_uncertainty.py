@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.errors import BadInput
-from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.learning.uncertainty.assessment import Assessment
-from pipeline.learning.uncertainty.estimate import Estimator
-from pipeline.learning.uncertainty.problem import read_problem
-from pipeline.learning.uncertainty.setup import Setup
-from pipeline.parquet import read_parquet, write_parquet
-from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
-from pipeline.uncertainty.response import Response
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.learning.uncertainty.assessment import Assessment
+from unmodelled.learning.uncertainty.estimate import Estimator
+from unmodelled.learning.uncertainty.problem import read_problem
+from unmodelled.learning.uncertainty.setup import Setup
+from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
+from unmodelled.uncertainty.response import Response
 
 
+@verb()
 def assess_uncertainty(
     system: Path | None,
     logs: Path | None,
@@ -59,7 +61,7 @@ def assess_uncertainty(
         shown: number of an output, from 1.
         fine: nodes of the response surface whose push-forward counts as exact, one number a parameter.
         seed: of searches and draws. workers: searches side by side.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: as identify_uncertainty does, or when `found` does not belong to the observations.

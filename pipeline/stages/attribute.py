@@ -10,24 +10,26 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.evaluation.jumps import example_rows
-from pipeline.evaluation.splits import Fold, Indices, Split
-from pipeline.explanation.attribution import tables
-from pipeline.explanation.attribution.choice import Choice
-from pipeline.explanation.attribution.deep_shap import deep_shap
-from pipeline.files import replacing_folder, write_json
-from pipeline.learning.detachment import Family
-from pipeline.learning.sequence.fits import Fits
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import Sequences
-from pipeline.parquet import write_parquet
-from pipeline.progress import track
-from pipeline.trajectory import Campaign
+from pipeline.attribution import tables
+from pipeline.attribution.choice import Choice
+from pipeline.attribution.deep_shap import deep_shap
+from pipeline.cam_follower.detachment import Family
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequence.fits import Fits
+from pipeline.cam_follower.sequences import Sequences
+from pipeline.chapters.jumps import example_rows
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
+from unmodelled.evaluation.splits import Fold, Indices, Split
+from unmodelled.logs.trajectory import Campaign
 
 Tables = dict[str, pd.DataFrame]
 
 
+@verb()
 def attribute(
     features: Path,
     fits: Path,
@@ -65,7 +67,7 @@ def attribute(
         profile: `explained_runs` and `references` of DeepSHAP, `exact_runs` and `exact_references` of the
             exact values.
         seed: of the choice of runs and references.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when an input is missing, the fits belong to another model, or there is nothing to explain.

@@ -7,20 +7,22 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.diagnosis.confidence import Signs
-from pipeline.errors import BadInput
-from pipeline.evaluation.withheld.answers import answers
-from pipeline.evaluation.withheld.weights import fitted_weights
-from pipeline.files import write_json
+from pipeline.withheld.answers import answers
+from pipeline.withheld.weights import fitted_weights
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import write_json
+from unmodelled.base.ownership import Out, verb
+from unmodelled.diagnosis.search.confidence import Signs
 
 
+@verb(Out.FILE)
 def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) -> None:
     """Write the weights of `confidence` to the file `out`, from cases that no reported number uses.
 
     Args:
         cases: folder of campaigns of withheld cases, a kind each.
         diagnoses, refits: folders of diagnose_withheld and refit_withheld.
-        out: file; pipeline/diagnosis/calibration.json is what diagnoses read.
+        out: file; unmodelled/diagnosis/search/calibration.json is what diagnoses read.
 
     Raises:
         BadInput: when an input is missing, or a verdict does not occur.
@@ -28,6 +30,8 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
     signs = [sign.name for sign in fields(Signs)]
     rows = []
     for place, said, row in answers(cases, diagnoses, refits):
+        if said["verdict"] == "check_logs":  # its confidence is the share that the fault explains
+            continue
         shown = said.get("signs", {})
         if missing := [name for name in signs if not isinstance(shown.get(name), int | float)]:
             raise BadInput(f"{diagnoses / place}.json: signs.{missing[0]}: must be a number")

@@ -6,16 +6,18 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.errors import BadInput
-from pipeline.figures.style import save
 from pipeline.figures.sweep import comparison, horizontal_key
-from pipeline.files import replacing
-from pipeline.parquet import write_parquet
-from pipeline.progress import track
 from pipeline.sweep.metrics import PREFERRED
 from pipeline.sweep.runs import Run, metric_names, read_run, run_folders, swept_keys, table_of
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
+from unmodelled.report.figures.style import save, verbatim
 
 
+@verb(inside=["runs"])
 def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None:
     """Write `comparison.parquet`, the same as `comparison.csv`, and `comparison.svg`; say what was compared.
 
@@ -27,7 +29,7 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
         runs: folder of a sweep (outputs/train/2026-01-31_12-00-00), or one with several of them.
         metric: the vertical axis of the figure; null: the main one of the verb that was swept.
         over: the key on the horizontal axis; null: the swept one with most values, numbers before names.
-        out: folder.
+        out: folder that is new, empty or was made by this verb.
 
     Raises:
         BadInput: when there are no runs, none has metrics, a file cannot be read, or `metric` or `over` is
@@ -43,13 +45,12 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
     over = over or horizontal_key(table, swept)
     _check(metric, metrics, "metric")
     _check(over, ["run", *swept], "over")
-    figure = comparison(table, swept, metric, over)
     with replacing(out / "comparison.parquet") as temporary:
         write_parquet(table, temporary)
     with replacing(out / "comparison.csv") as temporary:
         table.to_csv(temporary, index=False)
-    with replacing(out / "comparison.svg") as temporary:
-        save(figure, temporary)
+    with verbatim(), replacing(out / "comparison.svg") as temporary:
+        save(comparison(table, swept, metric, over), temporary)
     _say(found, swept, metric)
 
 

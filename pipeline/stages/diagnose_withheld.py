@@ -8,17 +8,20 @@ import time
 from functools import partial
 from pathlib import Path
 
-from pipeline.diagnosis.diagnosed import diagnosed
-from pipeline.diagnosis.summary import summary
-from pipeline.diagnosis.where import where
-from pipeline.evaluation.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, cases_in
-from pipeline.files import read_json, write_json
-from pipeline.jobs import growing_folder, run_jobs
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.system.reader import read_system
-from pipeline.progress import say
+from pipeline.revision import PACKAGE
+from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, cases_in
+from unmodelled.base.files import read_json, write_json
+from unmodelled.base.jobs import growing_folder, run_jobs
+from unmodelled.base.ownership import verb
+from unmodelled.base.progress import say
+from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.search.diagnosed import diagnosed
+from unmodelled.diagnosis.where.where import where
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
 
+@verb()
 def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
     """Write `out`/<case>.json, the diagnosis (diagnosis/1), and `out`/costs/<case>.json.
 
@@ -31,14 +34,14 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
         horizon: of the free-run windows, s.
         seed: of everything random in a diagnosis.
         workers: processes, of one thread each; a single case gets as many threads.
-        out: folder, replaced as a whole once all cases are done.
+        out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 
     Raises:
         BadInput: when there are no cases, or one of them cannot be used.
     """
     folders = cases_in(cases)
     about = {"cases": read_json(cases / PROVENANCE), "horizon": horizon, "seed": seed}
-    with growing_folder(out, about) as folder:
+    with growing_folder(out, about, [PACKAGE]) as folder:
         left = [case for case in folders if not (folder / f"{case.name}.json").exists()]
         threads = workers if len(left) == 1 else 1
         jobs = {case.name: partial(_diagnose, case, horizon, seed, threads, folder) for case in left}

@@ -7,15 +7,17 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder, write_json
-from pipeline.jobs import run_jobs
-from pipeline.shapes import ORIGIN, read_shaped
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.jobs import run_jobs
+from unmodelled.base.ownership import verb
+from unmodelled.base.shapes import ORIGIN, read_shaped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@verb(inside=["data"])
 def draw(
     figures: Mapping[str, Callable[[Path], Figure]],
     only: list[str] | None,
@@ -35,7 +37,7 @@ def draw(
         raw: folder of <campaign>/provenance.json.
         campaigns: chapter or letter -> the campaign that its figures show.
         workers: processes that draw.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: on an unknown name, or when a table is missing.
@@ -60,7 +62,7 @@ def draw(
 
 
 def _draw(name: str, function: Callable[[Path], Figure], data: Path, out: Path) -> None:
-    from pipeline.figures.style import save
+    from unmodelled.report.figures.style import save
 
     try:
         figure = function(data)

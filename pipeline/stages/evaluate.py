@@ -7,26 +7,28 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import jumps
-from pipeline.evaluation.held_out import free_runs, surfaces
-from pipeline.evaluation.simulate import explore, simulate_tests
-from pipeline.evaluation.splits import Fold, Split
-from pipeline.files import replacing_folder
-from pipeline.learning.augmented import AugmentedRecipe, check_pairing
-from pipeline.learning.detachment import DetachmentRecipe, Family
-from pipeline.learning.fitting import load_fit
-from pipeline.learning.recipe import Recipe, load
-from pipeline.measurements.folder import read_logs
-from pipeline.models.dataset import Dataset
-from pipeline.models.rollout import Measured
-from pipeline.parquet import write_parquet
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.physics.system.reader import read_system
-from pipeline.progress import track
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.detachment import DetachmentRecipe, Family
+from pipeline.cam_follower.held_out import explore, simulate_tests
+from pipeline.cam_follower.recipe import Recipe, load
+from pipeline.chapters import jumps
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
+from unmodelled.evaluation.held_out import free_runs, surfaces
+from unmodelled.evaluation.splits import Fold, Split
+from unmodelled.learning.augmented import AugmentedRecipe, check_pairing
+from unmodelled.learning.fitting import load_fit
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.models.rollout import Measured
+from unmodelled.systems.reader import read_system
 
 
+@verb()
 def evaluate(
     system: Path | None,
     logs: Path | None,
@@ -44,7 +46,7 @@ def evaluate(
     and `out`/surface.parquet, networks of two inputs on a grid; without, where the split explores,
     `out`/force.parquet. A model of the follower's detachment (model=tau4, detachment, ...) is not simulated;
     `out` then holds runs.parquet, repeats.parquet and examples.parquet, see
-    `pipeline.evaluation.jumps.judge`, with a column `model`.
+    `pipeline.chapters.jumps.judge`, with a column `model`.
 
     Args:
         system: system file.
@@ -54,7 +56,7 @@ def evaluate(
         mechanism: constants of the cam-follower bench.
         model: the recipe that was fitted.
         split: the folds.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when an input is missing or the fit belongs to another model or split.

@@ -10,14 +10,18 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.labels import mean_extreme
-from pipeline.numerics.resample import resample
-from pipeline.physics.kernels import numpy_function
-from pipeline.physics.mechanisms import cam_follower as physics
-from pipeline.physics.mechanisms.cam import TURN
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.progress import track
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower import cam_follower as physics
+from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.labels import mean_extreme
+from unmodelled.base.ownership import verb
+from unmodelled.base.progress import track
+from unmodelled.engine.kernels import numpy_function
+from unmodelled.engine.resample import resample
+from unmodelled.logs.trajectory import Campaign
+
+#: What to do with the result (`pipeline.written`).
+NEXT = "next: python -m pipeline train features={out}"
 
 Array = NDArray[np.float64]
 
@@ -26,6 +30,7 @@ TABLE = 7200
 RESAMPLED = ("theta", "omega", "alpha", "eps")
 
 
+@verb()
 def featurize(trajectories: Path, mechanism: CamFollower, period: float, out: Path) -> None:
     """Write the resampled campaign with features, and per experiment `f_min` and `f_bar_min`.
 
@@ -37,7 +42,7 @@ def featurize(trajectories: Path, mechanism: CamFollower, period: float, out: Pa
         trajectories: store written by ingest.
         mechanism: constants of the bench.
         period: of the new clock, s.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when the store is missing or damaged.

@@ -8,19 +8,21 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.explanation.advice import advise
-from pipeline.explanation.identifiability import Identifiability, identify_sets
-from pipeline.files import replacing, write_json
-from pipeline.measurements.folder import read_logs
-from pipeline.parquet import write_parquet
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.explanation.advice import advise
+from unmodelled.explanation.identifiability import Identifiability, identify_sets
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 SCHEMA = "identifiability/1"
 SHOWN = 8
 
 
+@verb()
 def identifiability(
     system: Path, logs: Path, parameters: list[str] | None, limit: float, floor: float, out: Path
 ) -> None:
@@ -39,7 +41,7 @@ def identifiability(
         parameters: names to study, [m3,J1,B_m] for instance; all if null.
         limit: of the collinearity index of a set; 5 (strict) to 20 is usual.
         floor: sensitivity that a parameter must have, as a share of the largest.
-        out: folder.
+        out: folder that is new, empty or was made by this verb.
 
     Raises:
         BadInput: when the system or the logs cannot be used, or a parameter does not exist.

@@ -7,19 +7,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.files import replacing_folder, write_json
-from pipeline.learning.uncertainty import report
-from pipeline.learning.uncertainty.estimate import Estimator, least_squares
-from pipeline.learning.uncertainty.problem import read_problem, shown
-from pipeline.learning.uncertainty.setup import Setup, pairs
-from pipeline.parquet import write_parquet
-from pipeline.progress import say
-from pipeline.uncertainty.curvature import curvature
-from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
-from pipeline.uncertainty.profile import profile as profile_likelihood
-from pipeline.uncertainty.response import Response
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import say
+from unmodelled.learning.uncertainty import report
+from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
+from unmodelled.learning.uncertainty.problem import read_problem, shown
+from unmodelled.learning.uncertainty.setup import Setup, pairs
+from unmodelled.uncertainty.curvature import curvature
+from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
+from unmodelled.uncertainty.profile import profile as profile_likelihood
+from unmodelled.uncertainty.response import Response
 
 
+@verb()
 def identify_uncertainty(
     system: Path | None,
     logs: Path | None,
@@ -53,7 +55,7 @@ def identify_uncertainty(
         uncertainty: family of the distributions, polynomial chaos, search.
         profile: `data_sets` of the bootstrap.
         seed: of searches and draws. workers: searches side by side.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when the model, the logs or the observations cannot be used, when an output does not exist

@@ -9,16 +9,20 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.evaluation.labels import label, mean_extreme, unwrapped
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.mechanisms.cam import TURN
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.physics.system.reader import read_system
-from pipeline.progress import track
-from pipeline.rawlogs import ROWS, Archive
-from pipeline.shapes import ORIGIN, read_shaped
-from pipeline.trajectory import Campaign
-from pipeline.workers import pool_of
+from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.labels import label, mean_extreme, unwrapped
+from pipeline.recordings.rawlogs import ROWS, Archive
+from unmodelled.base.ownership import verb
+from unmodelled.base.progress import track
+from unmodelled.base.shapes import ORIGIN, read_shaped
+from unmodelled.base.workers import pool_of
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.systems.reader import read_system
+
+#: What to do with the result (`pipeline.written`).
+NEXT = "use it as logs={out} with a system file, or: python -m pipeline featurize trajectories={out}"
 
 Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
 
@@ -26,6 +30,7 @@ Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
 CHUNK = 40
 
 
+@verb()
 def ingest(raw: Path, system: Path | None, mechanism: CamFollower, workers: int, out: Path) -> None:
     """Write the store of a campaign (see `Campaign.write`).
 
@@ -36,7 +41,7 @@ def ingest(raw: Path, system: Path | None, mechanism: CamFollower, workers: int,
         system: system file.
         mechanism: thresholds of the cam-follower's labels.
         workers: processes that parse.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: at the first log that cannot be used; nothing is written.

@@ -6,19 +6,22 @@ from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
-from pipeline.diagnosis.oracle import Known, oracle
-from pipeline.diagnosis.sparse_regression import largest_term
-from pipeline.diagnosis.study import Study
-from pipeline.evaluation.reported import read_held_out, read_truth
-from pipeline.evaluation.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, campaigns_in, cases_in
-from pipeline.files import read_json, write_json
-from pipeline.jobs import growing_folder, run_jobs
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.system.reader import read_system
+from pipeline.chapters.reported import read_held_out, read_truth
+from pipeline.revision import PACKAGE
+from pipeline.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, campaigns_in, cases_in
+from unmodelled.base.files import read_json, write_json
+from unmodelled.base.jobs import growing_folder, run_jobs
+from unmodelled.base.ownership import verb
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.search.oracle import Known, oracle
+from unmodelled.diagnosis.search.sparse_regression import largest_term
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
 
+@verb()
 def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, out: Path) -> None:
-    """Write `out`/<campaign>/<case>.json: `oracle` (see `pipeline.diagnosis.oracle`) and `sparse_regression`.
+    """Write `out`/<campaign>/<case>.json: `oracle` (see `diagnosis.search.oracle`) and `sparse_regression`.
 
     The oracle is told the families and channels that are planted. Both learn from the experiments that the
     diagnosis learned from, and the oracle is judged on those that the diagnosis held out. A run that was
@@ -29,7 +32,7 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, o
         cases: folder of campaigns of withheld cases. diagnoses: of diagnose_withheld, <campaign>/<case>.json.
         horizon: of the free-run windows, s.
         workers: processes, of one thread each.
-        out: folder, replaced as a whole once all cases are done.
+        out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 
     Raises:
         BadInput: when a case has no diagnosis, or cannot be used.
@@ -38,7 +41,8 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, o
     names = [case.relative_to(cases).as_posix() for case in folders]
     held_out = {name: read_held_out(diagnoses / f"{name}.json") for name in names}
     origins = [read_json(campaign / PROVENANCE) for campaign in campaigns_in(cases)]
-    with growing_folder(out, {"cases": origins, "held_out": held_out, "horizon": horizon}) as folder:
+    about = {"cases": origins, "held_out": held_out, "horizon": horizon}
+    with growing_folder(out, about, [PACKAGE]) as folder:
         jobs = {
             name: partial(_refit, case, held_out[name], horizon, folder / f"{name}.json")
             for name, case in zip(names, folders, strict=True)

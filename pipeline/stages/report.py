@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.files import write_json
 from pipeline.report.reading import read
-from pipeline.report.site import build
+from pipeline.report.site import build, check_place
+from unmodelled.base.files import write_json
+from unmodelled.base.ownership import Out, verb
 
 
+@verb(Out.SHARED)
 def report(
     metrics: Path,
     claims: Path,
@@ -34,11 +36,12 @@ def report(
         runs: folder that is searched for fit.json.
         diagnoses: folder that is searched for what `diagnose` wrote.
         executions: folder of <stage>.json, what was noted of every stage that was executed.
-        out: folder; these three in it are replaced as a whole, anything else is left alone.
+        out: folder; these three in it are replaced as a whole, anything else in it is left alone.
 
     Raises:
         BadInput: when an input is damaged; nothing is written.
     """
+    check_place(out)
     results = read(metrics, claims, tables, figures, provenance, runs, diagnoses, executions)
     build(results, out)
     write_json(out / "claims.json", results.claims)

@@ -9,23 +9,33 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from pipeline.errors import BadInput
-from pipeline.evaluation.free_run import steps_of
-from pipeline.evaluation.gap import Gap, gap
-from pipeline.files import check_replaceable, replacing_folder, write_json
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.parquet import write_parquet
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.evaluation.free_run import steps_of
+from unmodelled.evaluation.gap import Gap
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+#: What to do with the result (`pipeline.written`).
+NEXT = "the cause of the gap: python -m pipeline diagnose system={system} logs={logs}"
 
 TABLE, SUMMARY = "simulation.parquet", "simulation.json"
 
 
+@verb()
 def simulate(
     system: Path, logs: Path, horizon: float, out: Path, only: Sequence[str] | str | None = None
 ) -> None:
     """Write `simulation.parquet` and `simulation.json`, and print the gap.
+
+    The gap, its noise floor and the scale of every output are those of `diagnose`: standard deviations within
+    runs, over all experiments of the logs, whichever are simulated. Beside them stand the root mean square
+    errors in units of the outputs, at the horizon and over whole runs.
 
     The table has a row per sample: experiment, t (s), window, and of every output `<name>_measured` and
     `<name>_simulated` in its unit, nan where an output with a delay shows nothing that was simulated. A
@@ -35,25 +45,26 @@ def simulate(
         system: file of the known physics (system/1).
         logs: folder of the measured experiments.
         horizon: of the free-run windows, s.
-        out: folder, replaced as a whole; refused if it holds anything else.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         only: ids of the experiments to simulate, [run1,run2] for instance; all if null.
 
     Raises:
         BadInput: when the system file, the logs, the horizon or an id cannot be used.
     """
     system, logs, out = Path(system), Path(logs), Path(out)
-    check_replaceable(out, (TABLE, SUMMARY))
     model = read_system(system)
     measured = read_logs(logs, model)
     runs = _chosen(only, measured)
-    found = gap(model, measured, horizon, runs)
+    found = free_runs(model, measured, horizon, runs)
     with replacing_folder(out) as folder:
         write_parquet(_table(measured, found, runs), folder / TABLE)
         write_json(folder / SUMMARY, _summary(model, measured, horizon, found))
     worst = max(found.per_experiment, key=lambda name: found.per_experiment[name])
     seconds = steps_of(horizon, measured) * measured.period
+    for name, off in found.units.items():
+        print(f"{name}: {off.says(seconds)}")
     print(f"gap: {found.value:.3g} standard deviations over {seconds:.3g} s, {len(runs)} experiments")
-    print(f"floor: {found.floor:.3g}, what the noise of the sensors leaves")
+    print(f"noise floor: {found.floor:.3g}, what the noise of the sensors alone leaves")
     print(f"worst experiment: {worst}, {found.per_experiment[worst]:.3g}")
 
 
@@ -83,7 +94,14 @@ def _summary(system: System, logs: Logs, horizon: float, found: Gap) -> dict[str
         "schema": "simulation/1",
         "system": system.name,
         "horizon": float(horizon),
-        "gap": {"known": found.value, "floor": found.floor},
+        "gap": {
+            "known": found.value,
+            "floor": found.floor,
+            "units": {
+                name: {"unit": off.unit, "known": off.at_horizon, "known_whole_run": off.whole_run}
+                for name, off in found.units.items()
+            },
+        },
         "outputs": {
             output.name: {
                 "gap": found.per_output[output.name],

@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import boundary, claims, summary
-from pipeline.evaluation.readable import training_seconds, write_table
-from pipeline.evaluation.splits import Fold, Split, nominal_subsets
-from pipeline.files import replacing_folder, write_json
-from pipeline.parquet import read_parquet, write_parquet
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.progress import track
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters import boundary, claims, summary
+from pipeline.chapters.readable import training_seconds, write_table
 from pipeline.revision import revision
-from pipeline.trajectory import Campaign
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.base.progress import track
+from unmodelled.evaluation.splits import Fold, Split, nominal_subsets
+from unmodelled.logs.trajectory import Campaign
 
 PROTOCOL = (
     "nominal runs sorted by measured F_min into I_1 to I_10; free run from the measured initial state; "
@@ -27,6 +28,7 @@ PROTOCOL = (
 GRID = ["exp", "H", "beta", "m", "V"]
 
 
+@verb()
 def tabulate(
     features: Path,
     predictions: Path,
@@ -48,7 +50,7 @@ def tabulate(
         mechanism: constants of the bench.
         split: the extrapolation, for the direct baseline.
         profile_name: of the profile that the models were trained with.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder; its metrics and tables are rewritten.
 
     Raises:
@@ -61,7 +63,7 @@ def tabulate(
     force = pd.concat([force, _direct(experiments, split.folds(experiments))], ignore_index=True)
     lines = _boundaries(force, experiments, mechanism)
     tables = {"experiments": experiments, "errors": errors, "examples": examples, "force": force}
-    _write_tables(out, {**tables, "boundary": lines, "tuning": _tuning(tuning)})
+    tables |= {"boundary": lines, "tuning": _tuning(tuning)}
     cells = summary.table_5_1(mechanism)
     equal = int((cells["ours"] == cells["dissertation"]).sum())
     labels = summary.labels(experiments)
@@ -77,14 +79,11 @@ def tabulate(
     write_json(reports / "metrics" / "cam_labels.json", {**head, "seconds": 0.0, **labels})
     write_json(reports / "metrics" / "chapter6.json", {**head, "seconds": seconds, **chapter})
     rows = claims.geometry_and_labels(labels, (equal, len(cells)), data) + claims.simulation(errors)
-    write_json(out / "claims.json", claims.complete(rows + claims.boundary(mae), data))
-    _readable(reports / "tables", cells, chapter)
-
-
-def _write_tables(out: Path, tables: dict[str, pd.DataFrame]) -> None:
     with replacing_folder(out) as folder:
         for name, table in tables.items():
             write_parquet(table, folder / f"{name}.parquet")
+        write_json(folder / "claims.json", claims.complete(rows + claims.boundary(mae), data))
+    _readable(reports / "tables", cells, chapter)
 
 
 def _subsets(experiments: pd.DataFrame) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:

@@ -8,21 +8,23 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.evaluation import chapter3, clutch, example
-from pipeline.evaluation.chapter3_claims import claims
-from pipeline.evaluation.claims import complete
-from pipeline.evaluation.readable import write_table
-from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.measurements.folder import read_logs
-from pipeline.parquet import write_parquet
-from pipeline.physics.system.equations import equations
-from pipeline.physics.system.reader import read_system
+from pipeline.chapters import chapter3, clutch, example
+from pipeline.chapters.chapter3_claims import claims
+from pipeline.chapters.claims import complete
+from pipeline.chapters.readable import write_table
 from pipeline.revision import revision
+from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.equations import equations
+from unmodelled.systems.reader import read_system
 
 IDENTIFIED = ("points", "estimates", "trace", "profiles", "pairs", "replicates")
 ASSESSED = ("identified", "accuracy", "monte_carlo", "densities", "sampling", "response")
 
 
+@verb(inside=["data"])
 def tabulate_clutch(
     campaign: str, systems: Path, data: Path, profile_name: str, out: Path, reports: Path
 ) -> None:
@@ -33,7 +35,7 @@ def tabulate_clutch(
         systems: folder of its system file, <campaign>.yaml.
         data: folder with raw, trajectories, uncertainty and assessments of the campaigns.
         profile_name: of the profile that they were assessed with.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder; its metrics/chapter3.json and tables are rewritten.
 
     Raises:

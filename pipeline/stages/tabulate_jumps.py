@@ -6,21 +6,23 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import chapter5
-from pipeline.evaluation.chapter5_claims import claims
-from pipeline.evaluation.claims import complete
-from pipeline.evaluation.readable import training_seconds, write_table
-from pipeline.evaluation.splits import Split
-from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.parquet import read_parquet, write_parquet
+from pipeline.chapters import chapter5
+from pipeline.chapters.chapter5_claims import claims
+from pipeline.chapters.claims import complete
+from pipeline.chapters.readable import training_seconds, write_table
 from pipeline.revision import revision
-from pipeline.trajectory import Campaign
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.evaluation.splits import Split
+from unmodelled.logs.trajectory import Campaign
 
 PREDICTED = ("runs", "repeats", "examples")
 EXPLAINED = ("shares", "overall", "accuracy", "phi", "explained", "exact", "agreement")
 
 
+@verb()
 def tabulate_jumps(
     features: Path,
     predictions: Path,
@@ -54,7 +56,7 @@ def tabulate_jumps(
         fits: folder with <model>/<split>/fit.json as written by train.
         split: the uniform one, for F-dagger as a classifier.
         profile_name: of the profile that the models were trained with.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder; its metrics/chapter5.json and tables/jumps are rewritten.
 
     Raises:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.evaluation import real
-from pipeline.evaluation.readable import write_table
-from pipeline.files import write_json
+from pipeline.chapters import real
+from pipeline.chapters.readable import write_table
 from pipeline.revision import revision
-from pipeline.shapes import ORIGIN, read_shaped
+from unmodelled.base.files import write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.shapes import ORIGIN, read_shaped
 
 TITLES = {
     "": "What the diagnosis says",
@@ -17,6 +18,7 @@ TITLES = {
 }
 
 
+@verb()
 def tabulate_real(diagnoses: Path, raw: Path, profile_name: str, reports: Path) -> None:
     """Write metrics/real.json, and tables/<machine>.csv, <machine>_numbers.csv and <machine>_left_over.csv.
 

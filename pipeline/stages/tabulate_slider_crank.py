@@ -9,19 +9,21 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from pipeline.evaluation import chapter4
-from pipeline.evaluation import slider_crank as tables
-from pipeline.evaluation.claims import complete
-from pipeline.evaluation.readable import training_seconds, write_table
-from pipeline.explanation.closed_form import closed_form
-from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.measurements.folder import read_logs
-from pipeline.parquet import read_parquet, write_parquet
-from pipeline.physics.system.equations import equations
-from pipeline.physics.system.reader import read_system
+from pipeline.chapters import chapter4
+from pipeline.chapters import slider_crank as tables
+from pipeline.chapters.claims import complete
+from pipeline.chapters.readable import training_seconds, write_table
 from pipeline.revision import revision
+from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.explanation.closed_form import closed_form
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.equations import equations
+from unmodelled.systems.reader import read_system
 
 
+@verb(inside=["data"])
 def tabulate_slider_crank(
     system: Path,
     data: Path,
@@ -36,7 +38,7 @@ def tabulate_slider_crank(
         data: folder with raw, trajectories, fits, predictions and identifiability of the campaigns
             slider_crank and slider_crank_bare (without spring).
         profile_name: of the profile that the models were trained with.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder; its metrics/chapter4.json and tables are rewritten.
 
     Raises:

@@ -8,23 +8,17 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.evaluation.readable import write_table
-from pipeline.evaluation.withheld.answers import answers
-from pipeline.evaluation.withheld.folders import COSTS
-from pipeline.evaluation.withheld.scores import (
-    PROTOCOL,
-    calibration,
-    confusion,
-    detection,
-    listed,
-    misses,
-    scores,
-)
-from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.parquet import write_parquet
+from pipeline.chapters.readable import write_table
 from pipeline.revision import revision
+from pipeline.withheld.answers import answers
+from pipeline.withheld.folders import COSTS
+from pipeline.withheld.scores import PROTOCOL, calibration, confusion, detection, listed, misses, scores
+from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
 
 
+@verb()
 def tabulate_withheld(
     cases: Path, diagnoses: Path, refits: Path, profile_name: str, out: Path, reports: Path
 ) -> None:
@@ -37,7 +31,7 @@ def tabulate_withheld(
         cases: folder of campaigns of withheld cases, a kind each.
         diagnoses, refits: folders of diagnose_withheld and refit_withheld.
         profile_name: of the profile that chose the cases.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder; its metrics/withheld.json and its tables withheld and withheld_misses are rewritten.
 
     Raises:

@@ -13,32 +13,34 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import chapter2
-from pipeline.evaluation.claims import complete
-from pipeline.evaluation.held_out import free_runs
-from pipeline.evaluation.splits import Fold
-from pipeline.files import read_json, replacing_folder, write_json
-from pipeline.learning.augmented import AugmentedRecipe
-from pipeline.learning.static import fit_motor, fit_network
-from pipeline.learning.windows import Progress, Training, finished
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.measurements.table import read_columns
-from pipeline.models.efficiency import efficiency
-from pipeline.models.rollout import Measured
-from pipeline.models.structures import Structure
-from pipeline.parquet import write_parquet
-from pipeline.physics.system.equations import equations
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
-from pipeline.progress import track
+from pipeline.cam_follower.efficiency import efficiency
+from pipeline.cam_follower.static import fit_motor, fit_network
+from pipeline.chapters import chapter2
+from pipeline.chapters.claims import complete
 from pipeline.revision import revision
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, replacing_folder, write_json
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
+from unmodelled.evaluation.held_out import free_runs
+from unmodelled.evaluation.splits import Fold
+from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.windows import Progress, Training, finished
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.table import read_columns
+from unmodelled.models.rollout import Measured
+from unmodelled.models.structures import Structure
+from unmodelled.systems.equations import equations
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 Tables = dict[str, pd.DataFrame]
 
 
+@verb()
 def teach(
     raw: Path,
     system: Path,
@@ -67,7 +69,7 @@ def teach(
         penalty: lambda of Eq. 2.6.
         seeds: networks of every number of neurons, with and without the penalty.
         seed: of the initial weights and mini-batches of the models of the pendulum.
-        out: folder, replaced as a whole.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder.
 
     Raises:

@@ -7,19 +7,25 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pipeline.evaluation.splits import Split
-from pipeline.files import write_json
-from pipeline.learning.augmented import AugmentedRecipe, check_pairing
-from pipeline.learning.detachment import DetachmentRecipe, Family
-from pipeline.learning.fitting import Members, fit
-from pipeline.learning.recipe import Recipe, save
-from pipeline.measurements.folder import read_logs
-from pipeline.models.dataset import Dataset
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.physics.system.reader import read_system
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.detachment import DetachmentRecipe, Family
+from pipeline.cam_follower.recipe import Recipe
+from unmodelled.base.files import write_json
+from unmodelled.base.ownership import verb
+from unmodelled.evaluation.splits import Split
+from unmodelled.learning.augmented import AugmentedRecipe, check_pairing
+from unmodelled.learning.checkpoint import save
+from unmodelled.learning.fitting import Members, fit
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.systems.reader import read_system
+
+#: What to do with the result (`pipeline.written`).
+NEXT = "next: python -m pipeline evaluate fits={out} with the same keys"
 
 
+@verb()
 def train(
     system: Path | None,
     logs: Path | None,
@@ -52,7 +58,7 @@ def train(
         start: folder of a fit of the same model and split to start from; null: from scratch.
         device: cpu runs the compiled kernels; cuda (or another device of torch) the torch reference.
         seed: of everything random.
-        out: folder.
+        out: folder that is new, empty or was made by this verb.
 
     Raises:
         BadInput: when the data are missing or too few, or do not suit the model.

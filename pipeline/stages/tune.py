@@ -9,21 +9,23 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.evaluation.simulate import simulate_tests
-from pipeline.evaluation.splits import Split
-from pipeline.files import replacing
-from pipeline.learning.recipe import Recipe
-from pipeline.models.dataset import Dataset
-from pipeline.parquet import write_parquet
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.progress import track
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.held_out import simulate_tests
+from pipeline.cam_follower.recipe import Recipe
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing
+from unmodelled.base.ownership import Out, verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
+from unmodelled.evaluation.splits import Split
+from unmodelled.logs.trajectory import Campaign
 
 #: No network of a few hundred runs is wider.
 WIDEST = 100_000
 
 
+@verb(Out.FILE)
 def tune(
     features: Path,
     mechanism: CamFollower,

@@ -8,9 +8,9 @@ from typing import Any
 
 import pandas as pd
 
-from pipeline.errors import BadInput
-from pipeline.files import read_json
-from pipeline.parquet import read_parquet
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+from unmodelled.base.parquet import read_parquet
 
 #: The first of these that a sweep has is what it is compared by.
 PREFERRED = (

@@ -12,14 +12,15 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-from pipeline.errors import BadInput
-from pipeline.files import RECORD
 from pipeline.sweep.metrics import metrics_of
+from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import OBJECTS, check_file
+from unmodelled.base.ownership import RECORD
 
 #: The keys that a run of a sweep was given.
 OVERRIDES = Path(RECORD) / "overrides.yaml"
 #: What a run of a sweep that failed leaves: one line that says why.
-FAILURE = "error.txt"
+FAILURE = Path(RECORD) / "error.txt"
 
 Value = str | int | float | bool | None
 
@@ -69,6 +70,7 @@ def read_run(folder: Path, sweep: Path) -> Run:
     failure = ""
     if not metrics:
         told = folder / FAILURE
+        check_file(told)
         failure = told.read_text(errors="replace").strip() if told.exists() else "nothing written"
     return Run(folder.relative_to(sweep).as_posix(), _keys(folder / OVERRIDES), metrics, failure)
 
@@ -83,6 +85,7 @@ def _keys(path: Path) -> dict[str, Value]:
 
 
 def _overrides(path: Path) -> dict[str, Value]:
+    check_file(path, OBJECTS)
     try:
         lines = yaml.safe_load(path.read_text())
     except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:

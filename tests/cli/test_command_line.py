@@ -10,6 +10,7 @@ import pytest
 
 from pipeline.__main__ import CONF, main, verbs
 from tests.conftest import log_text, write_archive
+from unmodelled.base.ownership import MARKER
 
 ROOT = CONF.parent
 
@@ -117,6 +118,7 @@ def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path) -> None:
     write_archive(raw / "campaign.zip", {1: log_text(), 2: rows})
     store.mkdir()
     (store / "signals.parquet").write_text("old")
+    (store / MARKER).write_text('{"made_by": "ingest", "files": ["signals.parquet"]}')
     assert_refused(
         run("ingest", f"raw={raw}", f"out={store}"), "exp2.csv", "row 3 (omega) column 8", "'oops'"
     )
@@ -126,8 +128,8 @@ def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path) -> None:
 
 def test_no_space_left(tmp_path: Path) -> None:
     """A device that is always full stands for a full disk."""
-    from pipeline.errors import BadInput
-    from pipeline.files import replacing
+    from unmodelled.base.errors import BadInput
+    from unmodelled.base.files import replacing
 
     target = tmp_path / "result.json"
     target.write_text("old")
@@ -138,7 +140,7 @@ def test_no_space_left(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_write_leaves_nothing(tmp_path: Path) -> None:
-    from pipeline.files import replacing_folder
+    from unmodelled.base.files import replacing_folder
 
     with pytest.raises(KeyboardInterrupt), replacing_folder(tmp_path / "out") as folder:
         (folder / "half").write_text("half")

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from pipeline.__main__ import main
-from pipeline.errors import BadInput
 from pipeline.overrides import check_kinds
+from unmodelled.base.errors import BadInput
 
 WRITTEN: dict[str, Any] = {
     "seed": 0,
@@ -74,7 +74,7 @@ def test_anything_else_is_refused(changes: dict[str, Any], words: str) -> None:
     [
         ("seed=abc", "seed: must be a whole number, got 'abc'"),
         ("profile.repeats=0", "profile.repeats: must be a whole number from 1 up"),
-        ("~seed", "missing 1 required positional argument: 'seed'"),
+        ("~seed", "seed must be given: seed=..."),
         ("+model.foo=1", "unexpected keyword argument 'foo'"),
         ("profile=null", "Config group override must be a string"),
         ("hydra.run.dir=/proc/x", "/proc/x: No such file or directory"),

@@ -9,12 +9,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+import psutil
 import pytest
 
-from pipeline.__main__ import THREADS
+from pipeline.__main__ import INTERRUPTION, THREADS
 from pipeline.preloaded import ADDRESS
 
 ASK = "import sys; from pipeline.preloaded import ask; print(ask(sys.argv[1:]))"
@@ -121,6 +123,60 @@ def test_a_stage_and_who_asked_for_it_end_together(killed: str, server: Server, 
         assert time.monotonic() < deadline
         time.sleep(0.01)
     assert not (tmp_path / "raw").exists()
+
+
+def descendants(process: psutil.Process, count: int) -> list[psutil.Process]:
+    """All processes below one, once there are `count`."""
+    deadline = time.monotonic() + 60.0
+    while len(found := process.children(recursive=True)) < count:
+        assert time.monotonic() < deadline and process.is_running()
+        time.sleep(0.05)
+    return found
+
+
+@contextmanager
+def at_work(folder: Path) -> Iterator[tuple[subprocess.Popen[str], list[psutil.Process]]]:
+    """A server in a process group of its own, below which a stage works, with its socket in `folder`."""
+    stage = [sys.executable, "-m", "pipeline", "acquire", f"out={folder / 'raw'}"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "pipeline.preloaded", *stage],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **dict.fromkeys(THREADS, "1"), "EXP_PROGRESS": "quiet", "TMPDIR": str(folder)},
+        start_new_session=True,
+    ) as server:
+        try:
+            # who asks, the fork that does it, and its workers
+            yield server, descendants(psutil.Process(server.pid), 3)
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(server.pid, signal.SIGKILL)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_nothing_outlives_a_server_that_is_killed(number: signal.Signals, tmp_path: Path) -> None:
+    with at_work(tmp_path) as (server, below):
+        server.send_signal(number)
+        server.communicate(timeout=30)
+        assert server.returncode == (143 if number == signal.SIGTERM else -number)
+        assert not psutil.wait_procs(below, timeout=30)[1]
+    left = list(tmp_path.glob("exp-preloaded-*"))
+    assert len(left) == (number == signal.SIGKILL)
+    # the next one removes what that one could not
+    environment = {**os.environ, "TMPDIR": str(tmp_path)}
+    assert (
+        subprocess.run([sys.executable, "-m", "pipeline.preloaded", "true"], env=environment).returncode == 0
+    )
+    assert not list(tmp_path.glob("exp-preloaded-*")) and not (tmp_path / "raw").exists()
+
+
+def test_an_interruption_is_said_once(tmp_path: Path) -> None:
+    with at_work(tmp_path) as (server, below):
+        os.killpg(server.pid, signal.SIGINT)
+        said = server.communicate(timeout=30)[1]
+        assert (server.returncode, said) == (130, f"{INTERRUPTION}\n")
+        assert not psutil.wait_procs(below, timeout=30)[1]
+    assert not list(tmp_path.iterdir())
 
 
 def test_it_says_how_it_is_used() -> None:

@@ -13,9 +13,10 @@ import pandas as pd
 import pytest
 
 from pipeline.__main__ import CONF
-from pipeline.errors import BadInput
-from pipeline.files import read_json
 from pipeline.stages.simulate import simulate
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+from unmodelled.base.ownership import MARKER
 
 ROOT = CONF.parent
 SYSTEM = """
@@ -64,12 +65,19 @@ def call(case: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=case, capture_output=True, text=True, env=environment)
 
 
+def within(table: pd.DataFrame, name: str) -> float:
+    """Standard deviation of a measured output from the mean of its experiment."""
+    measured = table.groupby("experiment")[f"{name}_measured"]
+    return float(np.sqrt(np.mean((table[f"{name}_measured"] - measured.transform("mean")) ** 2)))
+
+
 def test_what_is_written_and_printed(case: Path) -> None:
     result = call(case, "system=system.yaml", "logs=logs", "out=out")
     assert result.returncode == 0, result.stderr
     lines = result.stdout.splitlines()
-    assert [line.split(":")[0] for line in lines] == ["gap", "floor", "worst experiment"]
-    assert sorted(p.name for p in (case / "out").iterdir()) == ["simulation.json", "simulation.parquet"]
+    assert [line.split(":")[0] for line in lines] == ["x", "v", "gap", "noise floor", "worst experiment"]
+    names = sorted(p.name for p in (case / "out").iterdir())
+    assert names == [MARKER, "simulation.json", "simulation.parquet"]
     summary = read_json(case / "out" / "simulation.json")
     table = pd.read_parquet(case / "out" / "simulation.parquet")
     assert list(table) == [
@@ -91,7 +99,7 @@ def test_what_is_written_and_printed(case: Path) -> None:
         entry = summary["outputs"][name]
         error = predicted[f"{name}_simulated"] - predicted[f"{name}_measured"]
         assert entry["unit"] == unit
-        assert entry["std"] == pytest.approx(np.std(table[f"{name}_measured"]))
+        assert entry["std"] == pytest.approx(within(table, name))
         assert entry["rmse"] == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-9)
         assert entry["gap"] == pytest.approx(entry["rmse"] / entry["std"])
         square.append(entry["gap"] ** 2)
@@ -100,9 +108,16 @@ def test_what_is_written_and_printed(case: Path) -> None:
     # the brake is missing: after k samples the speed is 0.2 k h too high
     k = np.concatenate([np.arange(n - 1) % 10 + 1 for n in (120, 75)])
     assert summary["outputs"]["v"]["rmse"] == pytest.approx(0.2 * 0.01 * np.sqrt(np.mean(k**2)), rel=1e-9)
+    # ten samples after a start, and after those of the whole run
+    errors = summary["gap"]["units"]["v"]
+    whole = np.concatenate([np.arange(1, n) for n in (120, 75)])
+    assert errors["unit"] == "m/s"
+    assert errors["known"] == pytest.approx(0.2 * 0.01 * 10, rel=1e-6)
+    assert errors["known_whole_run"] == pytest.approx(0.2 * 0.01 * np.sqrt(np.mean(whole**2)), rel=1e-6)
+    assert lines[1] == "v: 0.02 m/s off after 0.1 s, 0.12 m/s over whole runs"
     assert [e["id"] for e in summary["experiments"]] == ["fast", "7"]
     worst = max(summary["experiments"], key=lambda e: float(e["known"]))
-    assert lines[2].startswith(f"worst experiment: {worst['id']}, ")
+    assert lines[4].startswith(f"worst experiment: {worst['id']}, ")
 
 
 @pytest.mark.parametrize(
@@ -153,7 +168,7 @@ def test_the_same_input_gives_the_same_bytes(case: Path) -> None:
 
 @pytest.mark.parametrize("out", ["logs", "."])
 def test_a_folder_that_holds_something_else_is_not_replaced(case: Path, out: str) -> None:
-    with pytest.raises(BadInput, match="is replaced as a whole, but holds"):
+    with pytest.raises(BadInput, match=r"(is|holds) the input (logs|system)="):
         simulate(case / "system.yaml", case / "logs", 0.1, case / out)
     assert (case / "logs" / "fast.csv").exists() and (case / "system.yaml").exists()
 
@@ -165,8 +180,8 @@ def test_some_of_the_experiments(case: Path) -> None:
     table = pd.read_parquet(case / "one" / "simulation.parquet")
     assert [e["id"] for e in summary["experiments"]] == ["7"]
     assert summary["gap"]["known"] == summary["experiments"][0]["known"]
-    assert summary["outputs"]["x"]["std"] == pytest.approx(np.std(table["x_measured"]))
     both = pd.read_parquet(case / "all" / "simulation.parquet")
+    assert summary["outputs"]["x"]["std"] == pytest.approx(within(both, "x"))
     pd.testing.assert_frame_equal(table, both[both["experiment"] == "7"].reset_index(drop=True))
     for only, words in (("8", "only: there is no experiment '8'"), ([], "only: names no experiment")):
         with pytest.raises(BadInput, match=words):
@@ -185,3 +200,25 @@ def test_a_diverging_system_gives_finite_numbers(case: Path) -> None:
     assert any("diverged" in note for note in summary["notes"])
     table = pd.read_parquet(case / "out" / "simulation.parquet").select_dtypes("number")
     assert np.isfinite(table.to_numpy()).all()
+
+
+def test_an_offset_of_one_experiment_hides_no_gap(case: Path) -> None:
+    """Its speed in another place of the register: the error of that run is as large as it is."""
+    simulate(case / "system.yaml", case / "logs", 0.1, case / "before")
+    log = pd.read_csv(case / "logs" / "7.csv")
+    log.assign(x=log["x"] + 1e9).to_csv(case / "logs" / "7.csv", index=False)
+    simulate(case / "system.yaml", case / "logs", 0.1, case / "after")
+    before, after = (read_json(case / out / "simulation.json") for out in ("before", "after"))
+    assert after["outputs"]["x"]["std"] == pytest.approx(before["outputs"]["x"]["std"], rel=1e-6)
+    gaps = [{e["id"]: e["known"] for e in about["experiments"]} for about in (before, after)]
+    assert gaps[1]["fast"] == pytest.approx(gaps[0]["fast"], rel=1e-6)
+    assert after["gap"]["known"] > 0.5 * before["gap"]["known"]
+
+
+def test_outputs_that_are_tiny(case: Path) -> None:
+    for path in (case / "logs").glob("*.csv"):
+        log = pd.read_csv(path)
+        if "x" in log:
+            log.assign(**{n: 1e-200 * log[n] for n in ("x", "v", "F") if n in log}).to_csv(path, index=False)
+    with pytest.raises(BadInput, match=r"column x: its values differ by no more than .*e-200, too little"):
+        simulate(case / "system.yaml", case / "logs", 0.1, case / "out")

@@ -16,13 +16,14 @@ import yaml
 from omegaconf import OmegaConf
 
 from pipeline.__main__ import CONF, _options_last
-from pipeline.errors import BadInput
-from pipeline.files import write_json
 from pipeline.stages.compare import compare
 from pipeline.stages.tune import tune
 from pipeline.sweep.runs import FAILURE, OVERRIDES
-from pipeline.trajectory import Campaign
 from tests.conftest import stages
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import write_json
+from unmodelled.base.ownership import MARKER
+from unmodelled.logs.trajectory import Campaign
 
 ROOT = CONF.parent
 SYSTEM = """
@@ -88,22 +89,23 @@ def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
     said = result.stdout.splitlines()
     assert said[0] == "3 runs, swept: horizon"
     assert said[1].startswith("smallest simulation.gap.known: ") and said[1].endswith("run 0 horizon=0.05")
-    (line,) = result.stderr.splitlines()
-    assert line.startswith("without metrics: run 1 horizon=-1: horizon: must be a number from 0 up")
+    failed, last = result.stderr.splitlines()
+    assert failed.startswith("without metrics: run 1 horizon=-1: horizon: must be a number from 0 up")
+    files = "comparison.csv, comparison.parquet, comparison.svg"
+    assert last == f"wrote compared: {files}; open compared/comparison.svg"
     table = pd.read_parquet(cart / "compared" / "comparison.parquet")
     assert table["run"].tolist() == ["0", "1", "2"] and table["horizon"].tolist() == [0.05, -1.0, 0.1]
     gaps = [json.loads((runs / n / "simulation.json").read_text())["gap"]["known"] for n in ("0", "2")]
     assert table["simulation.gap.known"].dropna().tolist() == gaps
-    assert sorted(p.name for p in (cart / "compared").iterdir()) == [
-        f"comparison.{kind}" for kind in ("csv", "parquet", "svg")
-    ]
+    names = [MARKER, *(f"comparison.{kind}" for kind in ("csv", "parquet", "svg"))]
+    assert sorted(p.name for p in (cart / "compared").iterdir()) == names
     assert {p.name for p in cart.iterdir()} == {"cart.yaml", "logs", "outputs", "compared"}
 
 
 def test_a_sweep_touches_nothing_that_the_graph_tracks(tmp_path: Path) -> None:
     """In a copy of the checkout whose graph is its first stage."""
     ignored = shutil.ignore_patterns("__pycache__")
-    for name in ("pipeline", "conf"):
+    for name in ("unmodelled", "pipeline", "conf"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
     shutil.copy(ROOT / ".dvcignore", tmp_path)
     first = {**stages()["acquire"], "wdir": "."}
@@ -150,7 +152,7 @@ def test_an_unknown_launcher_is_refused(cart: Path) -> None:
     result = call(cart, *SWEEP, "horizon=0.1", EXP_LAUNCHER="cluster")
     assert result.returncode == 2
     (line,) = result.stderr.splitlines()
-    assert "hydra/launcher/cluster" in line and "joblib" in line and "slurm" in line
+    assert "hydra/launcher=cluster" in line and "joblib" in line and "slurm" in line
 
 
 def test_optuna_minimises_what_tune_returns(tmp_path: Path, small_campaign: Campaign) -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 from tests.diagnosis.benches import pendulum
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 Known = tuple[System, Logs]

@@ -8,18 +8,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found, Model
-from pipeline.evaluation.gap import gap
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.inputs import acting
-from pipeline.measurements.logs import Logs
-from pipeline.physics.effects.added import Added, with_numbers
-from pipeline.physics.effects.columns import extended, in_columns
-from pipeline.physics.effects.library import effects
-from pipeline.physics.effects.place import Place
-from pipeline.physics.effects.scales import Scales
-from pipeline.physics.system.model import System
 from tests.diagnosis.benches import Bench, pendulum
+from unmodelled.diagnosis.data.diagnosis import Candidate, Diagnosis, Estimate, Found, Model
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.effects.added import Added, with_numbers
+from unmodelled.effects.columns import extended, in_columns
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.inputs import acting
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
 
 JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
 HORIZON = 0.1
@@ -72,13 +72,13 @@ def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 
     seen = replace(logs, u=acting(late, logs.ids, logs.u, logs.offsets, logs.period, moved))
     spread = in_columns(late, own)
     seen = extended(seen, {**columns, **own}).for_system(spread)  # type: ignore[dict-item]
-    return Model("augmented", spread, seen, gap(spread, seen, HORIZON, HELD_OUT))
+    return Model("augmented", spread, seen, free_runs(spread, seen, HORIZON, HELD_OUT))
 
 
 def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
     """What a diagnosis would say if the effects were `said`."""
     system, logs = known(folder)
-    before = Model("known", system, logs, gap(system, logs, HORIZON, HELD_OUT))
+    before = Model("known", system, logs, free_runs(system, logs, HORIZON, HELD_OUT))
     after, found = augmented(system, logs, said, timing), added_to(system, logs, said)
     results = tuple(_found(logs, a, s) for a, s in zip(found, said, strict=True))
     return Diagnosis(
@@ -95,7 +95,7 @@ def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
         augmented=after,
         neural=after,
         steps=(before, after),
-        floor=0.009,
+        floor=after.gap.floor,
         shrink=0.99,
         interval=(0.97, 1.0),
         held_out=HELD_OUT,

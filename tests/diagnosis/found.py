@@ -6,19 +6,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pipeline.diagnosis.diagnosis import Candidate, Diagnosis, Estimate, Found, Model, Verdict
-from pipeline.diagnosis.fit import Fit, fit
-from pipeline.diagnosis.floor import floor
-from pipeline.diagnosis.free_runs import free_runs
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.measurements.logs import Logs
-from pipeline.physics.effects.coulomb_friction import CoulombFriction
-from pipeline.physics.effects.place import Place
-from pipeline.physics.effects.scales import Scales
-from pipeline.physics.effects.viscous_friction import ViscousFriction
-from pipeline.physics.system.model import System
 from tests.diagnosis.benches import Bench, pendulum
+from unmodelled.diagnosis.data.diagnosis import Candidate, Diagnosis, Estimate, Found, Model, Verdict
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fit import Fit, fit
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.coulomb_friction import CoulombFriction
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales
+from unmodelled.effects.viscous_friction import ViscousFriction
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
 
 JOINT = Place("port", "joint")
 HORIZON = 0.1
@@ -37,7 +36,7 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
     after, best = _fitted("with coulomb_friction at joint", added.system, logs, held)
     named = verdict == "effect"
     last = after if named else before
-    noise = _floor(last, held)
+    noise = last.gap.floor
     square = before.gap.value**2 - noise**2
     shrink = (before.gap.value**2 - last.gap.value**2) / square if named else 0.0
     F_c = best.values["F_c"]
@@ -75,7 +74,7 @@ def as_given(system: System, logs: Logs) -> Diagnosis:
     model = Model("known", system, logs, free_runs(system, logs, HORIZON, held))
     return Diagnosis(
         *(system, logs, HORIZON, 0, "unknown", 0.5, (), False, model, model, model, model, (model,)),
-        *(_floor(model, held), 0.0, (0.0, 0.0), held, {}, (), ()),
+        *(model.gap.floor, 0.0, (0.0, 0.0), held, {}, (), ()),
     )
 
 
@@ -85,9 +84,3 @@ def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tupl
     known = system.with_values(found.values)
     seen = logs.for_system(known)
     return Model(label, known, seen, free_runs(known, seen, HORIZON, held)), found
-
-
-def _floor(model: Model, held: Sequence[int]) -> float:
-    latest = max(output.delay for output in model.system.outputs)
-    simulation = Simulation(model.system, Recording.of(model.logs, HORIZON, held, latest))
-    return floor(simulation, simulation.values[None, None], model.gap.substeps).value

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.diagnosis.fitted import Fitted
-from pipeline.diagnosis.hypothesis import Hypothesis
-from pipeline.diagnosis.study import Study
-from pipeline.physics.effects.effect import Effect
-from pipeline.physics.effects.library import effects
-from pipeline.physics.effects.place import Place
 from tests.diagnosis.benches import Bench, pendulum
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
 
 HORIZON = 0.1
 JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.choose import AT_FLOOR, PARSIMONY, Scores, above_floor, explained
-from pipeline.diagnosis.fitted import Fitted
-from pipeline.diagnosis.hypothesis import Hypothesis
-from pipeline.diagnosis.study import Study
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, effect, fitted, study
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.choose import AT_FLOOR, PARSIMONY, Scores, above_floor, explained
 
 
 def scores(found: Study) -> Scores:
@@ -73,7 +73,7 @@ def test_complexity_pays_by_the_gap_where_no_model_comes_near_the_noise(
     rubbing: Scores, nearest: float, named: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     left = dict(zip(rubbing.fits, (1e6, 3.4e4, 5e5, 5e5, nearest), strict=True))
-    monkeypatch.setattr("pipeline.diagnosis.choose.above_floor", left.__getitem__)
+    monkeypatch.setattr("unmodelled.diagnosis.search.choose.above_floor", left.__getitem__)
     monkeypatch.setattr(Scores, "chosen", lambda self: 4)
     assert rubbing.named() == named
 

@@ -10,16 +10,16 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.diagnosis.deviation import gap
-from pipeline.diagnosis.fit import Fit, fit
-from pipeline.diagnosis.floor import floor, start_noise
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.diagnosis.unknowns import Unknown
-from pipeline.measurements.folder import read_logs
 from tests.diagnosis.benches import FRICTION, PERIOD, Bench, exact, integrated, pendulum
 from tests.diagnosis.conftest import Known
 from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.deviation import gap
+from unmodelled.diagnosis.fitting.fit import Fit, fit
+from unmodelled.diagnosis.fitting.floor import floor, start_noise
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.unknowns import Unknown
+from unmodelled.logs.folder import read_logs
 
 Array = NDArray[np.float64]
 GAIN = (

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.diagnosis.deviation import gap, substeps_needed
-from pipeline.diagnosis.fit import fit
-from pipeline.diagnosis.floor import start_noise
-from pipeline.diagnosis.normal import Normal
-from pipeline.diagnosis.residuals import Errors
-from pipeline.diagnosis.unknowns import Unknown, Unknowns
 from tests.diagnosis.benches import Bench, integrated
 from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
+from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
+from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.floor import start_noise
+from unmodelled.diagnosis.fitting.normal import Normal
+from unmodelled.diagnosis.fitting.residuals import Errors
+from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 
 Array = NDArray[np.float64]
 
@@ -123,9 +123,9 @@ def test_divergence_is_a_large_error(tmp_path: Path) -> None:
 def test_steps_are_as_small_as_noise_asks_for(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench())
     values = simulation.values[None, None]
-    assert substeps_needed(simulation, values) == 1
+    assert substeps_needed(simulation, values)[0] == 1
     stiff = values.copy()
     stiff[..., simulation.names.index("creep")] = 2e-4
     stiff[..., simulation.names.index("F_c")] = 0.06
-    assert substeps_needed(simulation, stiff) > 1
+    assert substeps_needed(simulation, stiff)[0] > 1
     assert fit(simulation, [MGL], iterations=1).substeps == 1

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.deviation import gap
-from pipeline.diagnosis.floor import floor, start_noise
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.evaluation import gap as evaluation
 from tests.diagnosis.benches import FRICTION, Bench, exact, pendulum
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.deviation import gap
+from unmodelled.diagnosis.fitting.floor import floor, start_noise
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.simulation import Simulation
 
 
 @pytest.mark.parametrize("bench", ["pendulum_bench", "slider_crank"])
@@ -44,10 +44,10 @@ def test_floor_of_a_sensor_whose_noise_is_known(tmp_path: Path, noise: float) ->
     assert sigma[first, 1].min() > 2.0 * np.median(sigma[~first, 1])
 
 
-def test_the_gap_is_that_of_the_contract(pendulum_bench, slider_crank) -> None:  # type: ignore[no-untyped-def]
+def test_the_gap_is_that_of_every_verb(pendulum_bench, slider_crank) -> None:  # type: ignore[no-untyped-def]
     for system, logs in (pendulum_bench, slider_crank):
         wrong = system.with_values({"b": 0.03, "m3": 0.6})
-        expected = evaluation.gap(wrong, logs, 0.1, runs=[0, 2])
+        expected = free_runs(wrong, logs, 0.1, runs=[0, 2])
         simulation = Simulation(wrong, Recording.of(logs, 0.1, runs=[0, 2]))
         found = gap(simulation, simulation.values[None, None], expected.substeps)
         assert found.value == pytest.approx(expected.value, rel=1e-9)

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.fitted import Fitted
-from pipeline.diagnosis.hypothesis import KNOWN, LOCAL, TIMING, Hypothesis
-from pipeline.diagnosis.study import Study
-from pipeline.physics.effects.place import Place
 from tests.diagnosis.benches import PERIOD, Bench
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, study
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import KNOWN, LOCAL, TIMING, Hypothesis
+from unmodelled.effects.place import Place
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.01}\nparameters:")
 GROUPS = ("new", "old", "old", "new")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from pipeline.diagnosis.levels import MOST, levels
+from unmodelled.diagnosis.data.levels import MOST, levels
 
 
 def found(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.diagnosis import deviation, models
-from pipeline.diagnosis.fitted import Fitted
-from pipeline.diagnosis.hypothesis import Hypothesis
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.study import Study
-from pipeline.evaluation.gap import gap
-from pipeline.measurements.inputs import acting
-from pipeline.physics.effects.place import Place
 from tests.diagnosis.benches import FRICTION, PERIOD, Bench
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, effect, fitted, study
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting import deviation, models
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.effects.place import Place
+from unmodelled.logs.inputs import acting
 
 #: Friction that differs from run to run.
 SCATTERED = (0.02, 0.05, 0.03, 0.08, 0.06, 0.04)
@@ -44,7 +44,7 @@ def earlier(found: Study, time: float) -> Study:
 
 def test_the_known_system_is_judged_as_it_was_given(rubbing: Study) -> None:
     found = models.known(rubbing)
-    expected = gap(rubbing.system, rubbing.logs, HORIZON, rubbing.held_out)
+    expected = free_runs(rubbing.system, rubbing.logs, HORIZON, rubbing.held_out)
     assert (found.label, found.system, found.logs) == ("known", rubbing.system, rubbing.logs)
     assert found.gap.value == pytest.approx(expected.value, rel=1e-6)
     assert set(found.gap.per_experiment) == {rubbing.logs.ids[i] for i in rubbing.held_out}
@@ -58,9 +58,9 @@ def test_numbers_and_delays_stand_in_the_system(late: Fitted, rubbing: Study) ->
     assert found.system.outputs[0].delay == late.fit.values["T_d_theta"]
     late_by = found.system.outputs[0].delay + found.system.inputs[0].delay
     assert late_by == pytest.approx(2 * PERIOD, abs=2e-4)
-    expected = gap(found.system, found.logs, HORIZON, rubbing.held_out)
+    expected = free_runs(found.system, found.logs, HORIZON, rubbing.held_out)
     assert found.gap.value == pytest.approx(expected.value, rel=1e-6)
-    assert 0.8 < found.gap.value / models.noise_floor(found, rubbing) < 1.25
+    assert 0.8 < found.gap.value / found.gap.floor < 1.25
 
 
 def test_a_model_does_what_its_hypothesis_does(rubbing: Study) -> None:
@@ -100,7 +100,7 @@ def test_held_out_experiments_have_numbers_of_their_own(scattered: Study, time: 
     found = models.model("scattered", one)
     column = found.logs.c[:, found.logs.constants.index("F_c_deviation")]
     np.testing.assert_array_equal(column, [own[i] for i in seen.logs.ids])
-    assert found.gap.value < 1.3 * models.noise_floor(found, seen)
+    assert found.gap.value < 1.3 * found.gap.floor
 
 
 def test_without_scatter_no_experiment_has_numbers_of_its_own(late: Fitted) -> None:

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis import models
-from pipeline.diagnosis.choose import Scores
-from pipeline.diagnosis.fitted import Fitted
-from pipeline.diagnosis.hypothesis import Hypothesis
-from pipeline.diagnosis.network import AT_REST, HIDDEN, with_networks
-from pipeline.diagnosis.network import network as fitted_network
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.study import Study
-from pipeline.physics.system.model import symbol
-from pipeline.physics.system.numeric import numpy_system_function
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import study
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting import models
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.choose import Scores
+from unmodelled.diagnosis.search.network import AT_REST, HIDDEN, with_networks
+from unmodelled.diagnosis.search.network import network as fitted_network
+from unmodelled.systems.model import symbol
+from unmodelled.systems.numeric import numpy_system_function
 
 #: A second place where an effort may act.
 HUB = (

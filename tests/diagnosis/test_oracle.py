@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.judged import Judged
-from pipeline.diagnosis.oracle import Known, oracle
-from pipeline.diagnosis.sparse_regression import Term, largest_term
-from pipeline.diagnosis.study import Study
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.writing import write
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.search.judged import Judged
+from unmodelled.diagnosis.search.oracle import Known, oracle
+from unmodelled.diagnosis.search.sparse_regression import Term, largest_term
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
 COULOMB = Planted("coulomb_friction", "rail")
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.hypothesis import Hypothesis
-from pipeline.diagnosis.screen import Screened, screen
-from pipeline.physics.effects.library import effects
-from pipeline.physics.effects.place import Place
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, effect, fitted, study
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.screen import Screened, screen
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
 
 #: A column of experiments.csv with a level that holds for both kinds of runs.
 GROUPS = ("new", "old", "new", "old", "new", "old")

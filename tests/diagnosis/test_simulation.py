@@ -1,4 +1,4 @@
-"""Free runs by the register machine next to those of `evaluation.free_run`."""
+"""Free runs by the register machine next to those of the compiled engine."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.evaluation.free_run import free_run
-from pipeline.measurements.logs import Logs
-from pipeline.models.nnap import Integration
-from pipeline.physics.system.model import System, symbol
 from tests.diagnosis.benches import FRICTION, PERIOD, Bench, pendulum
+from tests.evaluation.compiled_free_run import free_run
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.logs.logs import Logs
+from unmodelled.models.nnap import Integration
+from unmodelled.systems.model import System, symbol
 
 MEMORY = (
     ("  omega: {unit: rad/s}\n", "  omega: {unit: rad/s}\n  z: {unit: rad, initial: 0.02}\n"),

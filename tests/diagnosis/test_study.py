@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.diagnosis.study import LATEST, Study, held_out
 from tests.diagnosis.benches import PERIOD, Bench
 from tests.diagnosis.studies import study
+from unmodelled.diagnosis.data.study import LATEST, Study, held_out
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.03}\nparameters:")
 tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from pipeline.diagnosis.diagnosis import Diagnosis, Estimate
-from pipeline.diagnosis.sentences import sentences
-from pipeline.diagnosis.summary import summary
-from pipeline.diagnosis.where import Where
-from pipeline.files import write_json
-from pipeline.physics.effects.place import Place
 from tests.diagnosis.diagnoses import JOINT, TORQUE, Said, diagnosis
+from unmodelled.base.files import write_json
+from unmodelled.diagnosis.answer.sentences import sentences
+from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.data.diagnosis import Diagnosis, Estimate
+from unmodelled.diagnosis.where.where import Where
+from unmodelled.effects.place import Place
 
 WHERE = Where(
     channels=({"port": "joint", "share": 0.96}, {"port": "actuator:torque", "share": 0.04}),
@@ -53,7 +53,7 @@ def content(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[
 def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert set(content) == {
         *("schema", "system", "seed", "verdict", "confidence", "effects", "where", "gap", "parameters"),
-        *("candidates", "notes", "signs"),
+        *("candidates", "logs", "notes", "signs"),
     }
     assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/1", "pendulum", 3)
     assert (content["verdict"], content["confidence"]) == ("effect", 0.94)
@@ -97,10 +97,22 @@ def test_a_number_of_its_own_in_every_experiment(content: dict[str, Any]) -> Non
 def test_gap_and_parameters(content: dict[str, Any], found: Diagnosis) -> None:
     gap = content["gap"]
     assert set(gap) == {
-        *("known", "reidentified", "augmented", "neural", "floor", "shrink", "interval", "held_out")
+        *("known", "reidentified", "augmented", "neural", "floor", "shrink", "interval", "held_out"),
+        *("horizon", "units"),
     }
     assert gap["augmented"] == pytest.approx(found.augmented.gap.value, rel=1e-7)
-    assert (gap["floor"], gap["shrink"], gap["interval"]) == (0.009, 0.99, [0.97, 1.0])
+    assert gap["floor"] == pytest.approx(found.augmented.gap.floor, rel=1e-7)
+    assert (gap["shrink"], gap["interval"], gap["horizon"]) == (0.99, [0.97, 1.0], 0.1)
+    known, augmented = found.known.gap.units["theta"], found.augmented.gap.units["theta"]
+    assert gap["units"] == {
+        "theta": {
+            "unit": "rad",
+            "known": pytest.approx(known.at_horizon, rel=1e-7),
+            "augmented": pytest.approx(augmented.at_horizon, rel=1e-7),
+            "known_whole_run": pytest.approx(known.whole_run, rel=1e-7),
+            "augmented_whole_run": pytest.approx(augmented.whole_run, rel=1e-7),
+        }
+    }
     assert gap["held_out"] == ["run1", "run3"]
     b = {"known": 0.03, "identified": 0.0151, "unit": "N m s/rad", "interval": [0.0149, 0.0153]}
     assert content["parameters"] == {"b": b}
@@ -152,9 +164,22 @@ def test_what_is_printed(found: Diagnosis) -> None:
         "b_deviation: -0.02 to 0.01 N m s/rad, one for each experiment",
         "drift (parameter) at parameter:b",
         "b: 0.03 N m s/rad in the file, identified as 0.0151 [0.0149, 0.0153]",
-        "floor 0.009",
+        f"noise floor {found.augmented.gap.floor:.3g} (standard deviations",
+        f"theta: {found.known.gap.units['theta'].at_horizon:.2g} rad off after 0.1 s, ",
+        f"with the effects found: {found.augmented.gap.units['theta'].says(0.1)}",
         "held out: run1, run3",
         "shrink: 99 % [97, 100]",
         "note: theta was unwrapped",
     ):
         assert words in text
+    assert text.index("\ntheta: ") < text.index("\ngap: ")
+
+
+def test_what_diverges_is_said_and_null(found: Diagnosis) -> None:
+    gap = found.augmented.gap
+    off = replace(gap.units["theta"], at_horizon=None, whole_run=None)
+    changed = replace(found, augmented=replace(found.augmented, gap=replace(gap, units={"theta": off})))
+    entry = summary(changed, WHERE)["gap"]["units"]["theta"]
+    assert entry["augmented"] is None and entry["augmented_whole_run"] is None and entry["known"] > 0.0
+    text = "\n".join(sentences(changed))
+    assert "with the effects found: diverges within 0.1 s, diverges over whole runs" in text

@@ -11,23 +11,22 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.diagnosis.channels import channel
-from pipeline.diagnosis.corrections import Corrections
-from pipeline.diagnosis.diagnosis import Diagnosis, Model
-from pipeline.diagnosis.factors import factors
-from pipeline.diagnosis.figure_tables import write_tables
-from pipeline.diagnosis.free_runs import free_runs
-from pipeline.diagnosis.sensors import Sensors
-from pipeline.diagnosis.where import Where, where
-from pipeline.evaluation.gap import gap
-from pipeline.figures.diagnosis import experiments, residual
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.effects.place import Place
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.writing import write
 from tests.diagnosis.benches import Bench, exact, pendulum
 from tests.diagnosis.found import BENCH, HORIZON, as_given, friction
+from unmodelled.diagnosis.answer.figure_tables import write_tables
+from unmodelled.diagnosis.data.diagnosis import Diagnosis, Model
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.where.channels import channel
+from unmodelled.diagnosis.where.corrections import Corrections
+from unmodelled.diagnosis.where.factors import factors
+from unmodelled.diagnosis.where.where import Where, where
+from unmodelled.effects.place import Place
+from unmodelled.logs.folder import read_logs
+from unmodelled.report.figures import experiments, residual
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 
@@ -108,7 +107,7 @@ def test_a_named_effect_has_its_share(named: Diagnosis) -> None:
 def test_gaps_of_experiments_are_those_of_the_contract(named: Diagnosis) -> None:
     found = where(named)
     for label, model in {"known": named.known, "augmented": named.augmented}.items():
-        expected = gap(model.system, model.logs, HORIZON).per_experiment
+        expected = free_runs(model.system, model.logs, HORIZON).per_experiment
         # the error of the integration may be a tenth of the noise
         room = 0.1 * float(found.every.floor.mean())
         assert [row[label] for row in found.experiments] == pytest.approx(list(expected.values()), abs=room)

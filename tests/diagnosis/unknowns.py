@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.diagnosis.unknowns import Unknown
 from tests.diagnosis.benches import FRICTION, Bench, pendulum
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.unknowns import Unknown
 
 B, MGL, F_C = Unknown("b", 0.0, 0.1, 0.03), Unknown("mgl", 0.2, 5.0, 0.9), Unknown("F_c", 0.0, 1.0, 0.05)
 

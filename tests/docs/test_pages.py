@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import gzip
 import importlib
 import re
 import shlex
@@ -12,11 +13,11 @@ from pathlib import Path
 import pytest
 from hydra import compose, initialize_config_dir
 
-from pipeline.__main__ import CONF, verbs
-from pipeline.physics.system.reader import read_system
+from pipeline.__main__ import CONF, main, verbs
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
 from pipeline.stages.simulate import simulate
+from unmodelled.systems.reader import read_system
 
 ROOT = CONF.parent
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
@@ -90,6 +91,37 @@ def test_the_tutorial_prints_what_it_shows(tmp_path: Path, capsys: pytest.Captur
     assert said in shown
     head = (tmp_path / "logs" / "run1.csv").read_text().splitlines()[:3]
     assert all(line in shown for line in head)
+
+
+def test_the_tutorial_shows_what_was_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    shown = (ROOT / "docs" / "tutorial" / "README.md").read_text()
+    assert main(["acquire", "source=pendulum", "out=outputs/pendulum/logs"]) == 0
+    said = capsys.readouterr().err.strip()
+    assert said.startswith("wrote ") and said in shown
+
+
+def test_a_log_folder_is_refused_as_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The faults of docs/own_data, made in a folder."""
+    monkeypatch.chdir(tmp_path)
+    acquire(PendulumCampaign(), 0, Path("mylogs"))
+    one, two, three, four, five, six = (Path("mylogs") / f"run{number}.csv" for number in range(1, 7))
+    one.write_text(one.read_text().replace(",", ";").replace(".", ","))
+    two.write_text(two.read_text().replace("theta", "Theta [rad]"))
+    rows = three.read_text().splitlines()
+    three.write_text("\n".join([*rows[:2], "0.002,abc,0.1", *rows[3:]]))
+    rows = four.read_text().splitlines()
+    four.write_text("\n".join([*rows[:10], *rows[21:]]))
+    five.write_bytes(gzip.compress(five.read_bytes()))
+    six.rename("mylogs/run_6.csv")
+    with pytest.raises(SystemExit) as left:
+        main(["simulate", f"system={ROOT}/systems/pendulum.yaml", "logs=mylogs", "out=x"])
+    assert left.value.code == 2
+    assert capsys.readouterr().err in (ROOT / "docs" / "own_data" / "README.md").read_text()
 
 
 def test_every_page_is_in_the_index() -> None:

@@ -7,7 +7,7 @@ import pytest
 from docs.reference.docstrings import of
 from docs.reference.generate import HERE, pages
 from pipeline.__main__ import CONF, verbs
-from pipeline.physics.effects.library import effects
+from unmodelled.effects.library import effects
 
 PAGES = pages()
 
@@ -33,6 +33,6 @@ def test_every_law_and_every_config_is_there() -> None:
 
 
 def test_meanings_that_share_a_line_are_told_apart() -> None:
-    found = of("pipeline.learning.windows.Windows").meanings()
+    found = of("unmodelled.learning.windows.Windows").meanings()
     assert found["epochs"] == "passes over all windows."
     assert found["batch"] == "windows per mini-batch."

@@ -11,10 +11,10 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 Rate = Callable[[float, Array, float], list[float]]

@@ -8,20 +8,26 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.evaluation.chapter2 import Region, claims, curve_errors, numbers
+from pipeline.chapters.chapter2 import Region, claims, curve_errors, numbers
 
 CURRENT = np.linspace(2.0, 20.0, 19)
 
 
 def curves(inside: float, outside: float) -> pd.DataFrame:
-    """Physics that is 0.01 off everywhere, and networks that are so much off."""
+    """Physics that is 0.01 off everywhere, and networks that are about so much off, the third exactly."""
     within = (CURRENT >= 4.0) & (CURRENT <= 15.0)
     off = {"physics": 0.01 + 0.0 * CURRENT, "network": np.where(within, inside, outside)}
-    parts = [("physics", 0), *(("network", seed) for seed in range(3))]
+    parts = [("physics", 0), *(("network", seed) for seed in range(5))]
     return pd.concat(
         [
             pd.DataFrame(
-                {"model": m, "seed": s, "current": CURRENT, "efficiency": 0.7 + off[m], "truth": 0.7}
+                {
+                    "model": m,
+                    "seed": s,
+                    "current": CURRENT,
+                    "efficiency": 0.7 + off[m] * (1.0 + 0.01 * (s - 2) * (m == "network")),
+                    "truth": 0.7,
+                }
             )
             for m, s in parts
         ]
@@ -46,8 +52,8 @@ def test_a_region_is_the_hull_of_what_was_seen() -> None:
 
 def test_errors_are_apart_inside_and_outside() -> None:
     found = curve_errors(curves(0.002, 0.2), 4.0, 15.0).set_index(["model", "region", "seed"])["rmse"]
-    assert found["network", "inside", 1] == pytest.approx(0.002)
-    assert found["network", "outside", 1] == pytest.approx(0.2)
+    assert found["network", "inside", 2] == pytest.approx(0.002)
+    assert found["network", "outside", 2] == pytest.approx(0.2)
     assert (
         found["physics", "inside", 0] == pytest.approx(found["physics", "outside", 0]) == pytest.approx(0.01)
     )
@@ -68,6 +74,22 @@ def test_a_verdict_follows_the_numbers(inside: float, outside: float, verdicts: 
     assert {row["chapter"] for row in rows} == {2}
 
 
+def test_a_physics_without_scatter_counts_once_and_four_networks_are_too_few() -> None:
+    static = curve_errors(curves(0.002, 0.05), 4.0, 15.0)
+    few = static[static["seed"] < 4]
+    rows = claims(few, swings({"explored": 0.02, "unseen": 0.5}))
+    assert [row["verdict"] for row in rows] == [*2 * ["too few repeats"], *2 * ["holds"]]
+
+
+def test_runs_are_compared_in_pairs() -> None:
+    # the runs differ far more than the models do
+    errors = swings({"explored": 0.099, "unseen": 0.101})
+    static = curve_errors(curves(0.002, 0.05), 4.0, 15.0)
+    assert [row["verdict"] for row in claims(static, errors)][2:] == ["holds", "holds"]
+    held_out = errors[~errors["id"].str.endswith("4")]
+    assert [row["verdict"] for row in claims(static, held_out)][2:] == 2 * ["too few repeats"]
+
+
 def test_numbers_have_units_and_say_how_many() -> None:
     sizes = pd.DataFrame(
         {
@@ -82,6 +104,6 @@ def test_numbers_have_units_and_say_how_many() -> None:
     about = {"resistance": 5.0, "friction": 0.006}
     found = numbers(about, static, sizes, swings({"explored": 0.05, "unseen": 0.4}))
     assert found["motor"]["friction"] == {"value": 0.006, "unit": "A/V"}
-    assert found["efficiency"]["outside"]["network"]["rmse"]["n"] == 3
+    assert found["efficiency"]["outside"]["network"]["rmse"]["n"] == 5
     assert found["sizes"]["penalty 0"]["8 neurons"]["new"]["value"] == pytest.approx(0.04)
     assert found["pendulum"]["unseen"]["black_box"]["rmse"]["value"] == pytest.approx(0.48)

@@ -9,14 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import chapter5
-from pipeline.evaluation.chapter5_claims import claims
-from pipeline.evaluation.claims import DIRECTION, FAILS, HOLDS
-from pipeline.evaluation.splits import Fold
+from pipeline.chapters import chapter5
+from pipeline.chapters.chapter5_claims import claims
+from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW
+from unmodelled.base.errors import BadInput
+from unmodelled.evaluation.splits import Fold
 
 MODELS = ("tau1", "tau2", "tau3", "tau4")
-FOLDS = {"uniform": ["1%", "5%", "50%"], "factors": ["H", "beta", "m"]}
+FOLDS = {"uniform": ["1%", "5%", "10%", "30%", "50%"], "factors": ["H", "beta", "m"]}
 #: Error of a model on a fold, mm^2.
 Error = Callable[[str, str], float]
 
@@ -24,19 +24,19 @@ Error = Callable[[str, str], float]
 def as_claimed(model: str, fold: str) -> float:
     """tau1 worst, most so where data are scarce or not uniform, and without q_s."""
     size = {"tau1": 8.0, "tau2": 4.0, "tau3": 2.0, "tau4": 1.0}[model[:4]]
-    help_of = {"1%": 4.0, "5%": 2.0, "50%": 1.0}.get(fold, 3.0)
+    help_of = {"1%": 4.0, "5%": 2.0, "10%": 1.6, "30%": 1.3, "50%": 1.0}.get(fold, 3.0)
     blind = 2.0 if model == "tau1_blind" else 1.0
     return size * blind * (help_of if model.startswith("tau1") else 1.0)
 
 
-def repeats_of(error: Error, mistaken: float = 0.0) -> pd.DataFrame:
-    """Ten repeats of twenty runs; tau1 mistakes a quarter of them, the others a share `mistaken`."""
+def repeats_of(error: Error, mistaken: float = 0.0, repeats: int = 10) -> pd.DataFrame:
+    """Repeats of twenty runs; tau1 mistakes a quarter of them, the others a share `mistaken`."""
     generator = np.random.default_rng(0)
     cells = [(s, f, m) for s, folds in FOLDS.items() for f in folds for m in MODELS]
     cells += [("scarce", "5%", f"{m}_blind") for m in MODELS]
     parts = []
     for split, fold, model in cells:
-        rows = 200
+        rows = 20 * repeats
         label = np.tile(["jump", "contact"], rows // 2)
         mse = error(model, fold) * np.exp(0.05 * generator.standard_normal(rows))
         rate = 0.25 if model.startswith("tau1") else mistaken
@@ -45,7 +45,7 @@ def repeats_of(error: Error, mistaken: float = 0.0) -> pd.DataFrame:
             pd.DataFrame(
                 {
                     **{"model": model, "split": split, "fold": fold},
-                    "repeat": np.repeat(np.arange(10), rows // 10),
+                    "repeat": np.repeat(np.arange(repeats), rows // repeats),
                     "label": label,
                     "mse": mse,
                     "jumps": (label == "jump") != wrong,
@@ -55,10 +55,10 @@ def repeats_of(error: Error, mistaken: float = 0.0) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
-def overall_of(settings: dict[str, float]) -> pd.DataFrame:
+def overall_of(settings: dict[str, float], repeats: int = 10) -> pd.DataFrame:
     """Shares of q_s as given; raw signals have a fifth of the rest where there is physics."""
     rows = []
-    for repeat in range(10):
+    for repeat in range(repeats):
         for model, q_s in settings.items():
             q_s *= 1.0 + 0.01 * repeat
             raw = 1.0 - q_s if model == "tau1" else 0.2 * (1.0 - q_s) * (model != "tau4")
@@ -97,6 +97,24 @@ def test_a_claim_fails_where_it_is_not_so(changed: Error, failing: set[str]) -> 
     assert {name for name, verdict in found.items() if verdict != HOLDS} == failing
 
 
+def test_two_repeats_are_too_few_for_an_order_but_five_shares_make_a_trend() -> None:
+    rows = claims(repeats_of(as_claimed, repeats=2), overall_of(MOVED, 2))
+    found = {row["id"]: row["verdict"] for row in rows}
+    assert found.pop("scarce_data") == HOLDS
+    assert set(found.values()) == {TOO_FEW}
+
+
+def test_repeats_of_a_share_are_no_further_shares() -> None:
+    # four of five shares in order: 0.042 over the shares; another exchange is no trend, however many repeats
+    def gain(*gains: float) -> Error:
+        of = dict(zip(FOLDS["uniform"], gains, strict=True))
+        return lambda m, f: of.get(f, 9.0) if m.startswith("tau1") else 1.0
+
+    assert verdicts(repeats_of(gain(5, 4, 3, 1, 2)))["scarce_data"] == HOLDS
+    assert verdicts(repeats_of(gain(5, 3, 4, 1, 2)))["scarce_data"] == DIRECTION
+    assert verdicts(repeats_of(gain(1, 2, 3, 4, 5)))["scarce_data"] == FAILS
+
+
 def test_false_jumps_must_be_gone() -> None:
     assert verdicts(repeats_of(as_claimed, 0.05))["false_jumps"] == DIRECTION
     assert verdicts(repeats_of(as_claimed, 0.5))["false_jumps"] == FAILS
@@ -118,7 +136,7 @@ def test_numbers_are_rows_of_the_contract() -> None:
     runs = pd.concat([runs, *(physics.assign(model=m) for m in (chapter5.BOUNCE, chapter5.HYBRID))])
     chapter = chapter5.predictions(runs)
     json.dumps(chapter, allow_nan=False)
-    assert set(chapter["uniform"]) - {"protocol"} == {"1", "5", "50"}
+    assert set(chapter["uniform"]) - {"protocol"} == {"1", "5", "10", "30", "50"}
     assert set(chapter["uniform"]["5"]) == {*MODELS, *(f"{m}_blind" for m in MODELS)}
     assert set(chapter["split"]) - {"protocol"} == {"H", "beta", "m"}
     found = chapter["uniform"]["5"]["tau4"]
@@ -186,7 +204,7 @@ def test_shares_and_accuracy_of_attributions() -> None:
 def test_the_readable_table_has_a_row_a_fold_and_model() -> None:
     runs = repeats_of(as_claimed)
     table = chapter5.readable(runs)
-    assert len(table) == 6 * 4 + 4 and not table.isna().any().any()
+    assert len(table) == 8 * 4 + 4 and not table.isna().any().any()
     row = table[(table["fold"] == "5%") & (table["model"] == "tau4")].iloc[0]
     assert row["mse_jump low"] < row["mse_jump"] < row["mse_jump high"]
     # a single run has no interval

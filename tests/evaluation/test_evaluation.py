@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import boundary, claims, labels, metrics, splits
+from pipeline.cam_follower import metrics
+from pipeline.chapters import boundary, labels
+from unmodelled.base.errors import BadInput
+from unmodelled.evaluation import splits
 
 TURN = 2 * np.pi
 
@@ -122,11 +124,3 @@ def test_direct_extrapolation_recovers_a_quadratic() -> None:
     points["f_min"] = 5 * points["m"] - points["V"] ** 2 * points["H"]
     seen, unseen = points.iloc[:250], points.iloc[250:]
     np.testing.assert_allclose(boundary.extrapolate_force(seen, unseen), unseen["f_min"], atol=0.15)
-
-
-def test_order_verdict() -> None:
-    generator = np.random.default_rng(0)
-    low, high = generator.normal(0, 1, 10), generator.normal(5, 1, 10)
-    assert claims.order_verdict(high, low) == claims.HOLDS
-    assert claims.order_verdict(low, high) == claims.FAILS
-    assert claims.order_verdict(np.array([1.0, 2.1]), np.array([1.0, 2.0])) == claims.DIRECTION

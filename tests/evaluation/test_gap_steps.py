@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.evaluation.free_run import free_run
-from pipeline.evaluation.gap import LARGEST_ERROR, gap
-from pipeline.models.nnap import Integration
-from pipeline.physics.system.reader import read_system
+from tests.evaluation.compiled_free_run import free_run
 from tests.evaluation.gap_systems import PENDULUM, clock, drive, logs_of, swing, system_of, truth
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.evaluation.gap import LARGEST_ERROR
+from unmodelled.models.nnap import Integration
+from unmodelled.systems.reader import read_system
 
 DECAY = """
 schema: system/1
@@ -41,7 +42,7 @@ def test_steps_are_small_enough_also_for_stiff_systems(tmp_path: Path, stiffness
         x = a + s * (0.002 - 1.0 / stiffness) + (x - a + s / stiffness) * math.exp(-stiffness * 0.002)
         path.append(x)
     logs = logs_of(system, tmp_path / "logs", [{"t": t, "x": np.array(path), "u": u}])
-    found = gap(system, logs, 0.5)
+    found = free_runs(system, logs, 0.5)
     assert found.value < 1e-6
     assert not found.notes
     assert (found.substeps == 1) == (stiffness == 2.0)
@@ -52,7 +53,7 @@ def test_more_substeps_change_less_than_a_tenth_of_the_floor(tmp_path: Path) -> 
     u = drive(t, 0)
     theta = truth(swing(), t, u, [0.3, 0.0])[:, 0] + 1e-4 * np.random.default_rng(0).standard_normal(400)
     logs = logs_of(system, tmp_path, [{"t": t, "theta": theta, "torque": u}])
-    found = gap(system, logs, 0.5)
+    found = free_runs(system, logs, 0.5)
     assert found.substeps > 1
     fine = free_run(system, logs, 0.5, Integration(logs.period, "rk4", 64, 1.0))
     difference = (found.run.y - fine.y)[found.run.counted[:, 0]] / np.std(logs.y)
@@ -67,7 +68,7 @@ def test_a_diverging_system_has_a_bounded_gap(tmp_path: Path) -> None:
     t = clock(200, 0.002)
     x = 1.0 + 0.3 * np.sin(9.0 * t)
     log = {"t": t, "x": x, "s": np.where(x > 1.0, 1.0, 0.0), "u": drive(t, 0)}
-    found = gap(system, logs_of(system, tmp_path / "logs", [log]), 0.1)
+    found = free_runs(system, logs_of(system, tmp_path / "logs", [log]), 0.1)
     assert found.per_output["s"] > 5.0
     assert 5.0 < found.value <= LARGEST_ERROR
     assert np.isfinite(found.run.y).all()
@@ -85,6 +86,6 @@ def test_an_output_without_a_value_counts_as_a_large_error(tmp_path: Path) -> No
     logs = logs_of(
         system, tmp_path / "logs", [{"t": t, "x": x, "r": np.sqrt(np.abs(x)), "u": -50.0 + 0.0 * t}]
     )
-    found = gap(system, logs, 0.1)
+    found = free_runs(system, logs, 0.1)
     assert 0.0 < found.per_output["r"] <= LARGEST_ERROR
     assert any(note.startswith("r: ") for note in found.notes)

@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import splits
-from pipeline.evaluation.jumps import Observed, example_rows, judge, threshold
-from pipeline.evaluation.labels import mean_extreme
-from pipeline.evaluation.splits import Fold
-from pipeline.trajectory import Campaign
+from pipeline.chapters.jumps import Observed, example_rows, judge, threshold
+from pipeline.chapters.labels import mean_extreme
+from unmodelled.base.errors import BadInput
+from unmodelled.evaluation import splits
+from unmodelled.evaluation.splits import Fold
+from unmodelled.logs.trajectory import Campaign
 
 FACTORS = ["H", "beta", "m"]
 

@@ -8,13 +8,13 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.evaluation.channels import parameter_channels
-from pipeline.evaluation.withheld import scores as scored
-from pipeline.evaluation.withheld.folders import campaigns_in, cases_in
-from pipeline.evaluation.withheld.judging import judged
-from pipeline.physics.system.reader import read_system
+from pipeline.withheld import scores as scored
+from pipeline.withheld.folders import campaigns_in, cases_in
+from pipeline.withheld.judging import judged
 from tests.evaluation.withheld_cases import ACTS_AT, Content, diagnosis, effect, refit, truth
+from unmodelled.base.errors import BadInput
+from unmodelled.evaluation.channels import parameter_channels
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems" / "withheld"
 COULOMB, DRAG, LAG = ("coulomb_friction", "rail"), ("quadratic_drag", "rail"), ("actuator_lag", "actuator:u")

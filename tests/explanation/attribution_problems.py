@@ -8,9 +8,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from pipeline.explanation.attribution.result import Attribution
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import SequenceInputs, Sequences
+from pipeline.attribution.result import Attribution
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 
 Array = NDArray[np.float64]
 

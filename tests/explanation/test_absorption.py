@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.explanation.absorption import beside_networks
-from pipeline.explanation.advice import advise
-from pipeline.explanation.identifiability import COLLINEAR, identify_sets
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import System
 from tests.explanation.motions import motion, read
+from unmodelled.explanation.absorption import beside_networks
+from unmodelled.explanation.advice import advise
+from unmodelled.explanation.identifiability import COLLINEAR, identify_sets
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
 
 PENDULUM = """
 schema: system/1

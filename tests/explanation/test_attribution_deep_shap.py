@@ -13,12 +13,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from torch import Tensor
 
-from pipeline.explanation.attribution import deep_shap as module
-from pipeline.explanation.attribution.deep_shap import contributions, deep_shap
-from pipeline.explanation.attribution.multipliers import multipliers
-from pipeline.explanation.attribution.recurrent import Recurrent, Trace
-from pipeline.models.sequences import Sequences
-from pipeline.numerics.threads import one_thread
+from pipeline.attribution import deep_shap as module
+from pipeline.attribution.deep_shap import contributions, deep_shap
+from pipeline.attribution.multipliers import multipliers
+from pipeline.attribution.recurrent import Recurrent, Trace
+from pipeline.cam_follower.sequences import Sequences
 from tests.explanation.attribution_problems import (
     STATES,
     alike,
@@ -30,6 +29,7 @@ from tests.explanation.attribution_problems import (
     rows,
     twins,
 )
+from unmodelled.engine.threads import one_thread
 
 Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)

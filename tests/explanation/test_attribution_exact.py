@@ -13,10 +13,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from pipeline.explanation.attribution import exact as module
-from pipeline.explanation.attribution.deep_shap import deep_shap
-from pipeline.explanation.attribution.exact import exact_shapley, shapley_weights
-from pipeline.numerics.threads import one_thread
+from pipeline.attribution import exact as module
+from pipeline.attribution.deep_shap import deep_shap
+from pipeline.attribution.exact import exact_shapley, shapley_weights
 from tests.explanation.attribution_problems import (
     STATES,
     alike,
@@ -28,6 +27,7 @@ from tests.explanation.attribution_problems import (
     rows,
     twins,
 )
+from unmodelled.engine.threads import one_thread
 
 Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)

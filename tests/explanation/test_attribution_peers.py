@@ -12,13 +12,13 @@ import torch
 from numpy.testing import assert_allclose
 from torch import Tensor, nn
 
-from pipeline.explanation.attribution.deep_shap import deep_shap
-from pipeline.explanation.attribution.exact import exact_shapley
-from pipeline.explanation.attribution.recurrent import Recurrent
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import Sequences
-from pipeline.numerics.threads import one_thread
+from pipeline.attribution.deep_shap import deep_shap
+from pipeline.attribution.exact import exact_shapley
+from pipeline.attribution.recurrent import Recurrent
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import Sequences
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
+from unmodelled.engine.threads import one_thread
 
 
 @pytest.fixture(scope="module")

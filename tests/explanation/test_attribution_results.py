@@ -11,12 +11,12 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from pytest import approx
 
-from pipeline.errors import BadInput
-from pipeline.explanation.attribution.deep_shap import deep_shap
-from pipeline.explanation.attribution.exact import exact_shapley
-from pipeline.explanation.attribution.result import Attribution, agreement, relative_shares
-from pipeline.numerics.threads import one_thread
+from pipeline.attribution.deep_shap import deep_shap
+from pipeline.attribution.exact import exact_shapley
+from pipeline.attribution.result import Attribution, agreement, relative_shares
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs, rows
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.threads import one_thread
 
 Array = NDArray[np.float64]
 Method = Callable[..., list[Attribution]]

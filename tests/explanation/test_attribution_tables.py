@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.explanation.attribution import tables
-from pipeline.explanation.attribution.choice import Choice
-from pipeline.explanation.attribution.deep_shap import deep_shap
-from pipeline.explanation.attribution.groups import players
+from pipeline.attribution import tables
+from pipeline.attribution.choice import Choice
+from pipeline.attribution.deep_shap import deep_shap
+from pipeline.attribution.groups import players
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
+from unmodelled.base.errors import BadInput
 
 SIZES = {"explained_runs": 3, "references": 4, "exact_runs": 2, "exact_references": 2}
 TRAIN, TEST = np.arange(20), np.arange(20, 40)

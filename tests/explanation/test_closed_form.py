@@ -11,15 +11,15 @@ import sympy as sp
 from numpy.typing import NDArray
 from pytest import approx
 
-from pipeline.errors import BadInput
-from pipeline.explanation.candidates import candidates, number
-from pipeline.explanation.closed_form import LARGEST, ClosedForm, closed_form
-from pipeline.physics.system.grammar import parse
-from pipeline.physics.system.model import symbol
-from pipeline.physics.system.numeric import NUMPY
-from pipeline.physics.system.scope import Scope, Value
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
+from unmodelled.base.errors import BadInput
+from unmodelled.explanation.candidates import candidates, number
+from unmodelled.explanation.closed_form import LARGEST, ClosedForm, closed_form
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.model import symbol
+from unmodelled.systems.numeric import NUMPY
+from unmodelled.systems.scope import Scope, Value
 
 Array = NDArray[np.float64]
 

@@ -9,16 +9,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.explanation.advice import advise
-from pipeline.explanation.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 from pipeline.stages.identifiability import identifiability
 from tests.explanation.motions import motion, read
+from unmodelled.base.errors import BadInput
+from unmodelled.explanation.advice import advise
+from unmodelled.explanation.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 SLIDER_CRANK = Path(__file__).parents[2] / "systems" / "slider_crank.yaml"
 

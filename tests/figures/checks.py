@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import save
+from unmodelled.report.figures.style import save
 
 Draw = Callable[[Path], Figure]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from pipeline.figures.jumps import tables
-from pipeline.trajectory import Campaign
 from tests.figures.checks import write_tables
+from unmodelled.logs.trajectory import Campaign
 
 Content = dict[str, pd.DataFrame]
 SETTINGS = ("m", "H", "beta")

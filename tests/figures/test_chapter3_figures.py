@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.errors import BadInput
 from pipeline.figures.clutch import accuracy, data, densities, engagement, example, identification, matching
 from pipeline.stages.draw import draw as draw_stage
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
 from tests.figures.clutch_tables import Content, make_tables, users_own, write
+from unmodelled.base.errors import BadInput
 
 FIGURES: list[Draw] = [
     example.transformed_density,

@@ -9,9 +9,10 @@ import pytest
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
-from pipeline.figures import campaign, cams, detachment, examples, panels, style, trajectories
-from pipeline.physics.mechanisms.cam import TURN, cycloid
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.cam import TURN, cycloid
+from pipeline.figures import campaign, cams, detachment, examples, panels, trajectories
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures import style
 
 FIGURES: list[Callable[[Path], Figure]] = [
     cams.cam_shapes,

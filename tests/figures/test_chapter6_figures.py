@@ -12,12 +12,12 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.evaluation import boundary
+from pipeline.chapters import boundary
 from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
-from pipeline.figures.style import save
-from pipeline.trajectory import Campaign
 from tests.figures.checks import Draw, check_caption
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import save
 
 FIGURES: list[Draw] = [
     simulation.hidden_units,

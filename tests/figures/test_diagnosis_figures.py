@@ -12,14 +12,14 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.diagnosis.diagnosis import Verdict
-from pipeline.diagnosis.figure_tables import write_tables
-from pipeline.diagnosis.where import where
-from pipeline.figures.diagnosis import experiments, residual, steps
-from pipeline.figures.diagnosis.files import FIGURES, write_figures
-from pipeline.figures.diagnosis.tables import printed
 from tests.diagnosis.found import BENCH, friction
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
+from unmodelled.diagnosis.answer.figure_tables import write_tables
+from unmodelled.diagnosis.data.diagnosis import Verdict
+from unmodelled.diagnosis.where.where import where
+from unmodelled.report.figures import experiments, residual, steps
+from unmodelled.report.figures.files import FIGURES, write_figures
+from unmodelled.report.figures.tables import printed
 
 SMALL = replace(BENCH, runs=4, samples=300)
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.errors import BadInput
 from pipeline.figures.jumps import contributions, errors, example, maxima, settings, trajectories
 from pipeline.stages.draw import draw as draw_stage
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
 from tests.figures.jump_tables import Content, make_tables, networks_only, write
+from unmodelled.base.errors import BadInput
 
 FIGURES: list[Draw] = [
     trajectories.predicted_detachment,

@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import save
 from pipeline.figures.sweep import comparison, horizontal_key
+from unmodelled.report.figures.style import save, verbatim
 
 
 @pytest.fixture
@@ -90,3 +90,12 @@ def test_equal_tables_give_equal_files(table: pd.DataFrame) -> None:
         save(comparison(table, ["model", "hidden"], "error", "hidden"), image := io.BytesIO())
         files.append(image.getvalue())
     assert files[0] == files[1]
+
+
+def test_what_a_user_wrote_is_no_mathematics(table: pd.DataFrame) -> None:
+    named = table.replace({"model": {"f_h1": r"a$\frac{", "f_h2": "$b$"}})
+    with verbatim():
+        figure = rendered(comparison(named, ["model", "hidden", "seed"], "error", "hidden"))
+        assert set(lines(figure)) == {r"model=a$\frac{", "model=$b$"}
+        save(figure, image := io.BytesIO())
+    assert b"mathdefault" not in image.getvalue()

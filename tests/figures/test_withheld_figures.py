@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.evaluation.withheld import scores
 from pipeline.figures.withheld import calibration, confusion, detection, run_time, shrink
 from pipeline.figures.withheld.tables import FINDERS, MACHINES
+from pipeline.withheld import scores
 from tests.evaluation.test_withheld import table
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of, write_tables
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from pipeline.trajectory import Campaign
 from tests.fuzz.inputs import Case
 from tests.fuzz.readers import archive_cases, checkpoint_cases, plain_cases
+from unmodelled.logs.trajectory import Campaign
 
 
 @pytest.fixture(scope="session")

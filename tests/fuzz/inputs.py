@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from pipeline.errors import BadInput
+from unmodelled.base.errors import BadInput
 
 #: Inputs per case, and the seed of the first; `make fuzz` takes more, and others every time.
 EXAMPLES, SEED = int(os.environ.get("FUZZ", "25")), int(os.environ.get("FUZZ_SEED", "0"))
@@ -115,9 +115,10 @@ def complaint(read: Callable[[Path], object], folder: Path, *names: str) -> str:
     try:
         read(folder)
     except BadInput as refused:
+        for line in (str(refused), *refused.others):
+            assert line and line.splitlines() == [line] and line.isprintable(), repr(line)
+            assert len(line) < 1000 + 3 * len(str(folder)), line
         line = str(refused)
-        assert line and line.splitlines() == [line] and line.isprintable(), repr(line)
-        assert len(line) < 1000 + 3 * len(str(folder)), line
         assert any(Path(name).name in line for name in names) or str(folder) in line, line
         return line
     return ""

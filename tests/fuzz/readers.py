@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -14,37 +16,39 @@ import pandas as pd
 import yaml
 from scipy.io import savemat
 
-from pipeline.evaluation.reported import read_judged, read_refit, read_told, read_truth
-from pipeline.evaluation.splits import leave_one_out
-from pipeline.learning.augmented import AugmentedRecipe
-from pipeline.learning.bounce import START
-from pipeline.learning.fitting import Members, fit, load_fit
-from pipeline.learning.recipe import Recipe, load, save
-from pipeline.learning.sequence.fits import read_fits
-from pipeline.learning.sequence.recipe import SequenceRecipe
-from pipeline.learning.sequence.training import Training
-from pipeline.learning.windows import Windows
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.measurements.table import read_rows
-from pipeline.models.bounce import BounceParameters
-from pipeline.models.dataset import Dataset
-from pipeline.models.linear import Linear
-from pipeline.models.sequences import SequenceInputs
-from pipeline.models.structures import one_per_port
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.physics.system.reader import read_system
-from pipeline.rawlogs import Archive
+from pipeline.cam_follower.bounce import BounceParameters
+from pipeline.cam_follower.bounce_fitting import START
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.linear import Linear
+from pipeline.cam_follower.recipe import Recipe, load
+from pipeline.cam_follower.sequence.fits import read_fits
+from pipeline.cam_follower.sequence.recipe import SequenceRecipe
+from pipeline.cam_follower.sequence.training import Training
+from pipeline.cam_follower.sequences import SequenceInputs
+from pipeline.chapters.reported import read_judged, read_refit, read_told, read_truth
 from pipeline.recordings import emps
+from pipeline.recordings.rawlogs import Archive
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.sweep.runs import OVERRIDES, read_run
-from pipeline.trajectory import Campaign
 from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
 from tests.fuzz.inputs import Case
 from tests.measurements.systems import motor, run, write_folder
 from tests.physics.system.hoist import CONVERTER, HOIST
+from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
+from unmodelled.evaluation.splits import leave_one_out
+from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.checkpoint import save
+from unmodelled.learning.fitting import Members, fit, load_fit
+from unmodelled.learning.windows import Windows
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.table import read_rows
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.models.structures import one_per_port
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 
@@ -87,7 +91,9 @@ def plain_cases(folder: Path) -> dict[str, Case]:
         "parquet": _checked(Case.of(packed, packed_names, lambda f: read_logs(f, system_of))),
         "store": _checked(Case.of(folder / "store", stored, lambda f: read_logs(f, system_of))),
         "observations": Case(
-            {"y.csv": (folder / "y.csv").read_bytes()}, ("y.csv",), lambda f: read_rows(f / "y.csv")
+            {"y.csv": (folder / "y.csv").read_bytes()},
+            ("y.csv",),
+            lambda f: read_rows(f / "y.csv", ["id", "y"]),
         ),
         "diagnosis": Case({"d.json": text(told())}, ("d.json",), lambda f: read_told(f / "d.json")),
         "judged": Case({"d.json": text(judged)}, ("d.json",), lambda f: read_judged(f / "d.json")),
@@ -103,7 +109,7 @@ def _checked(case: Case) -> Case:
 
 
 def archive_cases(folder: Path) -> dict[str, Case]:
-    """Readers of raw data: the archive of the cam-follower, recordings of EMPS."""
+    """Readers of raw data: the archive of the cam-follower, recordings of EMPS and of published machines."""
     plain = write_archive(folder / "plain.zip", {1: log_text(60), 2: log_text(60, rate=9.0)})
     archive = folder / "campaign.zip"
     with zipfile.ZipFile(plain) as source, zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as packed:
@@ -117,13 +123,28 @@ def archive_cases(folder: Path) -> dict[str, Case]:
         found = Archive(f / "campaign.zip")
         return [found.log(int(exp)) for exp in found.parameters()["exp"]]
 
-    # a process of its own reads a recording, within a second
+    # a process of its own reads a recording of EMPS, within a second
     return {
+        **{name: _published(folder, name) for name in ("xl330", "so101", "ur10e_joint", "cascaded_tanks")},
         "archive": Case({"campaign.zip": archive.read_bytes()}, ("campaign.zip",), campaign),
         "recording": Case(
             {"e.mat": recording.getvalue()}, ("e.mat",), lambda f: emps.read(f / "e.mat"), share=0.02
         ),
     }
+
+
+def _published(folder: Path, name: str) -> Case:
+    """The archive of a machine, as a folder."""
+    machine = MACHINES[name]
+    (folder / name).mkdir()
+    machine.write(folder / name)
+
+    def read(f: Path) -> object:
+        with TemporaryDirectory() as out:
+            return machine.recording(str(f)).write(Path(out), 0)
+
+    case = Case.of(folder / name, (), read)
+    return replace(case, edits=tuple(case.files), share=0.2)
 
 
 def checkpoint_cases(folder: Path, drives: Campaign, jumps: Campaign) -> dict[str, Case]:

@@ -12,6 +12,7 @@ from tests.fuzz.inputs import Case, complaint, draws, edited
 NAMES = [
     *("system", "table", "events", "logs", "parquet", "store", "observations", "sweep"),
     *("diagnosis", "judged", "truth", "refit", "bounce", "archive", "recording", "linear", "hybrid", "lstm"),
+    *("xl330", "so101", "ur10e_joint", "cascaded_tanks"),
 ]
 
 

@@ -13,8 +13,8 @@ from omegaconf import OmegaConf
 
 from pipeline.__main__ import CONF, main
 from pipeline.rigs.pendulum import PendulumCampaign
-from pipeline.trajectory import Campaign
 from tests.fuzz.inputs import draws
+from unmodelled.logs.trajectory import Campaign
 
 VALUES = [
     *("abc", "''", "nan", "inf", "-inf", "-1", "-0.5", "0", "0.0", "1e999", "1000000000000", "1e-300", "1.5"),
@@ -79,11 +79,40 @@ def test_odd_values_are_used_or_refused(
                 *kept,
                 *(f"{name}={value}" for name, value in changes.items() if name != "out"),
             ]
-            code, said = _code([*arguments, "out=out"]), capfd.readouterr().err.splitlines()
+            code, said = _code([*arguments, f"out=out_{verb}"]), capfd.readouterr().err.splitlines()
             assert code in (0, 2), (changes, said)
             if code == 2:
                 (line,) = (line for line in said if line.startswith("error: "))
                 assert line.isprintable() and "Traceback" not in "".join(said), changes
+
+
+@pytest.mark.parametrize("verb", RUNS)
+def test_no_out_costs_a_file_of_a_user(
+    verb: str, folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Any file, folder or new name in a folder of inputs, by any way to it."""
+    monkeypatch.chdir(folder)
+    (folder / "mine" / "deep").mkdir(parents=True, exist_ok=True)
+    (folder / "mine" / "deep" / "thesis.txt").write_text("years of work")
+    if not (folder / "link").is_symlink():
+        (folder / "link").symlink_to(folder)
+    names = ["system.yaml", "logs", "features", "sweep", "mine"]
+    before = _files(folder, names)
+    places = [folder / name for name in names] + [p for name in names for p in (folder / name).rglob("*")]
+    for draw in draws(0.1):
+        with draw:
+            place = draw.choice(places).relative_to(folder) / draw.choice(["", "", "new", "..", "../new"])
+            out = f"{draw.choice(['', './', 'link/', 'logs/../', f'{folder}/'])}{place}"
+            code, said = _code([*RUNS[verb], f"out={out}"]), capfd.readouterr().err
+            assert code in (0, 2) and "Traceback" not in said, (out, said)
+            after = _files(folder, names)
+            assert before.items() <= after.items(), out
+            before = after
+
+
+def _files(folder: Path, names: list[str]) -> dict[Path, bytes]:
+    found = [p for name in names for p in (folder / name, *(folder / name).rglob("*")) if p.is_file()]
+    return {path: path.read_bytes() for path in found}
 
 
 def _code(arguments: list[str]) -> object:

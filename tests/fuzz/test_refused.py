@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import io
+import os
 import pickle
+import resource
 import time
 import zipfile
 from collections.abc import Callable
@@ -14,8 +17,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import torch
+from scipy.io import savemat
 
 from tests.fuzz.inputs import Case, complaint
+from tests.fuzz.test_edited_files import NAMES
 
 Change = Callable[[bytes], bytes]
 
@@ -114,6 +119,18 @@ LOGS: dict[str, list[Change]] = {
         whole(b"PAR1" + b"\0" * 500),
         lambda content: content[:700],
         lambda content: content.replace(b",", b";"),
+        lambda content: content.replace(b",", b"\t"),
+        lambda content: content.replace(b",", b";").replace(b".", b","),
+        lambda content: content.replace(b".", b","),
+        lambda content: b"# rig 3; hall 2, north\n" + content,
+        lambda content: content.replace(b"\n", b"\ns,rad,rad/s,V\n", 1),
+        lambda content: content.replace(b"angle", b"Angle [rad]"),
+        lambda content: content.partition(b"\n")[2],
+        gzip.compress,
+        whole(b"MATLAB 5.0 MAT-file" + bytes(500)),
+        whole(b"PK\x03\x04" + bytes(500)),
+        whole(b";" * 100_000),
+        whole(b"\n" * 100_000 + b"t,angle,voltage\n"),
         lambda content: content.replace(b".", b"\0"),
         lambda content: b"\n".join(content.splitlines()[:40]),
         lambda content: b"\n".join(content.splitlines()[:1]),
@@ -238,23 +255,109 @@ def test_a_store_tells_when_a_bit_of_it_has_changed(cases: dict[str, Case], tmp_
     assert "damaged" in complaint(case.read, tmp_path, "signals.parquet")
 
 
-def test_a_small_file_cannot_ask_for_all_memory(
-    cases: dict[str, Case], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A table and a log that are larger than any that was measured, and small on disk."""
-    monkeypatch.setattr("pipeline.parquet.LARGEST", 10**6)
-    zeros = np.zeros(10**6)
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_no_regular_file_is_not_read(name: str, cases: dict[str, Case], tmp_path: Path) -> None:
+    """A pipe into which nobody writes, and a device that gives zeros without end."""
+    case = cases[name]
+    case.put(tmp_path)
+    for file in case.edits:
+        path = tmp_path / file
+        path.unlink()
+        path.symlink_to("/dev/zero")
+        line = complaint(case.read, tmp_path, file)
+        # a table must lie beside its system file, so that no link out of the folder is followed
+        assert "is a device, not a regular file" in line or "must lie in the folder" in line, (file, line)
+        path.unlink()
+        os.mkfifo(path)
+        assert "is a named pipe, not a regular file" in complaint(case.read, tmp_path, file), file
+        path.unlink()
+        path.write_bytes(case.files[file])
+
+
+def bomb_table() -> bytes:
+    """Four million rows of numbers in some kB."""
+    zeros = np.zeros(4 * 10**6)
     buffer = io.BytesIO()
     pq.write_table(pa.table({"t": zeros, "angle": zeros, "voltage": zeros}), buffer, compression="zstd")
-    assert len(buffer.getvalue()) < 10**5
-    cases["parquet"].put(tmp_path / "table", b__parquet=buffer.getvalue())
-    assert "too large" in complaint(cases["parquet"].read, tmp_path / "table", "b.parquet")
+    return buffer.getvalue()
 
-    monkeypatch.setattr("pipeline.rawlogs.LARGEST", 10**6)
-    log = io.BytesIO()
-    with zipfile.ZipFile(log, "w", zipfile.ZIP_DEFLATED) as archive:
+
+def bomb_texts() -> bytes:
+    """Ten thousand times the same long text, which a Parquet file holds once."""
+    long = pa.array(["x" * 10_000]).take(pa.array(np.zeros(10**4, np.int32)))
+    table = pa.table({"exp": pa.array(np.arange(10**4)), "id": long})
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer, compression="zstd")
+    return buffer.getvalue()
+
+
+def bomb_archive() -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("parameters.csv", "exp,H,beta,m,V\n1,0.03,3.14,1.1,5\n")
-        archive.writestr("exp1.csv", bytes(10**7))
-    assert len(log.getvalue()) < 10**5
-    cases["archive"].put(tmp_path / "zip", campaign__zip=log.getvalue())
-    assert "too large" in complaint(cases["archive"].read, tmp_path / "zip", "exp1.csv")
+        archive.writestr("exp1.csv", bytes(2 * 10**7))
+    return buffer.getvalue()
+
+
+def bomb_recording() -> bytes:
+    buffer = io.BytesIO()
+    columns = {name: np.zeros((3 * 10**6, 1)) for name in ("t", "vir", "qm")}
+    savemat(buffer, columns, do_compression=True)
+    return buffer.getvalue()
+
+
+def bomb_weights() -> bytes:
+    """Zeros that are packed, unlike those that torch writes."""
+    buffer = io.BytesIO()
+    plain = saved({**ABOUT, "state": {"coefficients": torch.zeros(2 * 10**7)}})
+    with (
+        zipfile.ZipFile(io.BytesIO(plain)) as source,
+        zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as packed,
+    ):
+        for member in source.infolist():
+            packed.writestr(member.filename, source.read(member))
+    return buffer.getvalue()
+
+
+def bomb_expanded() -> bytes:
+    """One number that says that it is many."""
+    return saved({**ABOUT, "state": {"coefficients": torch.zeros(1).expand(10**9, 3)}})
+
+
+def bomb_json() -> bytes:
+    return b"[" + b"[]," * 10**6 + b"[]]"
+
+
+BOMBS = [
+    ("parquet", "b.parquet", bomb_table),
+    ("store", "signals.parquet", bomb_table),
+    ("store", "experiments.parquet", bomb_texts),
+    ("archive", "campaign.zip", bomb_archive),
+    ("recording", "e.mat", bomb_recording),
+    ("linear", "model.pt", bomb_weights),
+    ("linear", "model.pt", bomb_expanded),
+    ("diagnosis", "d.json", bomb_json),
+]
+
+
+@pytest.mark.parametrize(("name", "file", "bomb"), BOMBS)
+def test_a_small_file_cannot_ask_for_all_memory(
+    name: str,
+    file: str,
+    bomb: Callable[[], bytes],
+    cases: dict[str, Case],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a file that grows when it is read both sizes are said, and nothing of it is read."""
+    content, case = bomb(), cases[name]
+    assert len(content) < 4 * 10**6
+    # a machine with little memory left, and processes that know
+    monkeypatch.setattr("unmodelled.base.limits._allowed", lambda left: 5e7)
+    monkeypatch.setattr("unmodelled.base.workers.get_start_method", lambda allow_none: "fork")
+    case.put(tmp_path)
+    (tmp_path / file).write_bytes(content)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    line = complaint(case.read, tmp_path, file)
+    assert "is too large: would take" in line and "50 MB of them the most" in line, line
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # KB

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.special import ndtri, roots_legendre
 
-from pipeline.uncertainty.chaos import Chaos, Expansion
-from pipeline.uncertainty.families import ClippedNormal, TruncatedNormal
-from pipeline.uncertainty.orthogonal import Hermite
+from unmodelled.uncertainty.chaos import Chaos, Expansion
+from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
+from unmodelled.uncertainty.orthogonal import Hermite
 
 Array = NDArray[np.float64]
 

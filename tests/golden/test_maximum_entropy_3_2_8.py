@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.special import roots_legendre
 from scipy.stats import truncnorm
 
-from pipeline.uncertainty.density import Density
-from pipeline.uncertainty.earth_mover import earth_mover
-from pipeline.uncertainty.gaussian import Gaussian
-from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from unmodelled.uncertainty.density import Density
+from unmodelled.uncertainty.earth_mover import earth_mover
+from unmodelled.uncertainty.gaussian import Gaussian
+from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
 

@@ -12,18 +12,31 @@ import pytest
 from tests.conftest import stages
 
 ROOT = Path(__file__).parents[2]
-#: How files are written, compiled functions kept, workers started, and what is said meanwhile: no result
-#: changes with it.
+#: How files are written and kept from being lost, compiled functions kept, workers started, and what is said
+#: meanwhile: no result changes with it.
 PLUMBING = {
-    f"pipeline/{name}.py"
-    for name in ("compiling", "errors", "files", "parquet", "progress", "revision", "shapes", "workers")
+    "pipeline/revision.py",
+    *(
+        f"unmodelled/base/{name}.py"
+        for name in (
+            "compiling",
+            "errors",
+            "files",
+            "limits",
+            "ownership",
+            "parquet",
+            "progress",
+            "shapes",
+            "workers",
+        )
+    ),
 }
 
 
 @cache
 def imports() -> grimp.ImportGraph:
-    """Of the package."""
-    return grimp.build_graph("pipeline")
+    """Of both packages."""
+    return grimp.build_graph("unmodelled", "pipeline")
 
 
 @pytest.mark.parametrize("name", stages())

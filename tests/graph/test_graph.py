@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.trajectory import Campaign
 from tests.graph.tiny import HYBRIDS, write_project
+from unmodelled.logs.trajectory import Campaign
 
 pytestmark = pytest.mark.graph
 

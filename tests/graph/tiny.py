@@ -9,6 +9,7 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(__file__).parents[2]
+PROGRAM = ("unmodelled", "pipeline")
 SOURCE = """_target_: pipeline.rigs.campaign.CamFollowerCampaign
 H: [0.01, 0.03]
 beta: [1.5707963267949, 3.14159265358979]
@@ -62,8 +63,9 @@ def write_project(folder: Path, linked: bool = False) -> Path:
         linked: whether the program is a link, so that what numba has compiled of it counts here as well.
     """
     if linked:
-        (folder / "pipeline").symlink_to(ROOT / "pipeline")
-    for name in ("conf", "systems", "graph", ".dvc", *(() if linked else ("pipeline",))):
+        for name in PROGRAM:
+            (folder / name).symlink_to(ROOT / name)
+    for name in ("conf", "systems", "graph", ".dvc", *(() if linked else PROGRAM)):
         ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local", "dvc.lock")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore", "Makefile"):

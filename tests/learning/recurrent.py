@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import torch
 
-from pipeline.learning.sequence.training import Start, Training, standardised
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import SequenceInputs, Sequences
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequence.training import Start, Training, standardised
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.logs.trajectory import Campaign
 
 INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega", "F_dagger", "alpha"), ("m", "H", "beta"))
 FEW = Training(batch=6, epochs=1, updates=1, most=6)

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.learning.bounce import fit_bounce
-from pipeline.models.bounce import BounceParameters, CamMotion, simulate
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
+from pipeline.cam_follower.bounce_fitting import fit_bounce
+from pipeline.cam_follower.cam_follower import CamFollower
 from tests.models.bounce_runs import PARAMETERS, campaign, turning
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.trajectory import Campaign
 
 BENCH = CamFollower()
 

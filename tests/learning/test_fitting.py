@@ -18,22 +18,22 @@ import torch
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from pipeline.errors import BadInput
-from pipeline.evaluation.held_out import free_runs
-from pipeline.evaluation.splits import Fold, leave_one_out
-from pipeline.learning import fitting
-from pipeline.learning.augmented import AugmentedRecipe
-from pipeline.learning.fitting import Members, fit, load_fit
-from pipeline.learning.on_device import train_on
-from pipeline.learning.windows import Progress, Windows
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.models.rollout import Measured
-from pipeline.models.structures import one_per_port, physics_only
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
+from unmodelled.base.errors import BadInput
+from unmodelled.evaluation.held_out import free_runs
+from unmodelled.evaluation.splits import Fold, leave_one_out
+from unmodelled.learning import fitting
+from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.fitting import Members, fit, load_fit
+from unmodelled.learning.on_device import train_on
+from unmodelled.learning.windows import Progress, Windows
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.models.rollout import Measured
+from unmodelled.models.structures import one_per_port, physics_only
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 ROOT = Path(__file__).parents[2]
 #: Models of any system build on one of these files of conf/training/.

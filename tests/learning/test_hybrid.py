@@ -10,19 +10,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.evaluation.jumps import Observed
-from pipeline.learning.bounce import START
-from pipeline.learning.detachment import Family
-from pipeline.learning.sequence.hybrid import BounceHybrid
-from pipeline.learning.sequence.recipe import SequenceRecipe
-from pipeline.learning.sequence.training import Training
-from pipeline.learning.simulation import BounceRecipe, Ensemble, shortened
-from pipeline.models.bounce import BounceParameters
-from pipeline.models.bounce_gate import with_bounce
-from pipeline.models.sequences import SequenceInputs, Sequences
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.bounce import BounceParameters
+from pipeline.cam_follower.bounce_fitting import START
+from pipeline.cam_follower.bounce_gate import with_bounce
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.detachment import Family
+from pipeline.cam_follower.sequence.hybrid import BounceHybrid
+from pipeline.cam_follower.sequence.recipe import SequenceRecipe
+from pipeline.cam_follower.sequence.training import Training
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, shortened
+from pipeline.chapters.jumps import Observed
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.trajectory import Campaign
 
 MECHANISM = CamFollower()
 BOUNCE = BounceRecipe(MECHANISM, members=1, samples=100)

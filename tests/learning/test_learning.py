@@ -11,19 +11,20 @@ import pytest
 import torch
 from omegaconf import OmegaConf
 
-from pipeline.errors import BadInput
-from pipeline.evaluation import splits
-from pipeline.evaluation.simulate import explore, simulate_tests
-from pipeline.learning import free_run, one_step
-from pipeline.learning.recipe import Recipe, load, save
-from pipeline.learning.sampler import Sampler, input_scale
-from pipeline.models.conditions import Bench
-from pipeline.models.dataset import Dataset
-from pipeline.models.motor import Motor
-from pipeline.models.relu_ode import Hybrid
-from pipeline.numerics.threads import one_thread
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower import free_run, one_step
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.conditions import Bench
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.held_out import explore, simulate_tests
+from pipeline.cam_follower.motor import Motor
+from pipeline.cam_follower.recipe import Recipe, load
+from pipeline.cam_follower.relu_ode import Hybrid
+from pipeline.cam_follower.sampler import Sampler, input_scale
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.threads import one_thread
+from unmodelled.evaluation import splits
+from unmodelled.learning.checkpoint import save
+from unmodelled.logs.trajectory import Campaign
 
 CONF = Path(__file__).parents[2] / "conf"
 MODELS = sorted(p.stem for p in (CONF / "model").glob("*.yaml") if "recipe.Recipe" in p.read_text())

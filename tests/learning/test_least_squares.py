@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from pipeline.learning.least_squares import fit
-from pipeline.models.dataset import Dataset
-from pipeline.models.linear import Linear
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.least_squares import fit
+from pipeline.cam_follower.linear import Linear
+from unmodelled.logs.trajectory import Campaign
 
 
 def test_collinear_settings_share_their_weight_always_in_the_same_way(small_campaign: Campaign) -> None:

@@ -13,16 +13,16 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.learning.sequence import recipe as recipes
-from pipeline.learning.sequence.arrays import Sizes
-from pipeline.learning.sequence.fits import read_fits
-from pipeline.learning.sequence.layout import flattened
-from pipeline.learning.sequence.recipe import SequenceRecipe
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import SequenceInputs
-from pipeline.numerics.threads import one_thread
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequence import recipe as recipes
+from pipeline.cam_follower.sequence.arrays import Sizes
+from pipeline.cam_follower.sequence.fits import read_fits
+from pipeline.cam_follower.sequence.layout import flattened
+from pipeline.cam_follower.sequence.recipe import SequenceRecipe
+from pipeline.cam_follower.sequences import SequenceInputs
 from tests.learning.recurrent import FEW, INPUTS, made
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.threads import one_thread
 
 FOLDS = {"5%": np.array([0, 2, 4, 6, 8]), "H": np.array([1, 3, 5, 7, 9, 10])}
 RECIPE = SequenceRecipe(INPUTS, FEW, hidden=8, head=8, samples=30)

@@ -12,23 +12,23 @@ import numpy as np
 import pytest
 import torch
 
-from pipeline.errors import BadInput
-from pipeline.learning.sequence.activations import rectified, sigmoid, tanh
-from pipeline.learning.sequence.arrays import room, views
-from pipeline.learning.sequence.kernel import gradient
-from pipeline.learning.sequence.layout import flattened, restore, sizes
-from pipeline.learning.sequence.passes import load
-from pipeline.learning.sequence.products import add_product
-from pipeline.learning.sequence.recipe import SequenceRecipe
-from pipeline.learning.sequence.stack import scaled_output
-from pipeline.models.sequences import SequenceInputs
-from pipeline.numerics.threads import one_thread
+from pipeline.cam_follower.sequence.activations import rectified, sigmoid, tanh
+from pipeline.cam_follower.sequence.arrays import room, views
+from pipeline.cam_follower.sequence.kernel import gradient
+from pipeline.cam_follower.sequence.layout import flattened, restore, sizes
+from pipeline.cam_follower.sequence.passes import load
+from pipeline.cam_follower.sequence.products import add_product
+from pipeline.cam_follower.sequence.recipe import SequenceRecipe
+from pipeline.cam_follower.sequence.stack import scaled_output
+from pipeline.cam_follower.sequences import SequenceInputs
 from tests.learning.recurrent import FEW, INPUTS, beginning
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.threads import one_thread
 
 TRAINING = """
 from hashlib import sha256
-from pipeline.learning.sequence.layout import flattened
-from pipeline.learning.sequence.training import Training, train
+from pipeline.cam_follower.sequence.layout import flattened
+from pipeline.cam_follower.sequence.training import Training, train
 from tests.learning.recurrent import beginning
 start = beginning(dropout=0.05)
 train(start, Training(batch=6, most=40))

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import torch
 
-from pipeline.learning.sequence.stack import train_stack
-from pipeline.learning.sequence.training import Course, Draws, Training, train
-from pipeline.models.sequences import Sequences
-from pipeline.numerics.threads import one_thread
+from pipeline.cam_follower.sequence.stack import train_stack
+from pipeline.cam_follower.sequence.training import Course, Draws, Training, train
+from pipeline.cam_follower.sequences import Sequences
 from tests.learning.recurrent import FEW, INPUTS, beginning, made
+from unmodelled.engine.threads import one_thread
 
 
 @pytest.fixture(autouse=True)

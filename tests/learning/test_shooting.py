@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 import torch
 
-from pipeline.errors import BadInput
-from pipeline.learning.augmented import AugmentedRecipe
-from pipeline.learning.on_device import train_on
-from pipeline.learning.resume import identity, load_progress, save_progress
-from pipeline.learning.shooting import Objective, Segments, Shooting
-from pipeline.learning.windows import Problem, Progress, Training, Windows, finished
-from pipeline.models.rollout import Measured, simulate
-from pipeline.models.structures import one_per_port
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
+from unmodelled.base.errors import BadInput
+from unmodelled.learning.augmented import AugmentedRecipe
+from unmodelled.learning.on_device import train_on
+from unmodelled.learning.resume import identity, load_progress, save_progress
+from unmodelled.learning.shooting import Objective, Segments, Shooting
+from unmodelled.learning.windows import Problem, Progress, Training, Windows, finished
+from unmodelled.models.rollout import Measured, simulate
+from unmodelled.models.structures import one_per_port
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 PERIOD, SAMPLES, RUNS = 0.01, 251, 4
 TRUTH = {"J": 0.02, "b": 0.01, "mgl": 1.2}

@@ -12,19 +12,19 @@ import pytest
 from numpy.typing import NDArray
 
 from pipeline.__main__ import main
-from pipeline.errors import BadInput
-from pipeline.learning.uncertainty.estimate import Estimator, least_squares
-from pipeline.learning.uncertainty.problem import callable_response, of_observations, of_system
-from pipeline.learning.uncertainty.setup import Setup, pairs
-from pipeline.physics.kernel.event_times import EventTimes
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.clutch import ClutchCampaign
-from pipeline.uncertainty.chaos import Chaos
-from pipeline.uncertainty.families import ClippedNormal
-from pipeline.uncertainty.identify import Settings
-from pipeline.uncertainty.methods import METHODS, PUSH_FORWARD
-from pipeline.uncertainty.propagation import ChaosMaximumEntropy
-from pipeline.uncertainty.response import Formula
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.cascade.event_times import EventTimes
+from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
+from unmodelled.learning.uncertainty.problem import callable_response, of_observations, of_system
+from unmodelled.learning.uncertainty.setup import Setup, pairs
+from unmodelled.systems.reader import read_system
+from unmodelled.uncertainty.chaos import Chaos
+from unmodelled.uncertainty.families import ClippedNormal
+from unmodelled.uncertainty.identify import Settings
+from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
+from unmodelled.uncertainty.propagation import ChaosMaximumEntropy
+from unmodelled.uncertainty.response import Formula
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
@@ -96,7 +96,7 @@ def command(*arguments: object) -> int:
 
 def callable_named(function: str) -> str:
     """The command-line argument for a function of this module."""
-    target = "pipeline.learning.uncertainty.problem.callable_response"
+    target = "unmodelled.learning.uncertainty.problem.callable_response"
     inner = f"{{_target_: {__name__}.{function}, _partial_: true}}"
     return (
         f"response={{_target_: {target}, names: [a, b], bounds: [[0.5, 1.5], [0.5, 1.5]], function: {inner}}}"

@@ -10,16 +10,8 @@ import pandas as pd
 import sympy as sp
 from numpy.typing import NDArray
 
-from pipeline.physics.system.model import (
-    Constant,
-    Input,
-    Output,
-    Parameter,
-    Port,
-    State,
-    System,
-)
-from pipeline.physics.system.tables import Table
+from unmodelled.systems.model import Constant, Input, Output, Parameter, Port, State, System
+from unmodelled.systems.tables import Table
 
 Array = NDArray[np.float64]
 Log = Mapping[str, Array]

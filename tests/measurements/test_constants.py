@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import Constant, State, System
 from tests.measurements.systems import motor, run, write_folder
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import Constant, State, System
 
 WEAR = Constant("wear", "1", {"a": 0.25, "b": -0.5, "elsewhere": 9.0})
 

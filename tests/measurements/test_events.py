@@ -12,13 +12,13 @@ import pandas as pd
 import pytest
 import sympy as sp
 
-from pipeline.errors import BadInput
-from pipeline.measurements.events import event_times
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import Event, Output, Parameter, State, System, symbol
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.clutch import ClutchCampaign
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.events import event_times
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import Event, Output, Parameter, State, System, symbol
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 h, v, e, g, d, t = sp.symbols("h v e g d t", real=True)

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.system.model import Output
 from tests.measurements.systems import motor, omega, run, theta, write_folder
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import Output
 
 BOTH = [Output("theta", "rad", "angle", theta), Output("omega", "rad/s", "speed", omega)]
 

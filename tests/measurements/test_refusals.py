@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.measurements.folder import read_logs
 from tests.measurements.systems import motor, run, write_folder
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.folder import read_logs
 
 Change = Callable[[Path], None]
 

@@ -10,11 +10,11 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from pipeline.errors import BadInput
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.system.functions import sgn
-from pipeline.physics.system.model import Output, System
 from tests.measurements.systems import J, L, R, k, m, motor, omega, run, theta, write_folder
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.functions import sgn
+from unmodelled.systems.model import Output, System
 
 ANGLE = Output("theta", "rad", "angle", theta)
 SPEED = Output("omega", "rad/s", "speed", omega)

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.models.bounce import BounceParameters
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.bounce import BounceParameters
+from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 PERIOD = 0.01

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.models import bounce
-from pipeline.models.bounce import Bounce, BounceParameters, CamMotion, simulate
-from pipeline.models.bounce_gate import gate, gated, residual, with_bounce
-from pipeline.models.bounce_kernel import Stretches
-from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.cam_follower import bounce
+from pipeline.cam_follower.bounce import Bounce, BounceParameters, CamMotion, simulate
+from pipeline.cam_follower.bounce_gate import gate, gated, residual, with_bounce
+from pipeline.cam_follower.bounce_kernel import Stretches
+from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.stages.featurize import interface_force, on_cam
 from tests.models.bounce_runs import PARAMETERS, PERIOD, campaign, turning
+from unmodelled.base.errors import BadInput
 
 Array = NDArray[np.float64]
 BENCH = CamFollower()

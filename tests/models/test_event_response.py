@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.models.event_response import event_response, inputs, same_starts
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs import clutch
 from pipeline.rigs.clutch import ClutchCampaign
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.models.event_response import event_response, inputs, same_starts
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 UNCERTAIN = ("p_hc0", "z_p")

@@ -11,10 +11,10 @@ import pytest
 import torch
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.models.lstm import DetachmentNetwork
-from pipeline.models.sequences import SequenceInputs, Sequences
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.trajectory import Campaign
 
 INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega"), ("m", "H"))
 LENGTHS = (5, 9, 3, 7)

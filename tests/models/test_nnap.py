@@ -9,11 +9,6 @@ import pytest
 import torch
 from torch import nn
 
-from pipeline.models.nnap import Integration, Nnap
-from pipeline.models.rollout import Measured, rollout, simulate
-from pipeline.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
-from pipeline.physics.kernel.structure import Augmented
-from pipeline.physics.system.model import System
 from tests.physics.kernel.problems import (
     INTEGRATIONS,
     NAMES,
@@ -24,6 +19,11 @@ from tests.physics.kernel.problems import (
     by_reference,
     problem,
 )
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.rollout import Measured, rollout, simulate
+from unmodelled.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
+from unmodelled.systems.model import System
 
 Build = Callable[[System], Augmented]
 

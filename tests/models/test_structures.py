@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from pipeline.errors import BadInput
-from pipeline.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
-from pipeline.physics.system.model import System, symbol
 from tests.physics.kernel.problems import NAMES, built_in
+from unmodelled.base.errors import BadInput
+from unmodelled.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
+from unmodelled.systems.model import System, symbol
 
 every = pytest.mark.parametrize("system", [pytest.param(built_in(name), id=name) for name in NAMES])
 

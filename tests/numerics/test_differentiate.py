@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from pipeline.numerics.differentiate import noise, quantum, smooth_derivative
+from unmodelled.engine.differentiate import noise, quantum, resolution, smooth_derivative
 
 Array = NDArray[np.float64]
 
@@ -94,6 +94,50 @@ def test_the_quantum_survives_printed_digits_and_an_offset() -> None:
     assert quantum(y) == pytest.approx(COUNT, rel=5e-3)
     assert quantum(white(1e-3)(SIGNALS["slow"][0])) == 0.0
     assert quantum(np.full(50, 2.0)) == 0.0
+
+
+def resampled(y: Array) -> Array:
+    """Logged by a clock that jitters, and read at even times."""
+    t = np.arange(len(y)) * PERIOD
+    jitter = 0.1 * PERIOD * np.random.default_rng(0).standard_normal(len(y))
+    return np.interp(t, t + jitter, y)
+
+
+PLATEAUS = {
+    "as they are": lambda y: y,
+    "far from zero": lambda y: y + 1e9,
+    "resampled": resampled,
+    "noisy": white(1e-6),
+    "every fourth sample": lambda y: np.repeat(y[::4], 4),
+    "printed": lambda y: np.round(y, 6),
+}
+
+
+@pytest.mark.parametrize("change", PLATEAUS)
+def test_the_quantum_of_plateaus(change: str) -> None:
+    y = PLATEAUS[change](encoder(8192)(SIGNALS["crawl"][0]))
+    assert quantum(y) == pytest.approx(COUNT, rel=0.01)
+    assert noise(y) >= quantum(y) / 12**0.5
+
+
+@pytest.mark.parametrize("rest", [0.0, 1e-5])
+def test_a_machine_that_goes_to_and_fro_between_two_stops_is_not_quantised(rest: float) -> None:
+    t = np.arange(8_000) * PERIOD
+    there = np.clip(5.0 * np.sin(2.0 * np.pi * 1.5 * t), -1.0, 1.0)
+    assert quantum(white(rest)(there)) == 0.0
+
+
+@pytest.mark.parametrize("signal", SIGNALS)
+def test_what_is_smooth_has_no_quantum(signal: str) -> None:
+    y = white(1e-6)(SIGNALS[signal][0])
+    assert quantum(y) == quantum(resampled(y)) == 0.0
+
+
+def test_the_resolution_is_the_smallest_quantum_of_all_experiments() -> None:
+    y = encoder(500)(SIGNALS["slow"][0])
+    still, step = np.full(300, 2.0), np.repeat([0.0, 1.0], 150)
+    assert resolution([still, y, step]) == quantum(y) < quantum(step)
+    assert resolution([still]) == 0.0
 
 
 def test_a_constant_has_neither_noise_nor_velocity() -> None:

@@ -8,8 +8,8 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.numerics.integrate import SPEED_LIMIT, rollout
-from pipeline.numerics.resample import resample
+from unmodelled.engine.integrate import SPEED_LIMIT, rollout
+from unmodelled.engine.resample import resample
 
 
 @given(st.floats(0.5, 15.0))

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.evaluation.summary import table_5_1
-from pipeline.physics.mechanisms.cam import TURN, Cam, cycloid
-from pipeline.physics.mechanisms.cam_follower import CamFollower
+from pipeline.cam_follower.cam import TURN, Cam, cycloid
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.chapters.summary import table_5_1
 
 strokes = st.floats(0.005, 0.05)
 skews = st.floats(0.6 * np.pi, 1.4 * np.pi)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from pipeline.physics.system import functions as f
-from pipeline.physics.system.model import TIME
-from pipeline.physics.system.numeric import numpy_system_function
 from tests.measurements.systems import F, V, k, m, motor, omega, theta
+from unmodelled.systems import functions as f
+from unmodelled.systems.model import TIME
+from unmodelled.systems.numeric import numpy_system_function
 
 SYSTEM = motor()
 

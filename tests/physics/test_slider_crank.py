@@ -13,13 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.models.nnap import Integration, Nnap
-from pipeline.models.rollout import Measured, simulate
-from pipeline.models.structures import physics_only
-from pipeline.physics.mechanisms.slider_crank import newton_euler
-from pipeline.physics.system.model import System, symbol
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.reader import read_system
+from pipeline.slider_crank.slider_crank import newton_euler
+from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.rollout import Measured, simulate
+from unmodelled.models.structures import physics_only
+from unmodelled.systems.model import System, symbol
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 FILE = Path(__file__).parents[2] / "systems" / "slider_crank.yaml"

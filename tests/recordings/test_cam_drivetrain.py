@@ -12,21 +12,21 @@ import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from pipeline.diagnosis.fit import fit
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.errors import BadInput
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.kernels import numpy_function
-from pipeline.physics.mechanisms import cam_follower as physics
-from pipeline.physics.mechanisms.cam import TURN
-from pipeline.physics.mechanisms.cam_follower import CamFollower
-from pipeline.physics.system.model import System
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.reader import read_system
+from pipeline.cam_follower import cam_follower as physics
+from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.recordings.cam_drivetrain import CamDrivetrainRecording
 from pipeline.stages.acquire import acquire
-from pipeline.trajectory import Campaign
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.engine.kernels import numpy_function
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 

@@ -12,14 +12,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.io import savemat
 
-from pipeline.diagnosis.fit import fit
-from pipeline.diagnosis.recording import Recording
-from pipeline.diagnosis.simulation import Simulation
-from pipeline.errors import BadInput
-from pipeline.measurements.folder import read_logs
-from pipeline.physics.system.reader import read_system
 from pipeline.recordings.emps import FILES, EmpsRecording
 from pipeline.stages.acquire import acquire
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 Recordings = dict[str, dict[str, Array]]

@@ -115,6 +115,8 @@ def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") 
     }
     gap = {"known": 0.31, "reidentified": 0.18, "augmented": 0.012, "neural": 0.011, "floor": 6.27e-6}
     gap |= {"shrink": 0.98, "interval": [0.97, 0.99], "held_out": ["run2"]}
+    errors = {"known": 0.014, "augmented": 2e-4, "known_whole_run": 0.21, "augmented_whole_run": None}
+    gap |= {"horizon": 0.1, "units": {"q": {"unit": "m", **errors}}}
     runs = [{"id": f"run{k}", "known": 0.3 + k, "augmented": 0.02} for k in range(8)]
     tried = [{"family": LONG, "port": "rail", "gap": 0.05 * k, "evidence": -12.3 * k} for k in range(8)]
     content = {

@@ -15,8 +15,8 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from pipeline.report.diagnosis_page import write_page
 from tests.report import case
+from unmodelled.report.diagnosis_page import write_page
 
 CHECKS = (Path(__file__).parent / "checks.js").read_text()
 FLAGS = (
@@ -80,6 +80,7 @@ CLAIMS = [
     {"protocol": PROTOCOL, "ours": 3.0},
     {"verdict": "does not hold", "claim": f"{case.LONG} fails", "ours": 20.0},
     {"verdict": "holds in direction", "chapter": 3, **LISTED},
+    {"verdict": "too few repeats", "chapter": 3},
     {"verdict": "cannot be tested on these data", "chapter": 4, "ours": None, "interval": None},
     {"unit": "lower, share", "ours": 0.583, "interval": [0.568, 0.609], "dissertation": 0.42, "chapter": 5},
     {"unit": "higher, share (median over data sets)", "ours": 1e-4, "interval": [-0.2, 0.3]},

@@ -11,20 +11,20 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pipeline.diagnosis.figure_tables import write_tables
-from pipeline.diagnosis.summary import summary
-from pipeline.diagnosis.where import where
-from pipeline.errors import BadInput
-from pipeline.figures.diagnosis.files import write_figures
-from pipeline.files import write_json
-from pipeline.physics.effects.library import effects
-from pipeline.report.diagnosis_page import write_page
 from pipeline.report.equations import ELEMENTS
-from pipeline.report.formula import formula
-from pipeline.report.headline import headline
 from tests.diagnosis.found import BENCH, friction
 from tests.report.case import Page
 from tests.report.test_site import check_addresses
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import write_json
+from unmodelled.diagnosis.answer.figure_tables import write_tables
+from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.where.where import where
+from unmodelled.effects.library import effects
+from unmodelled.report.diagnosis_page import write_page
+from unmodelled.report.figures.files import write_figures
+from unmodelled.report.formula import formula
+from unmodelled.report.headline import headline
 
 COMMAND = "python -m pipeline diagnose system=<b>.yaml logs=logs out=out"
 EVIL = "<script>alert('x')</script>"
@@ -69,7 +69,8 @@ def test_the_page_needs_nothing_else(folder: Path, tmp_path: Path) -> None:
 
 def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     text = page_of(folder, tmp_path / "out")
-    assert re.search(r"<h1>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap\.</h1>", text)
+    assert re.search(r"<h1>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap \(", text)
+    assert re.search(r" of the gap \(confidence \d+\u202f%\)\.</h1>", text)
     assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
     for part in ("viscous friction at joint", "omega was estimated from theta", "system=&lt;b&gt;.yaml"):
         assert part in text
@@ -141,6 +142,26 @@ def test_laws_are_printed_in_order(text: str, expected: str) -> None:
     root = ElementTree.fromstring(formula(text))
     assert {element.tag for element in root.iter()} <= ELEMENTS
     assert " ".join(_read(root).split()) == expected
+
+
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [
+        ("u_f, T_u*d(u_f)/dt = u - u_f", ["F = u_f", "T_u · d u_f / d t = u − u_f"]),
+        ("F_b*sign(v - d(r)/dt), abs(r) <= delta", ["F = F_b · sign ( v − d r / d t )", "| r | ≤ δ"]),
+        ("F_h*clip(z, -1, 1)", ["F = F_h · clip ( z , − 1 , 1 )"]),
+    ],
+)
+def test_a_law_of_several_equations_has_a_line_for_each(law: str, expected: list[str]) -> None:
+    lines = ElementTree.fromstring(f"<div>{formula(law, 'F')}</div>")
+    assert [" ".join(_read(line).split()) for line in lines] == expected
+
+
+def test_a_law_that_is_too_long_for_a_formula_is_shown_as_it_is(folder: Path, tmp_path: Path) -> None:
+    content = json.loads((folder / "diagnosis.json").read_text())
+    law = " + ".join(["F_c*(omega < 1)"] * 1000)
+    text = page_of(folder, tmp_path / "out", effects=[content["effects"][0] | {"law": law}])
+    assert "<code>tau = F_c*(omega &lt; 1) + F_c*(omega &lt; 1)" in text
 
 
 def _read(element: ElementTree.Element) -> str:

@@ -1,13 +1,15 @@
 """The site opens from disk: its links resolve, it escapes what it shows, and damaged input is named."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from pipeline.errors import BadInput
+from pipeline.chapters import verdicts
+from pipeline.report.claims import VERDICTS
 from pipeline.report.pages import PAGES as DECLARED
 from tests.report.case import (
     Page,
@@ -20,6 +22,8 @@ from tests.report.case import (
     write_diagnosis,
     write_inputs,
 )
+from unmodelled.base.errors import BadInput
+from unmodelled.report.rendering import STATIC
 
 EVIL = "<script>alert('x')</script>"
 PAGES = {"index.html", *(f"site/{page.file}" for page in DECLARED[1:])}
@@ -129,7 +133,7 @@ def test_a_diagnosis_has_a_page_in_the_site(inputs: Path, tmp_path: Path) -> Non
     pages = make(inputs, out)
     assert set(pages) == PAGES | {"site/diagnoses/emps_coulomb_withheld/index.html"}
     check_addresses(out, pages)
-    verdict = "Coulomb friction at rail explains 98\u202f% of the gap."
+    verdict = "Coulomb friction at rail explains 98\u202f% of the gap (confidence 94\u202f%)."
     for name in ("index.html", "site/emps.html", "site/diagnoses/emps_coulomb_withheld/index.html"):
         assert verdict in pages[name]
     assert verdict not in pages["site/cam_drivetrain.html"]
@@ -176,6 +180,22 @@ def test_a_measured_machine_has_a_page(machine: str, inputs: Path, tmp_path: Pat
     assert set(pages) == PAGES
     page = pages[f"site/{machine}.html"]
     assert f"{machine} · nothing · verdict" in page and "q from 0 to 1" in page and "measured" in page
+
+
+@pytest.mark.parametrize(
+    "verdict", [verdicts.HOLDS, verdicts.DIRECTION, verdicts.FAILS, verdicts.TOO_FEW, verdicts.UNTESTED]
+)
+def test_every_verdict_has_a_tile_and_a_colour(verdict: str, inputs: Path, tmp_path: Path) -> None:
+    rows = [claim(id=f"other_{k}", verdict=verdict) for k in range(7)]
+    put(inputs / "bench" / "claims.json", rows)
+    page = make(inputs, tmp_path / "out")["index.html"]
+    kind = VERDICTS[verdict]
+    tile = rf'data-show="{kind}"><strong>(\d+)</strong><span>claims <span class="verdict {kind}">{verdict}<'
+    (found,) = re.findall(tile, page)
+    assert int(found) == 7
+    assert page.count(f'class="verdict {kind}"') == 1 + 7
+    style = (STATIC / "style.css").read_text()
+    assert f".{kind} {{ color:" in style and f".{kind}::before" in style
 
 
 @pytest.mark.parametrize(

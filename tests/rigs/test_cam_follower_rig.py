@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
 from pipeline.rigs.cam_follower import TURN, CamFollowerRig
 from pipeline.rigs.campaign import CHANNELS, factorial, write_campaign
+from unmodelled.base.errors import BadInput
 
 HEIGHTS, SKEWS = (0.01, 0.03, 0.05, 0.07), tuple(np.pi * np.array([0.5, 0.75, 1.0, 1.25, 1.5]))
 MASSES, VOLTAGES = (0.7325, 0.9379, 1.1238, 1.3067), tuple(np.linspace(3.6, 10.8, 20))

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 from scipy.integrate import cumulative_trapezoid, solve_ivp
 
-from pipeline.errors import BadInput
-from pipeline.physics.system.model import System
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.reader import read_system
 from pipeline.rigs.clutch import BOX, PERIOD, ClutchCampaign
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 CASES = [7, 40, 73, 102]  # rows with all levels of u1, and with other ones of everything else

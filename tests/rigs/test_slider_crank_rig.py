@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from pipeline.errors import BadInput
 from pipeline.rigs.slider_crank import STARTS, SliderCrankCampaign, SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
+from unmodelled.base.errors import BadInput
 
 COUNT = 2 * np.pi / 8192
 RIG = SliderCrankRig()

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.measurements.folder import read_logs
-from pipeline.models.efficiency import efficiency
-from pipeline.physics.system.reader import read_system
+from pipeline.cam_follower.efficiency import efficiency
 from pipeline.rigs.tutorial import MotorBench, TutorialCampaign
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 PLAIN = MotorBench(brushes=0.0, dry=0.0, warming=0.0, reaction=0.0, fan=0.0)

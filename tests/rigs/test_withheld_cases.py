@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import yaml
 
-from pipeline.errors import BadInput
 from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
@@ -22,6 +21,8 @@ from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
 from pipeline.rigs.withheld.writing import SYSTEMS, write
+from unmodelled.base.errors import BadInput
+from unmodelled.base.ownership import MARKER
 
 KINDS = ("single", "pair", "null", "outside", "local")
 
@@ -58,11 +59,14 @@ def test_the_truth_lies_beside_what_a_user_hands_over(system: str, command: str,
     effects = Planted("coulomb_friction", "rail"), Planted("actuator_offset", f"actuator:{command}")
     case = Case(system, effects, 2.0, 8)
     truth = write(case, tmp_path / "case", short(case, 0.3))
-    assert sorted(p.name for p in (tmp_path / "case").iterdir()) == ["logs", "system.yaml", "truth.json"]
+    names = sorted(p.name for p in (tmp_path / "case").iterdir())
+    assert names == [MARKER, "logs", "system.yaml", "truth.json"]
     assert json.loads((tmp_path / "case" / "truth.json").read_text()) == truth
     assert [effect["family"] for effect in truth["effects"]] == ["coulomb_friction", "actuator_offset"]
     assert truth["effects"][0]["parameters"]["force"] > 8.0
-    handed = [p for p in (tmp_path / "case").rglob("*") if p.is_file() and p.name != "truth.json"]
+    handed = [
+        p for p in (tmp_path / "case").rglob("*") if p.is_file() and p.name not in ("truth.json", MARKER)
+    ]
     assert all(
         re.fullmatch(r"run\d+\.(csv|parquet)|system.yaml|experiments.csv|provenance.json", p.name)
         for p in handed
@@ -148,7 +152,7 @@ def test_a_campaign_writes_its_cases(tmp_path: Path) -> None:
     provenance = campaign.write(tmp_path / "raw", 1)
     assert provenance["data"] == "virtual"
     assert provenance["experiments"] == 2
-    folders = sorted(p.name for p in (tmp_path / "raw").iterdir())
+    folders = sorted(p.name for p in (tmp_path / "raw").iterdir() if p.is_dir())
     assert folders == ["null_001", "null_002"]
     truth = json.loads((tmp_path / "raw" / "null_002" / "truth.json").read_text())
     assert truth["system"] == cases("null", 4)[1].system

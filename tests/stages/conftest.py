@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.trajectory import Campaign
 from tests.stages.jump_stages import CELLS, attribute, evaluate, tabulate, train
+from unmodelled.logs.trajectory import Campaign
 
 
 @pytest.fixture(scope="session")

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from html import unescape
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.files import read_json
 from pipeline.stages import diagnose as stage
 from pipeline.stages.diagnose import diagnose
 from pipeline.stages.simulate import simulate
-from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis
+from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+from unmodelled.report.figures import files as figures
 
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 
@@ -26,6 +30,19 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def call(case: Path, out: str = "out") -> None:
     diagnose(case / "system.yaml", case / "logs", case / out, HORIZON, 3)
+
+
+def test_a_law_that_runs_away_over_a_whole_experiment_is_noted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A negative stiffness that lifts the pendulum: fine for a window, lost in a run."""
+    found = diagnosis(tmp_path / "case", Said("linear_spring", JOINT, {"k": -60.0}))
+    monkeypatch.setattr(stage, "diagnosed", lambda *_, **__: found)
+    call(tmp_path / "case")
+    (note,) = (n for n in read_json(tmp_path / "case/out/diagnosis.json")["notes"] if "diverges" in n)
+    for words in ("augmented_system.yaml diverges", "in 4 of 4 experiments", "run1 (held out) after 0."):
+        assert words in note
+    assert note in capsys.readouterr().out and note in (tmp_path / "case/out/index.html").read_text()
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -71,6 +88,38 @@ def test_names_of_files_may_be_texts_as_in_a_notebook(case: Path, monkeypatch: p
     assert (case / "out" / "diagnosis.json").exists()
 
 
+def test_logs_in_degrees_are_the_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    known(tmp_path)
+    for log in (tmp_path / "logs").glob("run*.csv"):
+        table = pd.read_csv(log)
+        table.assign(theta=np.degrees(table["theta"])).to_csv(log, index=False)
+    call(tmp_path)
+    content = read_json(tmp_path / "out" / "diagnosis.json")
+    assert (content["verdict"], content["effects"], content["candidates"]) == ("check_logs", [], [])
+    (row,) = content["logs"]
+    assert (row["channel"], row["problem"], row["experiments"]) == ("theta", "degrees", [])
+    assert content["confidence"] == pytest.approx(min(row["explains"], 0.99))
+    first, second, *_ = capsys.readouterr().out.splitlines()
+    assert first.startswith("verdict: check the logs first") and second == row["sentence"]
+    page = unescape((tmp_path / "out" / "index.html").read_text())
+    assert page.index("<h1>Check the logs first.</h1>") < page.index(row["sentence"])
+    assert {each.name for each in (tmp_path / "out" / "figures").glob("*.svg")} == {
+        "experiments.svg",
+        "before_and_after.svg",
+    }
+    assert not [note for note in content["notes"] if "could not be made" in note]
+
+
+def test_logs_in_milliseconds_are_the_answer(tmp_path: Path) -> None:
+    known(tmp_path)
+    for log in (tmp_path / "logs").glob("run*.csv"):
+        table = pd.read_csv(log)
+        table.assign(t=1e3 * table["t"]).to_csv(log, index=False)
+    call(tmp_path)
+    (row,) = read_json(tmp_path / "out" / "diagnosis.json")["logs"]
+    assert (row["channel"], row["problem"]) == ("t", "milliseconds")
+
+
 def test_what_goes_wrong_keeps_the_old_result(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call(case)
     before = files(case)
@@ -82,3 +131,68 @@ def test_what_goes_wrong_keeps_the_old_result(case: Path, monkeypatch: pytest.Mo
     with pytest.raises(BadInput, match="the disk is full"):
         call(case)
     assert files(case) == before
+
+
+def test_what_cannot_be_drawn_is_a_note_and_the_rest_is_there(
+    case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: Path) -> None:
+        raise KeyError("no such\nlabel")
+
+    monkeypatch.setattr(figures, "FIGURES", {**figures.FIGURES, "lacking": fail})
+    call(case)
+    (note,) = (n for n in read_json(case / "out" / "diagnosis.json")["notes"] if "could not" in n)
+    assert note.startswith("figures/lacking.svg could not be made (KeyError: 'no such")
+    assert f"note: {note}" in capsys.readouterr().out
+    drawn = {path.stem for path in (case / "out" / "figures").glob("*.svg")}
+    assert drawn == {*figures.FIGURES} - {"lacking"}
+    page = (case / "out" / "index.html").read_text()
+    assert "figures/lacking.svg could not be made" in page and page.count("data:image/svg+xml") == len(drawn)
+
+
+@pytest.mark.parametrize("part", ["write_tables", "write_figures", "write_page"])
+def test_no_fault_after_the_answer_costs_it(
+    case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], part: str
+) -> None:
+    call(case, "whole")
+
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("of a picture")
+
+    monkeypatch.setattr(stage, part, fail)
+    call(case)
+    content, whole = (read_json(case / out / "diagnosis.json") for out in ("out", "whole"))
+    assert content.pop("notes")[:-1] == whole.pop("notes") and content == whole
+    augmented = [(case / out / "augmented_system.yaml").read_bytes() for out in ("out", "whole")]
+    assert augmented[0] == augmented[1]
+    assert "could not be made (ZeroDivisionError: of a picture)" in capsys.readouterr().out
+    assert not (case / "out" / "index.html").exists()
+
+
+def test_a_disk_that_is_full_after_the_answer_does_not_cost_it(
+    case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object) -> None:
+        monkeypatch.setattr(stage, "write_json", fail)
+        fail()
+
+    def fail(*_: object) -> None:
+        raise BadInput("out: cannot be written: No space left on device")
+
+    monkeypatch.setattr(stage, "write_tables", full)
+    call(case)
+    assert read_json(case / "out" / "diagnosis.json")["verdict"] == "effect"
+    assert "tables could not be made (out: cannot be written: No space left" in capsys.readouterr().out
+
+
+def test_an_interruption_ends_the_verb_and_leaves_the_answer(
+    case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(stage, "write_figures", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        call(case)
+    assert read_json(case / "out" / "diagnosis.json")["verdict"] == "effect"
+    assert (case / "out" / "augmented_system.yaml").exists()

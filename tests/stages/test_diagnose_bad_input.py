@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pipeline.__main__ import main
-from pipeline.errors import BadInput
 from pipeline.stages import diagnose as stage
 from tests.stages.diagnose_case import (
     SYSTEM,
@@ -24,6 +23,8 @@ from tests.stages.diagnose_case import (
     without,
     write_case,
 )
+from unmodelled.base.errors import BadInput
+from unmodelled.base.ownership import MARKER
 
 
 def nothing(folder: Path) -> None:
@@ -61,16 +62,16 @@ ARGUMENTS: list[tuple[list[str], str]] = [
     (["system=logs"], r"logs: no such file"),
     (["system=logs/a.csv"], r"logs/a\.csv: line 1: .*mapping"),
     (["logs=nowhere"], r"nowhere: no such folder"),
-    (["logs=system.yaml"], r"system\.yaml: no such folder"),
+    (["logs=system.yaml"], r"system\.yaml: is a file, not a folder with experiments"),
     (["logs=empty"], r"empty/experiments\.csv: no such file"),
     (["logs=" + "x" * 300], r"logs: File name too long"),
-    (["out=logs"], r"logs: is replaced as a whole, but holds 'a\.csv'"),
+    (["out=logs"], "logs: is the input logs=logs"),
     (["out=system.yaml"], r"system\.yaml: is a file"),
     (["out=system.yaml/out"], r"system\.yaml: is a file, so that the folder .*out cannot be written"),
-    (["out=."], r"\.: is replaced as a whole"),
-    (["out=.."], r"\.\.: is replaced as a whole"),
-    (["out=link"], r"link: is replaced as a whole"),
-    (["out=notes"], r"notes: is replaced as a whole, but holds 'todo\.txt'"),
+    (["out=."], r"'\.': is no name for a file or a folder"),
+    (["out=.."], r"'\.\.': is no name for a file or a folder"),
+    (["out=link"], "link: cannot be replaced: is not a folder but a link"),
+    (["out=notes"], r"notes: holds 'todo\.txt' and has no file \.made_by, so that no verb made it"),
     (["out=" + "x" * 300], r"out: File name too long"),
 ]
 
@@ -155,11 +156,15 @@ LOGS: list[tuple[Change, str]] = [
     ),
     (experiments(HEAD + "a,a.csv,1\n,b.csv,1\n"), r"experiments\.csv: row 3: column id: is empty"),
     (experiments(HEAD + "a,a.csv,1\nb,,1\n"), r"experiments\.csv: row 3: column file: is empty"),
+    (experiments(HEAD + "a,a.csv,1\nb\x1b[1m,b.csv,1\n"), r"row 3: column id: .* has a control character"),
+    (experiments(HEAD + "a,a.csv,1\nb\0,b.csv,1\n"), r"experiments\.csv: (row 3: column id|not a table)"),
+    (experiments("id,file,m,r\x07\na,a.csv,1,2\nb,b.csv,1,2\n"), r"row 1: column .* has a control charac"),
+    (experiments("id,file,m,group\na,a.csv,1,x\nb,b.csv,1,\x9by\n"), r"row 3: column group: .* control"),
     (experiments(HEAD + "a,a.csv,1\nb,d.csv,1\n"), r"row 3: column file: 'd\.csv': no such file"),
     (experiments(HEAD + "a,a.csv,1\nb,../b.csv,1\n"), r"row 3: column file: '\.\./b\.csv' must lie in the f"),
     (experiments(HEAD + "a,a.csv,1\nb,b.csv,heavy\n"), r"row 3: column m: 'heavy' is not a finite number"),
     (experiments(HEAD + "a,a.csv,1\nb,b.csv,\n"), r"row 3: column m: '' is not a finite number"),
-    (experiments("id;file;m\na;a.csv;1\n"), r"experiments\.csv: row 1: column id is missing"),
+    (experiments("id;file;m\na;a.csv;1\n"), r"experiments\.csv: row 1: the columns are separated by ';'"),
     (text("logs/b.csv", ""), r"logs/b\.csv: row 1: must name the columns"),
     (text("logs/b.csv", "t,position,volts\n"), r"logs/b\.csv: row 1: column t: no rows below it"),
     (text("logs/b.csv", b"\x89PNG\r\n\x1a\n\xff\xfe"), r"logs/b\.csv: not a table"),
@@ -177,6 +182,7 @@ LOGS: list[tuple[Change, str]] = [
     (cell(9, 3, "1e300"), r"logs/b\.csv: row 9: column volts: '1e300' is not a finite number below"),
     (columns(position=0.25), r"logs/b\.csv: row 2: column position: dead output, 0\.25 in every row"),
     (all_columns(position=4095.0), r"logs/a\.csv: row 2: column position: dead output, 4095 in every row"),
+    (columns(position=1e-200 * T), r"logs/b\.csv: row 2: column position: its values differ by no more than"),
     (columns(t=0.0), r"logs/b\.csv: row 3: column t: time must increase, 0 s follows 0 s"),
     (columns(t=T[::-1]), r"logs/b\.csv: row 3: column t: time must increase"),
     (columns(t=log()["position"], position=T), r"logs/b\.csv: row \d+: column t: time must increase"),
@@ -212,7 +218,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """The line that is printed."""
+    """The line that is printed, before one for every further fault."""
     given = {a.split("=")[0] for a in arguments}
     plain = [f"{key}={value}" for key, value in DEFAULTS.items() if key not in given]
     try:
@@ -221,8 +227,11 @@ def refusal(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
         code = left.code
     said = capsys.readouterr()
     assert (code, said.out) == (2, ""), said.err
-    assert said.err.startswith("error: ") and said.err.count("\n") == 1 and said.err.endswith("\n")
-    return said.err
+    line, *others = said.err.splitlines()
+    assert line.startswith("error: ") and said.err.endswith("\n")
+    assert all(other.startswith("also: ") for other in others)
+    assert not others or re.search(rf"\({len(others)} more faults? below\)$", line)
+    return line
 
 
 DEFAULTS = {"system": "system.yaml", "logs": "logs", "out": "out"}
@@ -259,7 +268,7 @@ FINE: dict[str, tuple[Change, list[str]]] = {
         system("(kf*u - b*v - F)", "(kf*u - b*v - F + where(u > 2.9, 1e300*exp(700*abs(v)), 0))"),
         [],
     ),
-    "a result of before": (text("result/diagnosis.json", "{}"), ["out=result"]),
+    "a result of before": (text(f"result/{MARKER}", '{"made_by": "diagnose"}'), ["out=result"]),
 }
 
 
@@ -268,4 +277,4 @@ def test_what_can_be_diagnosed(case: Path, capsys: pytest.CaptureFixture[str], n
     change, arguments = FINE[name]
     (case / "result").mkdir()
     change(case)
-    assert refusal(arguments, capsys) == "error: the diagnosis has begun\n"
+    assert refusal(arguments, capsys) == "error: the diagnosis has begun"

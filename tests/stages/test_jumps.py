@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.learning.sequence import recipe as recipes
-from pipeline.trajectory import Campaign
+from pipeline.cam_follower.sequence import recipe as recipes
 from tests.stages.jump_stages import evaluate, train
+from unmodelled.logs.trajectory import Campaign
 
 
 def test_tables_hold_what_was_not_trained_on(root: Path, jump_campaign: Campaign) -> None:

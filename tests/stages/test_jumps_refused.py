@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.trajectory import Campaign
 from tests.stages.jump_stages import BOTH, attribute, evaluate, tabulate, train
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.trajectory import Campaign
 
 
 def copied(root: Path, name: str, to: Path) -> Path:

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 import yaml
 
-from pipeline.errors import BadInput
 from pipeline.stages.tabulate_real import tabulate_real
 from tests.conftest import stages
+from unmodelled.base.errors import BadInput
 
 ROOT = Path(__file__).parents[2]
 FRICTION = {

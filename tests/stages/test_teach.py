@@ -11,12 +11,12 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.learning.windows import Windows
-from pipeline.models.structures import black_box, physics_only
 from pipeline.rigs.tutorial import TutorialCampaign
 from pipeline.stages.acquire import acquire
 from pipeline.stages.teach import teach
+from unmodelled.base.errors import BadInput
+from unmodelled.learning.windows import Windows
+from unmodelled.models.structures import black_box, physics_only
 
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 

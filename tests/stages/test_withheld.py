@@ -9,14 +9,14 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.files import read_json, write_json
 from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.stages import diagnose_withheld as diagnosing
 from pipeline.stages.acquire import acquire
 from pipeline.stages.refit_withheld import refit_withheld
 from pipeline.stages.tabulate_withheld import tabulate_withheld
 from tests.evaluation.withheld_cases import diagnosis, effect
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, write_json
 
 KINDS = ("single", "null")
 #: Of cases that begin with a hoist, once with Stribeck friction and once without any fault.
@@ -108,6 +108,7 @@ def test_from_cases_to_numbers(cases: Path, tmp_path: Path) -> None:
 
 def test_a_case_without_diagnosis_is_refused(cases: Path, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"null_001\.json: no such file"):
-        refit_withheld(cases, tmp_path, 0.1, 1, tmp_path / "refits")
+        refit_withheld(cases, tmp_path / "diagnoses", 0.1, 1, tmp_path / "refits")
     with pytest.raises(BadInput, match="holds no withheld case"):
-        diagnosing.diagnose_withheld(tmp_path, 0.1, 0, 1, tmp_path / "out")
+        (tmp_path / "empty").mkdir()
+        diagnosing.diagnose_withheld(tmp_path / "empty", 0.1, 0, 1, tmp_path / "out")

@@ -2,8 +2,9 @@
 
     python -m tests.survival [--kills 30] [--seed 0] [--longest 40] [--target <stage>] [--folder <keep here>]
 
-After the kills: a full disk, a folder that is read-only, two runs at once, damaged files in the cache. Exit
-code 0: after each of them all results were whole, no rerun needed help, and the metrics are the same.
+After the kills: a full disk, a folder that is read-only, Ctrl-C, two runs at once, a user's folder named as
+`out`, damaged files in the cache. Exit code 0: after each of them all results were whole, no rerun needed
+help, and the metrics are the same.
 """
 
 from __future__ import annotations
@@ -20,7 +21,14 @@ import time
 from pathlib import Path
 
 from tests.graph.tiny import write_project
-from tests.survival.disturbances import damage_cache, full_disk, read_only, two_at_once
+from tests.survival.disturbances import (
+    damage_cache,
+    full_disk,
+    interrupted,
+    read_only,
+    two_at_once,
+    users_folder,
+)
 from tests.survival.inspection import differences, half_written, metrics, results
 
 #: Shortest time until a kill, s.
@@ -117,7 +125,7 @@ def killed_again_and_again(project: Project, kills: int, longest: float, seed: i
 def disturbed(project: Project, seed: int) -> list[str]:
     """Everything else that can happen, on what the last kill left; what went wrong, a line each."""
     found = []
-    for disturb in (full_disk, read_only, two_at_once):
+    for disturb in (full_disk, read_only, interrupted, two_at_once, users_folder):
         name = disturb.__name__.replace("_", " ")
         flaw = disturb(project.command, project.folder, project.environment)
         flaws = [*([f"{name}: {flaw}"] if flaw else []), *half_written(project.folder)]

@@ -5,11 +5,15 @@ from __future__ import annotations
 import os
 import random
 import resource
+import signal
 import subprocess
+import sys
 from pathlib import Path
 
 #: Of a file, bytes: less than most results and DVC's own notes need.
 LIMIT = 20_000
+#: Until Ctrl-C.
+SECONDS = 15.0
 #: Who may read a checkout of another user, and not write to it.
 NOBODY = 65534
 
@@ -48,6 +52,57 @@ def _refused(done: subprocess.CompletedProcess[bytes]) -> str:
     if "Traceback" in said:
         return f"ended in a traceback:\n{said[-3000:]}"
     return ""
+
+
+def users_folder(command: list[str], folder: Path, environment: dict[str, str]) -> str:
+    """Name a user's folder, and an input, as `out` of verbs that replace theirs: all files stay as they were.
+
+    The graph (`command`) is not run: before it runs a stage, DVC itself removes what lies in its places.
+    """
+    mine, verb = folder / "mine", [sys.executable, "-m", "pipeline"]
+    (mine / "deep").mkdir(parents=True, exist_ok=True)
+    (mine / "deep" / "thesis.txt").write_text("years of work")
+    acquired = [*verb, "acquire", "source=pendulum", "out=pendulum_logs"]
+    subprocess.run(acquired, cwd=folder, env=environment, capture_output=True, check=True)
+    before = _contents(mine, folder / "pendulum_logs")
+    system = "system=systems/pendulum.yaml"
+    for arguments in (
+        ["acquire", "source=pendulum", "out=mine"],
+        ["ingest", system, "raw=pendulum_logs", "out=pendulum_logs"],
+        ["simulate", system, "logs=pendulum_logs", "out=mine/../pendulum_logs"],
+        ["diagnose", system, "logs=pendulum_logs", "out=pendulum_logs/answer"],
+    ):
+        done = subprocess.run([*verb, *arguments], cwd=folder, env=environment, capture_output=True)
+        if flaw := _refused(done):
+            return f"{' '.join(arguments)}: {flaw}"
+        if _contents(mine, folder / "pendulum_logs") != before:
+            return f"{' '.join(arguments)}: files were lost or added"
+    return ""
+
+
+def _contents(*folders: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for f in folders for path in sorted(f.rglob("*")) if path.is_file()}
+
+
+def interrupted(command: list[str], folder: Path, environment: dict[str, str]) -> str:
+    """Press Ctrl-C after a while; no verb says more than a line."""
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+    try:
+        said, _ = process.communicate(timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGINT)
+        said, _ = process.communicate()
+    text = said.decode(errors="replace")
+    # DVC, which ends by it as well, is not ours
+    ours = 'File "' in text and ("/pipeline/" in text or "/unmodelled/" in text)
+    return f"ended in a traceback:\n{text[-3000:]}" if ours else ""
 
 
 def two_at_once(command: list[str], folder: Path, environment: dict[str, str]) -> str:

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import pandas as pd
 import pyarrow.parquet as pq
 
-from pipeline.learning.recipe import read_checkpoint
+from unmodelled.learning.checkpoint import read_checkpoint
 
 #: Folders of results.
 RESULTS = ("data", "reports")

@@ -10,18 +10,10 @@ import pandas as pd
 import pytest
 import yaml
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder, write_json
 from pipeline.sweep.metrics import metrics_of
-from pipeline.sweep.runs import (
-    FAILURE,
-    OVERRIDES,
-    metric_names,
-    read_run,
-    run_folders,
-    swept_keys,
-    table_of,
-)
+from pipeline.sweep.runs import FAILURE, OVERRIDES, metric_names, read_run, run_folders, swept_keys, table_of
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
 
 
 def make_run(folder: Path, *overrides: str, loss: float | None = None) -> Path:
@@ -176,7 +168,9 @@ def test_unreadable_results_are_named(write: Callable[[Path], None], words: str,
 
 
 def test_what_hydra_wrote_about_a_run_outlives_the_replacement_of_its_folder(tmp_path: Path) -> None:
-    run = make_run(tmp_path / "0", "seed=1", loss=1.0)
+    run = make_run(tmp_path / "0", "seed=1")
+    with replacing_folder(run) as folder:
+        write_json(folder / "fit.json", {"loss": 1.0})
     with replacing_folder(run) as folder:
         write_json(folder / "simulation.json", {"gap": {"known": 2.0}})
     found = read_run(run, tmp_path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.uncertainty.ascent import Objective
+from unmodelled.uncertainty.ascent import Objective
 
 Array = NDArray[np.float64]
 COUNT = 60

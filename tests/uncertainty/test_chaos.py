@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.chaos import Chaos, Expansion, multi_indices
-from pipeline.uncertainty.families import (
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.chaos import Chaos, Expansion, multi_indices
+from unmodelled.uncertainty.families import (
     Beta,
     ClippedNormal,
     Family,

@@ -9,11 +9,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.uncertainty.advice import advice
-from pipeline.uncertainty.ascent import Objective
-from pipeline.uncertainty.curvature import curvature
-from pipeline.uncertainty.identify import identify
-from pipeline.uncertainty.profile import profile
 from tests.uncertainty.log_likelihoods import (
     BOX,
     CENTRE,
@@ -28,6 +23,11 @@ from tests.uncertainty.log_likelihoods import (
     rough,
     two_hills,
 )
+from unmodelled.uncertainty.advice import advice
+from unmodelled.uncertainty.ascent import Objective
+from unmodelled.uncertainty.curvature import curvature
+from unmodelled.uncertainty.identify import identify
+from unmodelled.uncertainty.profile import profile
 
 Array = NDArray[np.float64]
 

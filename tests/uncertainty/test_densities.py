@@ -10,13 +10,13 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from scipy import stats
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.density import Density
-from pipeline.uncertainty.earth_mover import earth_mover
-from pipeline.uncertainty.empirical import Empirical
-from pipeline.uncertainty.gaussian import Gaussian
-from pipeline.uncertainty.histogram import BINS, Histogram
-from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.density import Density
+from unmodelled.uncertainty.earth_mover import earth_mover
+from unmodelled.uncertainty.empirical import Empirical
+from unmodelled.uncertainty.gaussian import Gaussian
+from unmodelled.uncertainty.histogram import BINS, Histogram
+from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
 

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.special import roots_genlaguerre, roots_hermitenorm, roots_jacobi, roots_legendre
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty import families
-from pipeline.uncertainty.chaos import Chaos
-from pipeline.uncertainty.families import (
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty import families
+from unmodelled.uncertainty.chaos import Chaos
+from unmodelled.uncertainty.families import (
     Beta,
     ClippedNormal,
     Family,
@@ -29,7 +29,7 @@ from pipeline.uncertainty.families import (
     TruncatedNormal,
     Uniform,
 )
-from pipeline.uncertainty.orthogonal import Germ, Hermite, Jacobi, Laguerre
+from unmodelled.uncertainty.orthogonal import Germ, Hermite, Jacobi, Laguerre
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.ascent import Objective, climb
-from pipeline.uncertainty.box import Box
-from pipeline.uncertainty.identify import Settings, identify
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.ascent import Objective, climb
+from unmodelled.uncertainty.box import Box
+from unmodelled.uncertainty.identify import Settings, identify
 
 Array = NDArray[np.float64]
 SAMPLE = np.random.default_rng(4).normal(0.9, 0.05, 60)
@@ -133,7 +133,7 @@ def test_progress_is_shown_where_the_work_has_a_name(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("EXP_PROGRESS", "verbose")
-    monkeypatch.setattr("pipeline.progress.OFTEN", 0.0)
+    monkeypatch.setattr("unmodelled.base.progress.OFTEN", 0.0)
     identify(gaussian, GAUSSIAN_BOX)
     assert capsys.readouterr().err == ""
     identify(gaussian, GAUSSIAN_BOX, description="identifying")

@@ -14,10 +14,10 @@ from scipy import stats
 from scipy.integrate import quad
 from scipy.special import roots_legendre
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.density import REACH
-from pipeline.uncertainty.gaussian import Gaussian
-from pipeline.uncertainty.maximum_entropy import MaximumEntropy
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.density import REACH
+from unmodelled.uncertainty.gaussian import Gaussian
+from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
 Pdf = Callable[[Array], Array]

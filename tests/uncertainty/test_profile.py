@@ -7,10 +7,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.identify import identify
-from pipeline.uncertainty.pair_profile import profile_pair
-from pipeline.uncertainty.profile import THRESHOLD, TOP, profile
 from tests.uncertainty.log_likelihoods import (
     BOX,
     CENTRE,
@@ -25,6 +21,10 @@ from tests.uncertainty.log_likelihoods import (
     rough,
     two_hills,
 )
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.identify import identify
+from unmodelled.uncertainty.pair_profile import profile_pair
+from unmodelled.uncertainty.profile import THRESHOLD, TOP, profile
 
 Array = NDArray[np.float64]
 
@@ -119,7 +119,7 @@ def test_progress_is_shown_where_the_work_has_a_name(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("EXP_PROGRESS", "verbose")
-    monkeypatch.setattr("pipeline.progress.OFTEN", 0.0)
+    monkeypatch.setattr("unmodelled.base.progress.OFTEN", 0.0)
     profile(parabola, UNIT_CUBE, CENTRE, "profiling")
     assert "profiling: 3/3" in capsys.readouterr().err
     profile_pair(parabola, UNIT_CUBE, CENTRE, (0, 1), CENTRE[:1], CENTRE[1:], "drawing contours")

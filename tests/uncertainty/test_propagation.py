@@ -7,13 +7,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import kurtosis, norm, skew
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.chaos import Chaos
-from pipeline.uncertainty.families import ClippedNormal, Family, Gaussian, TruncatedNormal
-from pipeline.uncertainty.gaussian import Gaussian as GaussianDensity
-from pipeline.uncertainty.likelihood import at_data, floored, log_likelihoods, objective, tail_floor
-from pipeline.uncertainty.maximum_entropy import MaximumEntropy
-from pipeline.uncertainty.propagation import (
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.chaos import Chaos
+from unmodelled.uncertainty.families import ClippedNormal, Family, Gaussian, TruncatedNormal
+from unmodelled.uncertainty.gaussian import Gaussian as GaussianDensity
+from unmodelled.uncertainty.likelihood import at_data, floored, log_likelihoods, objective, tail_floor
+from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
+from unmodelled.uncertainty.propagation import (
     ChaosGaussian,
     ChaosMaximumEntropy,
     ExactPushForward,
@@ -23,9 +23,9 @@ from pipeline.uncertainty.propagation import (
     of_moments,
     sample_moments,
 )
-from pipeline.uncertainty.response import Formula, checked
-from pipeline.uncertainty.sampling import data_sets, draw, even_grid
-from pipeline.uncertainty.surface import ResponseSurface
+from unmodelled.uncertainty.response import Formula, checked
+from unmodelled.uncertainty.sampling import data_sets, draw, even_grid
+from unmodelled.uncertainty.surface import ResponseSurface
 
 Array = NDArray[np.float64]
 NAMES = ("theta_1", "theta_2")

@@ -7,13 +7,13 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import lognorm
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.families import ClippedNormal, Gaussian, Uniform
-from pipeline.uncertainty.propagation import MonteCarlo
-from pipeline.uncertainty.push_forward import PushForward, monotone_density
-from pipeline.uncertainty.response import Formula
-from pipeline.uncertainty.sampling import draw
-from pipeline.uncertainty.surface import ResponseSurface
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.families import ClippedNormal, Gaussian, Uniform
+from unmodelled.uncertainty.propagation import MonteCarlo
+from unmodelled.uncertainty.push_forward import PushForward, monotone_density
+from unmodelled.uncertainty.response import Formula
+from unmodelled.uncertainty.sampling import draw
+from unmodelled.uncertainty.surface import ResponseSurface
 
 Array = NDArray[np.float64]
 NAMES = ("theta_1", "theta_2")

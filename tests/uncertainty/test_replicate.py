@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.uncertainty.identify import Identification, Settings, identify
-from pipeline.uncertainty.profile import profile
-from pipeline.uncertainty.replicate import coverage, replicate, scatter
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.identify import Identification, Settings, identify
+from unmodelled.uncertainty.profile import profile
+from unmodelled.uncertainty.replicate import coverage, replicate, scatter
 
 Array = NDArray[np.float64]
 TRUTH = np.array([0.9, 0.05])

@@ -26,7 +26,7 @@ from pipeline.figures.clutch.tables import (
     table,
 )
 from pipeline.figures.palette import plain_log
-from pipeline.figures.style import BLACK, GREY, absent, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled
 
 #: Points whose names are shown.
 NAMED = 3

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from pipeline.figures.clutch.points import PANEL, measured, measured_handles, places
 from pipeline.figures.clutch.tables import INDIGO, MS, WINE, table
-from pipeline.figures.style import BLACK, new_figure, shades, styled
+from unmodelled.report.figures.style import BLACK, new_figure, shades, styled
 
 ARROW = {"arrowstyle": "<->", "color": BLACK, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.2}
 #: The annotated signal is shown until this many widths of its pulse.

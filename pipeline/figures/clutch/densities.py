@@ -27,7 +27,7 @@ from pipeline.figures.clutch.tables import (
     optima,
     table,
 )
-from pipeline.figures.style import absent, new_figure, styled
+from unmodelled.report.figures.style import absent, new_figure, styled
 
 Array = NDArray[np.float64]
 

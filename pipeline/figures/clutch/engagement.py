@@ -12,7 +12,18 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pipeline.figures.clutch.tables import INDIGO, WINE, about, table
-from pipeline.figures.style import BLACK, GREEN, GREY, MM, ORANGE, PURPLE, absent, new_figure, styled, thin
+from unmodelled.report.figures.style import (
+    BLACK,
+    GREEN,
+    GREY,
+    MM,
+    ORANGE,
+    PURPLE,
+    absent,
+    new_figure,
+    styled,
+    thin,
+)
 
 BAR = 1e-5  # bar per Pa
 #: Measured signals: broad and light, under the thin lines of the simulation.

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pipeline.figures.clutch.tables import CHAOS, INDIGO, LOOKS, area_of, line_of, listed_x, table
-from pipeline.figures.style import BLACK, GREEN, GREY, NEUTRAL, absent, new_figure, shades, styled
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, NEUTRAL, absent, new_figure, shades, styled
 
 BINS = 10
 MARKERS = "osD^vP"

@@ -30,7 +30,7 @@ from pipeline.figures.clutch.tables import (
     symbol,
     table,
 )
-from pipeline.figures.style import BLACK, GREEN, ORANGE, absent, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, new_figure, styled
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from pipeline.figures.clutch.tables import (
     methods,
     table,
 )
-from pipeline.figures.style import GREY, absent, new_figure, styled
+from unmodelled.report.figures.style import GREY, absent, new_figure, styled
 
 
 @styled

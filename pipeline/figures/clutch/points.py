@@ -14,7 +14,7 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from pipeline.figures.clutch.tables import dot
-from pipeline.figures.style import BLACK
+from unmodelled.report.figures.style import BLACK
 
 Array = NDArray[np.float64]
 

@@ -13,10 +13,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
 from numpy.typing import NDArray
 
-from pipeline.figures.palette import Look
-from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE
-from pipeline.files import read_json
-from pipeline.parquet import read_parquet
+from unmodelled.base.files import read_json
+from unmodelled.base.parquet import read_parquet
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, Look
 
 Array = NDArray[np.float64]
 

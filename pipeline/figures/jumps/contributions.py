@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, nothing, table
-from pipeline.figures.style import BLACK, GREY, halo, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, halo, new_figure, styled
 
 #: Methods on the same few runs.
 METHODS: dict[str, dict[str, Any]] = {

@@ -10,18 +10,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from pipeline.evaluation.summary import leaf, share
+from pipeline.chapters.summary import leaf, share
 from pipeline.figures.jumps.folds import Score, draw_scores, sides
-from pipeline.figures.jumps.tables import (
-    LOOKS,
-    experiments,
-    handle,
-    models,
-    nothing,
-    table,
-)
-from pipeline.figures.palette import Look, plain_log
-from pipeline.figures.style import new_figure, styled
+from pipeline.figures.jumps.tables import LOOKS, experiments, handle, models, nothing, table
+from pipeline.figures.palette import plain_log
+from unmodelled.report.figures.style import Look, new_figure, styled
 
 #: A negative F-dagger of the measured run says jump; it stands beside the models.
 FORCE = "f_dagger"

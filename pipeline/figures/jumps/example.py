@@ -29,8 +29,8 @@ from pipeline.figures.jumps.tables import (
     with_angle,
 )
 from pipeline.figures.jumps.trajectories import draw_predictions
-from pipeline.figures.style import BLACK, GREY, MM, new_figure, styled
-from pipeline.trajectory import Campaign
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import BLACK, GREY, MM, new_figure, styled
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 
 from pipeline.figures.jumps.tables import FACTORS, UNIFORM
-from pipeline.figures.palette import Look
+from unmodelled.report.figures.style import Look
 
 FACTOR_NAMES = {"H": "stroke H", "beta": "rise β", "m": "mass m"}
 #: Of markers that look small, pt.

@@ -13,8 +13,7 @@ from matplotlib.ticker import FormatStrFormatter, LogLocator, NullLocator
 
 from pipeline.figures.jumps.folds import FACTOR_NAMES
 from pipeline.figures.jumps.tables import FACTORS, LOOKS, SHORT, models, nothing, of_fold, table
-from pipeline.figures.palette import Look
-from pipeline.figures.style import BLACK, GREY, LABELS, MM, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREY, LABELS, MM, Look, new_figure, styled
 
 #: Lowest detachment shown, mm; smaller ones are drawn here, as a logarithmic axis has no zero.
 LOWEST = 0.01

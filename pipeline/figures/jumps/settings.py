@@ -21,8 +21,7 @@ from pipeline.figures.jumps.tables import (
     of_fold,
     table,
 )
-from pipeline.figures.palette import Look
-from pipeline.figures.style import BLACK, new_figure, styled
+from unmodelled.report.figures.style import BLACK, Look, new_figure, styled
 
 Array = NDArray[np.float64]
 

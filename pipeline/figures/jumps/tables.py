@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.figures.palette import Look
-from pipeline.figures.style import BLACK, GREEN, ORANGE, SKY, absent, new_figure, setting
-from pipeline.parquet import read_parquet
-from pipeline.trajectory import Campaign
+from unmodelled.base.parquet import read_parquet
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, absent, new_figure, setting
 
 INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 #: Splits, the fold of Fig. 5.15 and 5.18, and that of the models that are explained.

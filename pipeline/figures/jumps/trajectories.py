@@ -23,7 +23,7 @@ from pipeline.figures.jumps.tables import (
     run_title,
     table,
 )
-from pipeline.figures.style import BLACK, MM, new_figure, styled
+from unmodelled.report.figures.style import BLACK, MM, new_figure, styled
 
 #: Title of a column -> its models.
 COLUMNS = {"networks": FEATURE_SETS, "with a simulation of impacts": SIMULATED}

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pipeline.figures.slider_crank.tables import INDIGO, number, table
-from pipeline.figures.style import BLACK, MM, ORANGE, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, MM, ORANGE, new_figure, styled, thin
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, INDIGO, natural, table
-from pipeline.figures.style import GREY, MM, new_figure, styled, thin
+from unmodelled.report.figures.style import GREY, MM, new_figure, styled, thin
 
 TURN = 2.0 * np.pi
 #: Viridis without its lightest end, which is lost on white.

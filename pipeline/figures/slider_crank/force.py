@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from pipeline.figures.slider_crank.tables import CAMPAIGNS, DIRECTIONS, by_direction, number, table
-from pipeline.figures.style import BLACK, GREEN, GREY, MM, absent, halo, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, MM, absent, halo, new_figure, styled, thin
 
 Array = NDArray[np.float64]
 POSITION, SPEED = "slider's position d (mm)", "slider's speed v (m/s)"

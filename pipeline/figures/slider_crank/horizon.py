@@ -24,7 +24,7 @@ from pipeline.figures.slider_crank.tables import (
     signal_name,
     table,
 )
-from pipeline.figures.style import BLACK, ORANGE, absent, new_figure, shades, styled, thin
+from unmodelled.report.figures.style import BLACK, ORANGE, absent, new_figure, shades, styled, thin
 
 Colour = str | tuple[float, float, float, float]
 

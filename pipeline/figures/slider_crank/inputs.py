@@ -27,7 +27,7 @@ from pipeline.figures.slider_crank.tables import (
     signal_name,
     table,
 )
-from pipeline.figures.style import BLACK, GREEN, GREY, MM, ORANGE, absent, new_figure, styled, thin
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, MM, ORANGE, absent, new_figure, styled, thin
 
 #: Trajectories in the figure on the region of operations.
 FASTEST = 3

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from pipeline.figures.slider_crank.tables import INDIGO, WINE, table
-from pipeline.figures.style import BLACK, GREEN, ORANGE, absent, halo, new_figure, styled
+from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, absent, halo, new_figure, styled
 
 #: Sets of parameters that are identified together, and the one with two that depend on each other.
 SETS = {"m3_J1_Bm": ("m3", "J1", "B_m"), "l1_J1_Bm": ("l1", "J1", "B_m")}

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pipeline.figures.slider_crank.tables import INDIGO, WINE, number, plain_log_x, table
-from pipeline.figures.style import GREY, ORANGE, new_figure, signed, styled
+from unmodelled.report.figures.style import GREY, ORANGE, new_figure, signed, styled
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from pipeline.figures.style import BLACK, ORANGE
-from pipeline.parquet import read_parquet
+from unmodelled.base.parquet import read_parquet
+from unmodelled.report.figures.style import BLACK, ORANGE
 
 Array = NDArray[np.float64]
 

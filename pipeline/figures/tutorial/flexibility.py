@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FormatStrFormatter, NullFormatter, NullLocator
 
 from pipeline.figures.palette import plain_log
-from pipeline.figures.style import BLACK, ORANGE, PURPLE, new_figure, styled
 from pipeline.figures.tutorial.tables import EFFICIENCY, INDIGO, SAMPLES, about, efficiencies, table
+from unmodelled.report.figures.style import BLACK, ORANGE, PURPLE, new_figure, styled
 
 
 @styled

@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from pipeline.figures.style import BLACK, GREY, absent, new_figure, styled, thin
 from pipeline.figures.tutorial.tables import LOOKS, line, table
+from unmodelled.report.figures.style import BLACK, GREY, absent, new_figure, styled, thin
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 
-from pipeline.figures.style import BLACK, ORANGE, PURPLE, SKY, new_figure, styled
 from pipeline.figures.tutorial.tables import (
     CURRENT,
     EFFICIENCY,
@@ -24,6 +23,7 @@ from pipeline.figures.tutorial.tables import (
     line,
     table,
 )
+from unmodelled.report.figures.style import BLACK, ORANGE, PURPLE, SKY, new_figure, styled
 
 PHYSICS = LOOKS["physics"].colour
 

@@ -11,10 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
-from pipeline.figures.palette import Look
-from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE
-from pipeline.files import read_json
-from pipeline.parquet import read_parquet
+from unmodelled.base.files import read_json
+from unmodelled.base.parquet import read_parquet
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, Look
 
 INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
 LOOKS = {

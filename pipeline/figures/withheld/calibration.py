@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import GREY, absent, new_figure, styled
 from pipeline.figures.withheld.tables import INDIGO, table
+from unmodelled.report.figures.style import GREY, absent, new_figure, styled
 
 
 @styled

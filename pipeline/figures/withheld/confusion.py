@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import absent, new_figure, styled
 from pipeline.figures.withheld.tables import WINE, readable, table
+from unmodelled.report.figures.style import absent, new_figure, styled
 
-#: Verdicts that name no effect, after the families.
-NOTHING = ("unknown", "no_gap")
+#: Verdicts that name no effect, after the families; the rare one has a column only where it occurs.
+NOTHING, RARE = ("unknown", "no_gap"), "check_logs"
 
 
 @styled
@@ -31,8 +31,9 @@ def confusion_matrix(data: Path) -> Figure:
     if counts.empty:
         absent(axes, "no planted effect can be seen")
         return figure
-    families = sorted({*counts["family"], *counts["first_family"]} - {*NOTHING})
-    columns = [*families, *NOTHING]
+    said = {*counts["family"], *counts["first_family"]}
+    families = sorted(said - {*NOTHING, RARE})
+    columns = [*families, *NOTHING, *({RARE} & said)]
     wide = counts.pivot(index="family", columns="first_family", values="cases")
     wide = wide.reindex(index=[f for f in families if f in wide.index], columns=columns).fillna(0.0)
     shares = wide.div(wide.sum(axis=1), axis=0)

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from pipeline.figures.style import absent, new_figure, styled
 from pipeline.figures.withheld.tables import FINDERS, table
+from unmodelled.report.figures.style import absent, new_figure, styled
 
 
 @styled

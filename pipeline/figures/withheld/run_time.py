@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pipeline.figures.palette import plain_log
-from pipeline.figures.style import BLACK, new_figure, styled
 from pipeline.figures.withheld.tables import KINDS, MACHINES, table
+from unmodelled.report.figures.style import BLACK, new_figure, styled
 
 
 @styled

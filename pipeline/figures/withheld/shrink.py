@@ -8,8 +8,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pipeline.figures.style import GREY, absent, new_figure, styled
 from pipeline.figures.withheld.tables import MACHINES, table
+from unmodelled.report.figures.style import GREY, absent, new_figure, styled
 
 WITH_EFFECTS = ("single", "local", "pair")
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pipeline.figures.palette import Look
-from pipeline.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY
-from pipeline.parquet import read_parquet
+from unmodelled.base.parquet import read_parquet
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY, Look
 
 INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.errors import BadInput
-from pipeline.files import replacing_folder
-from pipeline.progress import track
 from pipeline.rigs.withheld.drawing import cases
 from pipeline.rigs.withheld.writing import write
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder
+from unmodelled.base.progress import track
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.errors import BadInput
 from pipeline.rigs.withheld.effect import Effect, Only, Plan, Plantable, PortEffect
 from pipeline.rigs.withheld.machine import Array, Machine
 from pipeline.rigs.withheld.machines import MACHINES
+from unmodelled.base.errors import BadInput
 
 GROUP = "group"
 _EVERYTHING = 0.6  # share of the campaigns that log all outputs

@@ -7,11 +7,11 @@ from itertools import combinations
 
 import numpy as np
 
-from pipeline.errors import BadInput
 from pipeline.rigs.withheld.cases import GROUP, Case, Planted
 from pipeline.rigs.withheld.effect import Plantable
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
+from unmodelled.base.errors import BadInput
 
 #: The families that a diagnosis can name (shared/contracts/diagnosis.md).
 FAMILIES = frozenset(

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from pipeline.files import replacing_folder, write_json
-from pipeline.parquet import write_parquet
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.effect import Plan
 from pipeline.rigs.withheld.experiments import Experiments, run
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.parquet import write_parquet
 
 SYSTEMS = Path(__file__).parents[3] / "systems" / "withheld"
 SYSTEM, LOGS, TRUTH = "system.yaml", "logs", "truth.json"

@@ -12,14 +12,14 @@ import pytest
 import sympy as sp
 from numpy.typing import NDArray
 
-from pipeline.physics.effects.added import Added
-from pipeline.physics.effects.effect import Effect
-from pipeline.physics.effects.library import effects
-from pipeline.physics.effects.place import Place
-from pipeline.physics.effects.scales import Scales
-from pipeline.physics.system.model import System
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.reader import read_system
+from unmodelled.effects.added import Added
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 PERIOD = 1e-3

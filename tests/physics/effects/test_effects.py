@@ -10,10 +10,6 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from pipeline.physics.effects.library import effects
-from pipeline.physics.system.reader import read_system
-from pipeline.physics.system.units import parse_unit
-from pipeline.physics.system.writer import write_system
 from tests.physics.effects.benches import (
     Case,
     at_place,
@@ -24,6 +20,11 @@ from tests.physics.effects.benches import (
     system,
     values,
 )
+from unmodelled.diagnosis.data.readings import readings
+from unmodelled.effects.library import effects
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.units import parse_unit
+from unmodelled.systems.writer import write_system
 
 EVERY = cases()
 FAMILIES = {
@@ -45,6 +46,8 @@ def test_every_family_of_the_contract_is_in_the_library_and_no_other() -> None:
 @every(EVERY)
 def test_level_zero_adds_nothing(case: Case) -> None:
     zero = {sp.Symbol(name, real=True): sp.S.Zero for name in case.added.amplitudes}
+    assert not any(slope.xreplace(zero) for slope in case.added.slopes.values())
+    zero |= {sp.Symbol(name, real=True): sp.S.Zero for name in case.added.slopes}
     known = case.system
     grown = case.added.system
     kept = slice(len(known.states))
@@ -185,3 +188,22 @@ def test_a_ripple_is_at_least_one_wave(case: Case) -> None:
     lowest = {"stage": 2.0 * np.pi / 0.6, "pendulum": 1.0}[case.name]
     (wave,) = case.added.shapes
     assert_allclose((case.added.bounds[wave][0], min(case.added.shapes[wave])), lowest, rtol=1e-3)
+
+
+def test_no_effect_hides_the_states_that_the_outputs_show(tmp_path: Path) -> None:
+    """Windows start at these states, with an effect as without it."""
+    file = tmp_path / "scaled.yaml"
+    text = (Path(__file__).with_name("stage.yaml")).read_text()
+    text = text.replace("tip: {unit: m, expression: 2*x + 0.1}", "tip: {unit: V, expression: k_s*x + z_s}")
+    file.write_text(
+        text.replace("x: {unit: m}\n  tip", "tip").replace(
+            "parameters:", "parameters:\n  k_s: {value: 3.0, unit: V/m}\n  z_s: {value: 0.2, unit: V}"
+        )
+    )
+    known = read_system(file)
+    scales, shown = measured(known), [(reading.state, reading.output) for reading in readings(known)]
+    assert shown == [(0, 0), (1, 0)]
+    for effect in effects():
+        for place in effect.places(known):
+            grown = effect.add(known, place, scales).system
+            assert [(r.state, r.output) for r in readings(grown)] == shown, (effect, place)

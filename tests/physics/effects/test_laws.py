@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -10,10 +10,10 @@ import sympy as sp
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from pipeline.physics.effects.added import Added
-from pipeline.physics.effects.effect import PortEffect
-from pipeline.physics.system.numeric import numpy_system_function
-from tests.physics.effects.benches import PERIOD, Case, cases, every, measured, system, values
+from tests.physics.effects.benches import PERIOD, Case, at_place, cases, every, measured, system, values
+from unmodelled.effects.added import Added, with_numbers
+from unmodelled.effects.effect import PortEffect
+from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
@@ -108,6 +108,80 @@ def test_springs_give_back_what_they_take(case: Case) -> None:
 def test_hysteresis_play_and_stops_take_energy_over_a_cycle(case: Case) -> None:
     added = case.added
     assert taken(added, drawn(added, 2), 2)[1] > 0.0
+
+
+def at_rest(added: Added, values: dict[str, float], x: Array) -> Array:
+    """The law of a port at positions x and no speed."""
+    system = with_numbers(added.system, [added], values)
+    effort = numpy_system_function(system, [at_place(added)], efforts_zero=True)
+    state = np.zeros((len(x), len(system.states)))
+    state[:, 0] = x
+    c = np.ones((len(x), len(system.operating_point)))
+    return effort(0.0, state, np.zeros((len(x), 1)), np.empty(0), np.array(system.values), c)[:, 0]
+
+
+def pushing(added: Added, seed: int) -> dict[str, float]:
+    """Numbers of either sign for the amplitudes that may have it, none for the others: these only resist."""
+    rng = np.random.default_rng(seed)
+    either = [name for name in added.amplitudes if added.bounds[name][0] < 0.0]
+    sizes = {name: rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.0) * added.scales[name] for name in either}
+    return sizes | {name: float(rng.choice(grid)) for name, grid in added.shapes.items()}
+
+
+@pytest.mark.parametrize("seed", range(4))
+@every([case for case in ON_PORTS if case.added.linear])
+def test_beyond_the_data_no_law_that_may_push_grows_faster_than_a_line(case: Case, seed: int) -> None:
+    """A polynomial feeds in energy without limit there, and tears a simulation apart."""
+    added = case.added
+    numbers = pushing(added, seed)
+    near, far = (np.abs(at_rest(added, numbers, s * np.array([-1.0, 1.0]))) for s in (1e3, 1e5))
+    size = sum(abs(numbers.get(name, 0.0)) for name in added.amplitudes)
+    assert np.all(far <= 110.0 * near + 10.0 * size)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@every([case for case in ON_PORTS if case.added.slopes])
+def test_a_fitted_curve_goes_on_straight_and_does_not_fall(case: Case, seed: int) -> None:
+    added = case.added
+    numbers = pushing(added, seed)
+    (low, high), ends = *added.extent.values(), {p.name: p.value for p in added.system.parameters}
+    edges = np.array([ends[low], ends[high]])
+    assert_allclose(edges, [-0.33, 0.33], rtol=1e-3)
+    h, out = 1e-6, np.array([-1.0, 1.0])
+    inside = (at_rest(added, numbers, edges) - at_rest(added, numbers, edges - h * out)) / (h * out)
+    for far in (1e-3, 0.5, 20.0):
+        beyond = (at_rest(added, numbers, edges + far * out) - at_rest(added, numbers, edges)) / (far * out)
+        assert_allclose(beyond, np.maximum(inside, 0.0), rtol=1e-3, atol=1e-6 * np.abs(inside).max())
+    within = np.linspace(-0.3, 0.3, 7)
+    plain = sum(
+        numbers[name] * sp.lambdify(THETA, added_by)(within) for name, added_by in _plain(case).items()
+    )
+    assert_allclose(at_rest(added, numbers, within), plain, rtol=1e-9)
+
+
+@every([case for case in ON_PORTS if case.added.slopes])
+def test_a_simulation_that_leaves_the_data_stays_finite_however_the_curve_falls_there(case: Case) -> None:
+    added = case.added
+    falling = {name: -added.scales[name] for name in added.amplitudes}
+    system = with_numbers(added.system, [added], falling)
+    far = replace(system.states[0], initial=3.0 * added.system.parameters[-3].value)
+    thrown = replace(added, system=replace(system, states=(far, *system.states[1:])))
+    path = simulated(thrown, np.array([system.values]), 1.0)
+    assert np.isfinite(path).all() and np.abs(path[..., 0]).max() < 1e4
+
+
+THETA = sp.Symbol("theta", real=True)
+
+
+def _plain(case: Case) -> dict[str, sp.Expr]:
+    """What each amplitude of a spring adds, as its law says it where there are data."""
+    added = case.added
+    law = added.law
+    for p in added.system.parameters:
+        if p.name in ("x_m", "x_r"):
+            law = law.replace(p.name, f"({p.value!r})")
+    expression = sp.sympify(law, locals={"theta": THETA})
+    return {name: sp.diff(expression, sp.Symbol(name)) + 0 * THETA for name in added.amplitudes}
 
 
 def simulated(added: Added, p: Array, seconds: float) -> Array:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from pipeline.physics.effects.scales import Scales, Spread
-from pipeline.physics.system.numeric import numpy_system_function
 from tests.physics.effects.benches import PERIOD, run, system
+from unmodelled.effects.scales import Scales, Spread
+from unmodelled.systems.numeric import numpy_system_function
 
 
 def test_the_lacking_effort_of_a_port_is_recovered_from_slopes() -> None:

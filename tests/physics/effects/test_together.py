@@ -12,18 +12,18 @@ import pytest
 import sympy as sp
 from numpy.testing import assert_allclose
 
-from pipeline.measurements.folder import read_logs
-from pipeline.measurements.logs import Logs
-from pipeline.physics.effects.added import Added, with_numbers
-from pipeline.physics.effects.columns import extended, in_columns
-from pipeline.physics.effects.effect import Effect
-from pipeline.physics.effects.library import effects
-from pipeline.physics.effects.place import Place
-from pipeline.physics.system.model import System
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.reader import read_system
-from pipeline.physics.system.writer import write_system
 from tests.physics.effects.benches import PERIOD, SYSTEMS, evaluated, measured, run, scales, system
+from unmodelled.effects.added import Added, with_numbers
+from unmodelled.effects.columns import extended, in_columns
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.writer import write_system
 
 RAIL, DRIVE = Place("port", "rail"), Place("actuator", "u")
 

@@ -10,11 +10,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from pipeline.models.nnap import Integration, Nnap
-from pipeline.models.rollout import Measured, rollout
-from pipeline.physics.kernel.structure import Augmented
-from pipeline.physics.system.model import System
-from pipeline.physics.system.reader import read_system
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.rollout import Measured, rollout
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 Results = dict[str, Tensor]

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pipeline.physics.kernel.structure import Augmented, Network
-from pipeline.physics.system.grammar import parse
-from pipeline.physics.system.model import Constant, Input, Parameter, Port, State, System, symbol
-from pipeline.physics.system.scope import Scope, Value
-from pipeline.physics.system.tables import Table
+from unmodelled.engine.compiled.structure import Augmented, Network
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.model import Constant, Input, Parameter, Port, State, System, symbol
+from unmodelled.systems.scope import Scope, Value
+from unmodelled.systems.tables import Table
 
 #: Names that generated code, or what it stands in, could have for itself.
 NAMES = (

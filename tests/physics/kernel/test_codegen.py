@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from pipeline.models.nnap import Integration
-from pipeline.physics.kernel.printer import ScalarPrinter
-from pipeline.physics.kernel.source import source
-from pipeline.physics.kernel.structure import Augmented
-from pipeline.physics.system import functions as f
-from pipeline.physics.system.model import TIME, Parameter, Port, State, System, symbol
-from pipeline.physics.system.operations import FUNCTIONS
-from pipeline.physics.system.tables import Table
 from tests.physics.kernel.problems import assert_equal, problem
 from tests.physics.kernel.random_systems import CORNERS, SMOOTH, random_structure
+from unmodelled.engine.compiled.printer import ScalarPrinter
+from unmodelled.engine.compiled.source import source
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.models.nnap import Integration
+from unmodelled.systems import functions as f
+from unmodelled.systems.model import TIME, Parameter, Port, State, System, symbol
+from unmodelled.systems.operations import FUNCTIONS
+from unmodelled.systems.tables import Table
 
 SEEDS = range(10)
 x, p, F = symbol("x"), symbol("k"), symbol("F")

@@ -15,17 +15,17 @@ import sympy as sp
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from pipeline.errors import BadInput
-from pipeline.physics.kernel.cascade import Cascade
-from pipeline.physics.kernel.cascade_source import CascadeSource
-from pipeline.physics.kernel.event_times import EventTimes
-from pipeline.physics.kernel.hoisting import SHARED
-from pipeline.physics.system import phases
-from pipeline.physics.system.model import TIME, Constant, Event, Parameter, State, System, symbol
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.phases import Experiments
-from pipeline.physics.system.reader import read_system
 from tests.physics.kernel.random_systems import random_structure
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.cascade.cascade import Cascade
+from unmodelled.engine.cascade.cascade_source import CascadeSource
+from unmodelled.engine.cascade.event_times import EventTimes
+from unmodelled.engine.cascade.hoisting import SHARED
+from unmodelled.systems import phases
+from unmodelled.systems.model import TIME, Constant, Event, Parameter, State, System, symbol
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.phases import Experiments
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 SYSTEMS = Path(__file__).parents[3] / "systems"

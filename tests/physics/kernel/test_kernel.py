@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import sympy as sp
 
-from pipeline.physics.kernel import compiled
-from pipeline.physics.kernel.compiled import cache_folder, kernel
-from pipeline.physics.kernel.structure import Augmented, Network
-from pipeline.physics.system.model import Parameter, Port, State, System, symbol
-from pipeline.physics.system.tables import Table
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.compiled import compiled
+from unmodelled.engine.compiled.compiled import cache_folders, kernel
+from unmodelled.engine.compiled.structure import Augmented, Network
+from unmodelled.systems.model import Parameter, Port, State, System, symbol
+from unmodelled.systems.tables import Table
 
 x, k, F = symbol("x"), symbol("k"), symbol("F")
 SYSTEM = System(
@@ -96,13 +99,13 @@ def test_another_generator_gives_another_name(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for part in compiled._GENERATOR:
-        copy = (tmp_path / "kernel" / part).resolve()
+        copy = (tmp_path / "engine" / part).resolve()
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_text((compiled._HERE / part).read_text())
     before = compiled._digest(DECAY)
-    monkeypatch.setattr(compiled, "_HERE", tmp_path / "kernel")
+    monkeypatch.setattr(compiled, "_HERE", tmp_path / "engine")
     assert compiled._digest(DECAY) == before
-    changed = tmp_path / "kernel" / name
+    changed = tmp_path / "engine" / name
     changed.write_text(changed.read_text() + "\n")
     assert compiled._digest(DECAY) != before
 
@@ -112,7 +115,7 @@ def test_folder_that_cannot_be_made_is_replaced(tmp_path: Path, monkeypatch: pyt
     (tmp_path / "temporary").mkdir()
     monkeypatch.setenv("HYBRID_DYNAMICS_CACHE", str(tmp_path / "file" / "cache"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    folder = cache_folder()
+    folder = next(cache_folders())
     assert folder.parent == tmp_path / "temporary"
     assert kernel(DECAY).layout.states == 1
     assert len(files(folder)) == 1
@@ -125,10 +128,49 @@ def test_folder_that_cannot_be_written_to_is_replaced(
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     monkeypatch.setattr(compiled.os, "access", lambda path, mode: Path(path) != cache)
-    assert cache_folder().parent == tmp_path / "temporary"
+    assert next(cache_folders()).parent == tmp_path / "temporary"
+
+
+def test_folder_that_others_may_write_to_is_replaced(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What lies in the folder is imported."""
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    kernel(DECAY)
+    (planted,) = cache.glob("*.py")
+    planted.write_text("raise AssertionError('was imported')")
+    cache.chmod(0o777)
+    kernel.cache_clear()
+    compiled._loaded.cache_clear()
+    assert kernel(DECAY).layout.states == 1
+    assert (
+        f"note: {cache}: compiled functions are not kept there, others may write" in capsys.readouterr().err
+    )
+    cache.chmod(0o700)
+    monkeypatch.setattr("unmodelled.base.compiling.os.getuid", lambda: os.geteuid() + 1)
+    (tmp_path / "temporary" / f"hybrid-dynamics-{os.geteuid() + 1}").mkdir()
+    assert list(cache_folders()) == []
+    assert f"note: {cache}: compiled functions are not kept there, it belongs to" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_no_obstacle(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    @contextmanager
+    def full(path: Path) -> Iterator[Path]:
+        yield path.with_name("temporary")
+        raise BadInput(f"{path}: cannot be written: No space left on device")
+
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(compiled, "replacing", full)
+    never_seen = Augmented(replace(SYSTEM, dynamics=(-k * x**5 - F,)), (), ("k",))
+    assert kernel(never_seen).layout.states == 1
+    assert not files(cache) and "No space left on device" in capsys.readouterr().err
 
 
 def test_without_a_choice_the_users_cache_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("HYBRID_DYNAMICS_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert cache_folder() == tmp_path / "hybrid-dynamics"
+    assert next(cache_folders()) == tmp_path / "hybrid-dynamics"

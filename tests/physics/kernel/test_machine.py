@@ -13,18 +13,18 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.errors import BadInput
-from pipeline.models.nnap import Integration
-from pipeline.physics.kernel.machine import Windows, evaluated, simulated
-from pipeline.physics.kernel.machine_opcodes import LANES, Op
-from pipeline.physics.kernel.machine_program import Equations, Program, assembled
-from pipeline.physics.kernel.machine_scalars import exp, tanh
-from pipeline.physics.kernel.structure import Augmented
-from pipeline.physics.system.functions import at_least, equal, greater
-from pipeline.physics.system.model import TIME, System, symbol
-from pipeline.physics.system.numeric import numpy_system_function
 from tests.physics.kernel.problems import NAMES, built_in, problem
 from tests.physics.kernel.random_systems import random_structure
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.engine.machine.machine import Windows, evaluated, simulated
+from unmodelled.engine.machine.machine_opcodes import LANES, Op
+from unmodelled.engine.machine.machine_program import Equations, Program, assembled
+from unmodelled.engine.machine.machine_scalars import exp, tanh
+from unmodelled.models.nnap import Integration
+from unmodelled.systems.functions import at_least, equal, greater
+from unmodelled.systems.model import TIME, System, symbol
+from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from pipeline.physics.kernel import scalars
+from unmodelled.engine.compiled import scalars
 
 Array = NDArray[np.float64]
 Function = Callable[[float], float]

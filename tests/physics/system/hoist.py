@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.errors import BadInput
-from pipeline.physics.system.reader import read_system
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.reader import read_system
 
 HOIST = """\
 schema: system/1

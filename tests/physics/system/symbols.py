@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pipeline.physics.system.model import symbol
-from pipeline.physics.system.scope import Scope, Value
+from unmodelled.systems.model import symbol
+from unmodelled.systems.scope import Scope, Value
 
 NAMES = ("x", "v", "u", "b")
 x, v, u, b = map(symbol, NAMES)

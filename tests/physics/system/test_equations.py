@@ -8,9 +8,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from pipeline.physics.system.equations import equations
-from pipeline.physics.system.operations import FUNCTIONS
-from pipeline.physics.system.reader import read_system
+from unmodelled.systems.equations import equations
+from unmodelled.systems.operations import FUNCTIONS
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = sorted((Path(__file__).parents[3] / "systems").glob("*.yaml"))
 

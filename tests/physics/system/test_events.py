@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from pipeline.errors import BadInput
-from pipeline.physics.system.equations import equations
-from pipeline.physics.system.model import Event, System, symbol
-from pipeline.physics.system.numeric import numpy_system_function
-from pipeline.physics.system.reader import read_system
-from pipeline.physics.system.writer import write_system
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.equations import equations
+from unmodelled.systems.model import Event, System, symbol
+from unmodelled.systems.numeric import numpy_system_function
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.writer import write_system
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 

@@ -8,12 +8,12 @@ import time
 import pytest
 import sympy as sp
 
-from pipeline.errors import BadInput
-from pipeline.physics.system import functions as f
-from pipeline.physics.system.grammar import parse
-from pipeline.physics.system.model import TIME, symbol
-from pipeline.physics.system.scope import Scope, Value
 from tests.physics.system.symbols import SCOPE, b, u, v, x
+from unmodelled.base.errors import BadInput
+from unmodelled.systems import functions as f
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.model import TIME, symbol
+from unmodelled.systems.scope import Scope, Value
 
 
 def refused(text: str, scope: Scope = SCOPE) -> str:

@@ -10,11 +10,11 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.physics.system.grammar import parse
-from pipeline.physics.system.model import TIME
-from pipeline.physics.system.printing import printed
 from tests.physics.system.symbols import NAMES, SCOPE, b, u, v, x
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.model import TIME
+from unmodelled.systems.printing import printed
 
 ALPHABET = st.sampled_from(
     [*"xvub t01.9()*/+-<>=!,e'_[]{}:^%", "**", "sin(", "cam(", "diff(", "where(", "exp(", "log("]

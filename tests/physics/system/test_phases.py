@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.physics.system import phases
-from pipeline.physics.system.model import Constant, Event, Input, Parameter, Port, State, System, symbol
-from pipeline.physics.system.phases import Experiments
-from pipeline.physics.system.reader import read_system
+from unmodelled.systems import phases
+from unmodelled.systems.model import Constant, Event, Input, Parameter, Port, State, System, symbol
+from unmodelled.systems.phases import Experiments
+from unmodelled.systems.reader import read_system
 
 h, v, g, u, F, top = (symbol(name) for name in ("h", "v", "g", "u", "F", "top"))
 SYSTEMS = Path(__file__).parents[3] / "systems"

@@ -10,10 +10,10 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.physics.system.model import Constant, symbol
-from pipeline.physics.system.reader import read_system
 from tests.physics.system.hoist import HOIST, changed, complaint, written
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.model import Constant, symbol
+from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 

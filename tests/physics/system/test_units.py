@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.errors import BadInput
-from pipeline.physics.system.reader import read_system
-from pipeline.physics.system.units import ONE, describe, parse_unit
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.units import ONE, describe, parse_unit
 
 
 @pytest.mark.parametrize("text", ["", "-", "1", "rad", " ", "m/m"])

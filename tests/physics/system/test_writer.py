@@ -12,12 +12,12 @@ import sympy as sp
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from pipeline.physics.system import functions as f
-from pipeline.physics.system.model import Constant, Output, State, System, symbol
-from pipeline.physics.system.printing import printed
-from pipeline.physics.system.reader import read_system
-from pipeline.physics.system.tables import Table
-from pipeline.physics.system.writer import write_system
+from unmodelled.systems import functions as f
+from unmodelled.systems.model import Constant, Output, State, System, symbol
+from unmodelled.systems.printing import printed
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.tables import Table
+from unmodelled.systems.writer import write_system
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 

@@ -1,0 +1,45 @@
+"""The runs that an explanation is a contrast to (the background set of section 5.5.1)."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.errors import BadInput
+
+
+def shares_of_references(background: Sequences, steps: int) -> Tensor:
+    """(steps, references) share of every reference in the background of every step; each row sums to one.
+
+    B_k holds the references that last at least k steps, all alike: none is stretched or padded. So Phi may
+    jump a little where a reference ends.
+
+    Raises:
+        BadInput: when the background is empty, or no reference lasts `steps` steps.
+    """
+    if not len(background):
+        raise BadInput("background: it holds no run")
+    longest = int(background.lengths.max())
+    if longest < steps:
+        raise BadInput(f"background: its longest run has {longest} steps, an explained one {steps}")
+    lasting = torch.arange(1, steps + 1)[:, None] <= torch.from_numpy(background.lengths)
+    return lasting.double() / lasting.sum(1, keepdim=True)
+
+
+def check_inputs(expected: SequenceInputs, runs: Sequences, background: Sequences) -> None:
+    """Refuse no runs at all, and runs or a background that hold other inputs than the network reads.
+
+    Raises:
+        BadInput: names what the network reads and what it got.
+    """
+    if not len(runs):
+        raise BadInput("runs: there is none to explain")
+    for name, sequences in (("runs", runs), ("background", background)):
+        for kind in ("features", "settings"):
+            reads, given = getattr(expected, kind), getattr(sequences.inputs, kind)
+            if given != reads:
+                raise BadInput(
+                    f"{name}: the network reads the {kind} {', '.join(reads) or 'none'}, "
+                    f"got {', '.join(given) or 'none'}"
+                )

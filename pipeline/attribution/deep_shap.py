@@ -1,0 +1,87 @@
+"""DeepSHAP through the LSTM: DeepLIFT attributions, averaged over the background (section 5.5.1).
+
+`shap.DeepExplainer` knows no LSTM. Phi_{i,k} is a sum over all steps j <= k (eq. 5.22), so the contributions
+of all features to the states are carried forward in time: that gives Phi at every step k in one sweep, where
+going backward takes one sweep per k. Both are one product of matrices, multiplied from either end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from pipeline.attribution.background import check_inputs, shares_of_references
+from pipeline.attribution.multipliers import Multipliers, multipliers
+from pipeline.attribution.recurrent import Recurrent, Trace
+from pipeline.attribution.result import Attribution
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import Sequences
+from unmodelled.engine.threads import one_thread
+
+#: References whose contributions are carried together; many more do not fit a processor's cache.
+PART = 32
+
+
+@one_thread()
+def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences) -> list[Attribution]:
+    """What each feature and setting of each run adds to the mean output of the background, at every step.
+
+    At step k the background is B_k of `shares_of_references`. The time grows with runs x steps x references x
+    features.
+
+    Args:
+        network: explained without dropout. runs: to explain. background: references, in contact (5.5.1).
+
+    Raises:
+        BadInput: when the background is empty or shorter than a run, holds other inputs than the network
+            reads (as may the runs), or the network's output is not finite.
+    """
+    recurrent = Recurrent.of(network)
+    check_inputs(recurrent.inputs, runs, background)
+    longest = int(runs.lengths.max())
+    shares = shares_of_references(background, longest)
+    explained = [recurrent.trace(runs.of_runs(np.array([i])), int(n)) for i, n in enumerate(runs.lengths)]
+    phi = [x.output.new_zeros((len(x.output), x.tau.shape[2] + x.q.shape[1])) for x in explained]
+    base = torch.zeros(longest, dtype=torch.float64)
+    for rows in torch.split(torch.arange(len(background)), PART):
+        references = recurrent.trace(background.of_runs(rows.numpy()), longest)
+        base += (shares[:, rows] * references.output).sum(1)
+        for x, total in zip(explained, phi, strict=True):
+            r = references.until(len(total))
+            total += torch.einsum("kr,kri->ki", shares[: len(total), rows], contributions(recurrent, x, r))
+    names = (*runs.inputs.features, *runs.inputs.settings)
+    return [
+        Attribution(int(run), names, total.T.numpy(), base[: len(total)].numpy(), x.output[:, 0].numpy())
+        for run, total, x in zip(runs.runs, phi, explained, strict=True)
+    ]
+
+
+def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
+    """Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
+
+    Args:
+        x: trace of the run. r: of the references, as many steps.
+    """
+    m = multipliers(network, x, r)
+    to_state = _to_states(network, m, x.tau - r.tau)
+    of_features = (to_state * m.state[:, :, None]).sum(-1)
+    return torch.cat([of_features, m.settings * (x.q - r.q)], -1)
+
+
+def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor:
+    """What `difference` (steps, references, n_tau) adds to s, (steps, references, n_tau, n_s)."""
+    steps, references, features = difference.shape
+    n = network.size
+    s = difference.new_zeros((steps, references * features, n))
+    c = difference.new_zeros((references, features, n))
+    z = difference.new_empty((references, features, 4 * n))
+    for k in range(steps):
+        torch.mul(difference[k][..., None], network.W_tau, out=z)
+        if k:
+            z.view(-1, 4 * n).addmm_(s[k - 1], network.W_s)
+        z *= m.gates[k][:, None]
+        i, f, o, g = torch.split(z, n, -1)
+        c.mul_(m.keep[k][:, None]).add_(i).add_(f).add_(g)
+        torch.addcmul(o, c, m.show[k][:, None], out=s[k].view_as(c))
+    return s.view(steps, references, features, n)

@@ -1,0 +1,147 @@
+"""The detachment network taken apart: its weights in double precision, its states step by step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What happens inside the network along runs; time first.
+
+    Attributes:
+        tau: (steps, runs, n_tau) features. q: (runs, n_q) settings.
+        z: (steps, runs, 4 n_s) what enters the gates, in the order input, forget, output, candidate.
+        a: (steps, runs, 4 n_s) what leaves them.
+        c: (steps + 1, runs, n_s) cell states from c_0 = 0 on.
+        s: (steps, runs, n_s) hidden states from s_1 on.
+        hidden: (steps, runs, n_eta) what enters the ReLU units.
+        output: (steps, runs) eps, m.
+    """
+
+    tau: Tensor
+    q: Tensor
+    z: Tensor
+    a: Tensor
+    c: Tensor
+    s: Tensor
+    hidden: Tensor
+    output: Tensor
+
+    def until(self, steps: int) -> Trace:
+        """The first `steps` steps."""
+        timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
+        return replace(self, c=self.c[: steps + 1], **timed)
+
+
+@dataclass(frozen=True)
+class Recurrent:
+    """R of eq. 5.7 as matrices, float64, of inputs and an output in SI units; without dropout.
+
+    The network's standardisation is folded into its first layers, its target's scale into the last: both are
+    linear, so attributions do not change.
+
+    Attributes:
+        inputs: names of the features and settings.
+        W_tau: (n_tau, 4 n_s). W_s: (n_s, 4 n_s). b: (4 n_s,) gates of eq. 5.8 to 5.11, ordered as in `Trace`.
+        W5_s: (n_s, n_eta). W5_q: (n_q, n_eta). b5: (n_eta,). W6: (n_eta,). b6: () head of eq. 5.12.
+    """
+
+    inputs: SequenceInputs
+    W_tau: Tensor
+    W_s: Tensor
+    b: Tensor
+    W5_s: Tensor
+    W5_q: Tensor
+    b5: Tensor
+    W6: Tensor
+    b6: Tensor
+
+    @classmethod
+    def of(cls, network: DetachmentNetwork) -> Recurrent:
+        """The matrices of `network`, on the CPU."""
+        weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
+        n_s, scale = network.lstm.hidden_size, weights["target_scale"]
+        # torch keeps the candidate before the output gate
+        order = torch.arange(4 * n_s).view(4, n_s)[[0, 1, 3, 2]].flatten()
+        W_tau = weights["lstm.weight_ih_l0"][order] / weights["feature_scale"]
+        W5_s, W5_q = torch.split(weights["head.weight"], [n_s, len(network.inputs.settings)], 1)
+        W5_q = W5_q / weights["setting_scale"]
+        b = weights["lstm.bias_ih_l0"] + weights["lstm.bias_hh_l0"]
+        return cls(
+            network.inputs,
+            W_tau.T.contiguous(),
+            weights["lstm.weight_hh_l0"][order].T.contiguous(),
+            b[order] - W_tau @ weights["feature_mean"],
+            W5_s.T.contiguous(),
+            W5_q.T.contiguous(),
+            weights["head.bias"] - W5_q @ weights["setting_mean"],
+            weights["output.weight"][0] * scale,
+            weights["output.bias"][0] * scale,
+        )
+
+    @property
+    def size(self) -> int:
+        """n_s."""
+        return len(self.W_s)
+
+    def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """z, a, c and s after a step from s and c (runs, n_s) with the features tau (runs, n_tau)."""
+        z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
+        gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
+        a = torch.cat([gates.sigmoid(), candidate.tanh()], 1)
+        i, f, o, g = torch.split(a, self.size, 1)
+        c = torch.addcmul(i * g, f, c)
+        return z, a, c, o * c.tanh()
+
+    def trace(self, runs: Sequences, steps: int) -> Trace:
+        """Along the first `steps` steps of all runs, after the end of a run too.
+
+        Raises:
+            BadInput: when the output is not finite before the end of a run.
+        """
+        tau = torch.zeros((steps, len(runs), len(self.inputs.features)), dtype=torch.float64)
+        known = torch.from_numpy(runs.features[:, :steps])
+        tau[: known.shape[1]] = known.transpose(0, 1)
+        q = torch.from_numpy(runs.settings)
+        s = tau.new_zeros((len(runs), self.size))
+        c, parts = s, []
+        for now in tau:
+            z, a, c, s = self.step(now, s, c)
+            parts.append((z, a, c, s))
+        z, a, c, s = (torch.stack(part) for part in zip(*parts, strict=True))
+        hidden = s @ self.W5_s + self.settings(q)
+        output = self.output(hidden)
+        check_output(output, runs)
+        return Trace(tau, q, z, a, torch.cat([torch.zeros_like(c[:1]), c]), s, hidden, output)
+
+    def settings(self, q: Tensor) -> Tensor:
+        """What the settings (..., n_q) add to what enters the ReLU units, with its bias, (..., n_eta)."""
+        return q @ self.W5_q + self.b5
+
+    def output(self, hidden: Tensor) -> Tensor:
+        """eps, m, (...), from what enters the ReLU units (..., n_eta)."""
+        return hidden.relu() @ self.W6 + self.b6
+
+
+def check_output(output: Tensor, runs: Sequences) -> None:
+    """Refuse an output (steps, runs) that is not finite before the end of a run.
+
+    Raises:
+        BadInput: names the first such run and its first such step.
+    """
+    ended = np.arange(1, len(output) + 1)[:, None] > runs.lengths
+    wrong = np.argwhere(~(output.isfinite().numpy() | ended).T)
+    if len(wrong):
+        run, step = wrong[0]
+        raise BadInput(
+            f"experiment {runs.runs[run]}: the network's output is not a finite number at step {step + 1}"
+        )

@@ -1,0 +1,119 @@
+"""Attributions of a run, what they say over many runs, and how well two methods agree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from pipeline.attribution.groups import positions
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """What every input adds to the prediction of one run, eq. 5.13 and 5.22; m.
+
+    Attributes:
+        run: id of the experiment.
+        names: of the features and settings, or of groups of them.
+        phi: (names, steps) Phi_{i,k}.
+        base: (steps,) Phi_{0,k}, the mean output over the background.
+        output: (steps,) the network's.
+    """
+
+    run: int
+    names: tuple[str, ...]
+    phi: Array
+    base: Array
+    output: Array
+
+    @property
+    def error(self) -> Array:
+        """(steps,) by how much base and attributions miss the output, m: the local accuracy of eq. 5.17."""
+        return np.asarray(np.abs(self.base + self.phi.sum(0) - self.output))
+
+    @property
+    def relative_error(self) -> float:
+        """The largest error over the largest difference of output and base; 0 where there is neither."""
+        scale = float(np.abs(self.output - self.base).max())
+        return float(self.error.max()) / scale if scale else float(self.error.max())
+
+    @property
+    def magnitudes(self) -> Array:
+        """(names,) sum of |Phi| over the steps, m."""
+        return np.asarray(np.abs(self.phi).sum(1))
+
+    def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
+        """With the attributions of every group added up; every name must be in one group.
+
+        Raises:
+            BadInput: when that does not hold.
+        """
+        members = positions(self.names, groups)
+        phi = np.stack([self.phi[rows].sum(0) for rows in members.values()])
+        return replace(self, names=tuple(members), phi=phi)
+
+
+def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
+    """Share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23); 0 where all are zero.
+
+    Raises:
+        ValueError: when there is no attribution or they name different inputs.
+    """
+    _check_names(attributions)
+    total = np.sum([a.magnitudes for a in attributions], axis=0)
+    shares = total / total.sum() if total.any() else total
+    return dict(zip(attributions[0].names, map(float, shares), strict=True))
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Spearman's rank correlations of two methods; nan where one of them says the same of everything.
+
+    Attributes:
+        shares: (runs,) of the inputs' shares. trajectories: (runs,) of Phi at all inputs and steps.
+        all_shares, all_trajectories: of all runs together.
+    """
+
+    shares: Array
+    trajectories: Array
+    all_shares: float
+    all_trajectories: float
+
+
+def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:
+    """Rank correlations of two methods on the same runs.
+
+    Raises:
+        ValueError: when there is no attribution, or runs, names or lengths differ.
+    """
+    _check_names([*found, *reference])
+    if [(a.run, a.phi.shape) for a in found] != [(b.run, b.phi.shape) for b in reference]:
+        raise ValueError("attributions to compare must be of the same runs, in the same order")
+    pairs = [*zip(found, reference, strict=True)]
+    shares = [_rank_correlation(a.magnitudes, b.magnitudes) for a, b in pairs]
+    trajectories = [_rank_correlation(a.phi.ravel(), b.phi.ravel()) for a, b in pairs]
+    total, total_reference = (np.sum([a.magnitudes for a in side], axis=0) for side in (found, reference))
+    every, every_reference = (np.concatenate([a.phi.ravel() for a in side]) for side in (found, reference))
+    return Agreement(
+        np.array(shares),
+        np.array(trajectories),
+        _rank_correlation(total, total_reference),
+        _rank_correlation(every, every_reference),
+    )
+
+
+def _check_names(attributions: Sequence[Attribution]) -> None:
+    if len({a.names for a in attributions}) != 1:
+        raise ValueError("attributions to put together must be of the same inputs, and at least one")
+
+
+def _rank_correlation(a: Array, b: Array) -> float:
+    if np.ptp(a) == 0 or np.ptp(b) == 0:
+        return float("nan")
+    return float(spearmanr(a, b).statistic)

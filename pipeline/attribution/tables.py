@@ -1,0 +1,74 @@
+"""Attributions as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+
+from pipeline.attribution.deep_shap import deep_shap
+from pipeline.attribution.exact import exact_shapley
+from pipeline.attribution.groups import players
+from pipeline.attribution.result import Attribution, agreement, relative_shares
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from pipeline.cam_follower.sequences import Sequences
+
+
+def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
+    """exp, feature, magnitude (sum of |Phi| over the steps, m) and its share of the run's."""
+    sizes = np.concatenate([a.magnitudes for a in found])
+    totals = np.repeat([a.magnitudes.sum() for a in found], len(found[0].names))
+    shares = np.divide(sizes, totals, out=np.zeros_like(sizes), where=totals > 0)
+    runs = np.repeat([a.run for a in found], len(found[0].names))
+    names = [name for a in found for name in a.names]
+    return pd.DataFrame({"exp": runs, "feature": names, "magnitude": sizes, "share": shares})
+
+
+def overall_shares(found: Sequence[Attribution]) -> pd.DataFrame:
+    """feature, share of the sum of |Phi| over all steps and runs (Fig. 5.23)."""
+    shares = relative_shares(found)
+    return pd.DataFrame({"feature": [*shares], "share": [*shares.values()]})
+
+
+def accuracies(found: Sequence[Attribution]) -> pd.DataFrame:
+    """exp, steps, error (the largest of eq. 5.17, m) and its ratio to the largest contrast."""
+    rows = [(a.run, len(a.error), a.error.max(), a.relative_error) for a in found]
+    return pd.DataFrame(rows, columns=["exp", "steps", "error", "relative"])
+
+
+def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Phi_{i,k} over time (Fig. 5.22): exp, step, feature, phi (m); and exp, step, base, output (m)."""
+    phi, explained = [], []
+    for a in found:
+        step = np.arange(len(a.output))
+        explained.append(pd.DataFrame({"exp": a.run, "step": step, "base": a.base, "output": a.output}))
+        phi += [
+            pd.DataFrame({"exp": a.run, "step": step, "feature": name, "phi": own})
+            for name, own in zip(a.names, a.phi, strict=True)
+        ]
+    return pd.concat(phi, ignore_index=True), pd.concat(explained, ignore_index=True)
+
+
+def against_exact(
+    network: DetachmentNetwork,
+    runs: Sequences,
+    background: Sequences,
+    groups: Mapping[str, Sequence[str]],
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """DeepSHAP beside exact Shapley values.
+
+    Returns:
+        exp, feature, magnitude, share, method (deep_shap or exact); and exp with Spearman's rank
+        correlations of the shares and of the trajectories.
+    """
+    names = (*network.inputs.features, *network.inputs.settings)
+    groups = players(names, groups)
+    exact = exact_shapley(network, runs, background, groups)
+    # the exact values put players of signals before those of settings
+    ordered = {name: groups[name] for name in exact[0].names}
+    found = [a.grouped(ordered) for a in deep_shap(network, runs, background)]
+    both = [run_shares(found).assign(method="deep_shap"), run_shares(exact).assign(method="exact")]
+    same = agreement(found, exact)
+    correlations = {"shares": same.shares, "trajectories": same.trajectories}
+    return pd.concat(both, ignore_index=True), pd.DataFrame({"exp": runs.runs, **correlations})

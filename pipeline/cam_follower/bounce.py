@@ -1,0 +1,220 @@
+"""Simulated detachment of the follower from the measured motion of the cam: physics without a network."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from pipeline.cam_follower.bounce_kernel import Law, Motion, Stretches, bounce_kernel, on_cams
+from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, write_json
+from unmodelled.logs.trajectory import Campaign
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Angles per turn of the tabulated pitch curve.
+TABLE = 7200
+#: Longest integration step, s: about a quarter of a radian of the oscillation in contact.
+STEP = 5e-4
+
+
+@dataclass(frozen=True)
+class BounceParameters:
+    """What has to be identified, all positive.
+
+    Attributes:
+        restitution: e, speed after over speed before an impact on the cam, at most 1.
+        contact_compliance: of roller and cam, m/N.
+        shaft_compliance: of everything between encoder and cam, rad/(N m).
+        guide_coulomb: b_0, N. guide_viscous: b_1, N s/m (eq. 5.3).
+    """
+
+    restitution: float
+    contact_compliance: float
+    shaft_compliance: float
+    guide_coulomb: float
+    guide_viscous: float
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not (isinstance(value, float) and 0.0 < value < np.inf):
+                raise BadInput(f"bounce parameters: {name} must be a positive number, got {value}")
+        if self.restitution > 1.0:
+            raise BadInput(f"bounce parameters: restitution must be at most 1, got {self.restitution}")
+
+    def write(self, path: Path) -> None:
+        """Write a JSON file."""
+        write_json(path, asdict(self))
+
+    @classmethod
+    def read(cls, path: Path) -> BounceParameters:
+        """Read what `write` wrote.
+
+        Raises:
+            BadInput: when the file is missing, damaged, or a parameter is missing or not positive.
+        """
+        content, names = read_json(path), [f.name for f in fields(cls)]
+        if not isinstance(content, dict) or set(content) != set(names):
+            raise BadInput(f"{path}: must hold {', '.join(names)}")
+        try:
+            return cls(**content)
+        except BadInput as error:
+            raise BadInput(f"{path}: {error}") from None
+
+
+class Bounce(NamedTuple):
+    """A simulation: detachment `eps` (m) and `contact`, one per sample.
+
+    `contact` is 1 where the cam carries the follower; between 0 and 1 it is the share of an ensemble.
+    """
+
+    eps: Array
+    contact: Array
+
+
+@dataclass(frozen=True)
+class CamMotion:
+    """Measured motion of the cams of some runs, continuous in time.
+
+    Attributes:
+        motion: for the kernel. period: between samples, s. gravity: m/s^2.
+        offsets: (runs + 1,) run `i` has the samples `offsets[i]:offsets[i + 1]`.
+    """
+
+    motion: Motion
+    offsets: Indices
+    period: float
+    gravity: float
+
+    @classmethod
+    def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> CamMotion:
+        """The runs in `rows`, by default all; no other run is looked at.
+
+        The angle is interpolated by a cubic spline. At 100 Hz this predicts the detachment as well as the
+        2 kHz measurement does.
+
+        Args:
+            campaign: resampled, with t (s) and theta (rad, not wrapped); columns H (m), beta (rad), m (kg).
+            mechanism: constants of the bench.
+
+        Raises:
+            BadInput: when an angle or a setting is not a number, a clock not uniform, or a run too short.
+        """
+        rows = np.arange(len(campaign)) if rows is None else rows
+        table = campaign.experiments.iloc[rows]
+        _check_settings(table)
+        runs = list(table["exp"])
+        spans = [slice(*campaign.offsets[i : i + 2]) for i in rows]
+        period = _period(runs, [campaign.signals["t"][span] for span in spans])
+        pieces = []
+        for run, span in zip(runs, spans, strict=True):
+            theta = campaign.signals["theta"][span]
+            check_finite(run, "theta", theta)
+            pieces.append(CubicSpline(np.arange(len(theta)) * period, theta).c.T)
+        shapes = list(zip(table["H"], table["beta"], strict=True))
+        cams = {shape: k for k, shape in enumerate(dict.fromkeys(shapes))}
+        motion = Motion(
+            np.concatenate(pieces),
+            np.stack([mechanism.cam(*shape).pitch_curve(TABLE)[:2] for shape in cams]),
+            np.array([cams[shape] for shape in shapes]),
+            table["m"].to_numpy(np.float64),
+        )
+        offsets = np.append(0, np.cumsum([span.stop - span.start for span in spans]))
+        return cls(motion, offsets, period, mechanism.gravity)
+
+    def __len__(self) -> int:
+        return len(self.offsets) - 1
+
+    def cam_at(self, run: Indices, piece: Indices) -> tuple[Array, Array]:
+        """Height (m) and speed (m/s) of the cam of `run` at the start of `piece`, each (n,)."""
+        *_, omega, theta = self.motion.pieces[piece].T
+        h, dh = on_cams(self.motion.curves, self.motion.cam[run], theta).T
+        return h, dh * omega
+
+    def from_the_start(self) -> Stretches:
+        """All runs as a whole, beginning on the cam."""
+        run = np.arange(len(self))
+        piece = self.offsets[:-1] - run  # a run has one interval less than samples
+        height, speed = self.cam_at(run, piece)
+        return Stretches(run, piece, np.diff(self.offsets) - 1, height, speed, self.offsets[:-1])
+
+    def simulate(self, parameters: BounceParameters, stretches: Stretches) -> Bounce:
+        """Simulated samples of all stretches."""
+        e = parameters.restitution
+        values = {k: v for k, v in asdict(parameters).items() if k != "restitution"}
+        law = Law(loss=(1.0 - e**2) / (1.0 + e**2), gravity=self.gravity, **values)
+        substeps = max(1, int(np.ceil(self.period / STEP - 1e-9)))
+        eps, force = np.empty((2, int((stretches.steps + 1).sum())))
+        bounce_kernel()(self.motion, stretches, law, self.period, substeps, eps, force)
+        return Bounce(eps, (force > 0.0).astype(np.float64))
+
+
+def _check_settings(table: pd.DataFrame) -> None:
+    for name in ("H", "beta", "m"):
+        wrong = np.flatnonzero(~(table[name].to_numpy(np.float64) > 0.0))
+        if len(wrong):
+            run, value = table[["exp", name]].iloc[wrong[0]]
+            raise BadInput(f"experiment {run:g}: {name} must be positive, got {value}")
+
+
+def _period(runs: list[int], clocks: list[Array]) -> float:
+    """The sampling period that all runs share, s."""
+    period = np.nan
+    for run, t in zip(runs, clocks, strict=True):
+        if len(t) < 2:
+            raise BadInput(f"experiment {run}: has fewer than two samples")
+        period = float(t[1] - t[0]) if np.isnan(period) else period
+        if not np.allclose(np.diff(t), period, rtol=1e-3, atol=0.0):
+            raise BadInput(f"experiment {run}: t must be uniform with {period:g} s between samples")
+    return period
+
+
+def check_finite(run: int, name: str, values: NDArray[np.floating]) -> None:
+    """Refuse a signal of an experiment with samples that are not numbers.
+
+    Raises:
+        BadInput: naming experiment, signal and sample.
+    """
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if len(wrong):
+        raise BadInput(f"experiment {run}: {name} is not a finite number at sample {wrong[0]}")
+
+
+def simulate(
+    cams: CamMotion, parameters: BounceParameters, members: int = 1, spread: float = 0.1, seed: int = 0
+) -> Bounce:
+    """Detachment of the follower over whole runs.
+
+    An impact late in a run of many impacts cannot be predicted: small errors grow with each of them. The mean
+    over an ensemble of parameters then errs least.
+
+    Args:
+        cams: measured motion.
+        parameters: identified on training runs.
+        members: simulations to average; 1 takes the parameters as they are.
+        spread: standard deviation of the logarithms of the members' parameters.
+        seed: of the ensemble.
+
+    Returns:
+        (samples,) each, the runs one after the other.
+    """
+    stretches = cams.from_the_start()
+    if members == 1:
+        return cams.simulate(parameters, stretches)
+    draw = np.random.default_rng(seed)
+    runs = [cams.simulate(_perturbed(parameters, draw.normal, spread), stretches) for _ in range(members)]
+    return Bounce(*(np.mean(signal, axis=0) for signal in zip(*runs, strict=True)))
+
+
+def _perturbed(p: BounceParameters, normal: Callable[..., float], spread: float) -> BounceParameters:
+    values = {name: value * float(np.exp(normal(0.0, spread))) for name, value in asdict(p).items()}
+    return replace(p, **values | {"restitution": min(values["restitution"], 1.0)})

@@ -1,0 +1,164 @@
+"""Compiled motion of a follower that leaves its cam and lands on it again (sections 5.2.2 and 5.3).
+
+In flight the follower obeys eq. 5.2 with F = 0. In contact cam, roller and shaft give way like one spring,
+which returns only a part of what an impact puts in. The force of that spring is continuous where contact is
+lost or made, so that integration steps need not end there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from pipeline.cam_follower import cam_follower as physics
+from pipeline.cam_follower.cam import TURN
+from unmodelled.base.compiling import kept
+from unmodelled.engine.kernels import compiled_function
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Relative speed, m/s, below which contact no longer takes energy: the follower settles instead of sticking.
+SETTLED = 0.005
+
+
+class Law(NamedTuple):
+    """Contact and flight as the kernel takes them; `loss` is (1 - e^2) / (1 + e^2), e the restitution."""
+
+    loss: float
+    contact_compliance: float
+    shaft_compliance: float
+    guide_coulomb: float
+    guide_viscous: float
+    gravity: float
+
+
+class Motion(NamedTuple):
+    """Measured motion of the cams of some runs.
+
+    `pieces` (intervals, 4) are cubic polynomials of the angle (rad) in the time (s) since the start of
+    their interval, highest power first; `curves` (cams, 2, n) h (m) and h' (m/rad) over one turn; `cam`
+    (runs,) rows of it; `mass` (runs,) of the follower, kg.
+    """
+
+    pieces: Array
+    curves: Array
+    cam: Indices
+    mass: Array
+
+
+class Stretches(NamedTuple):
+    """What is simulated: `steps` intervals from `piece` on.
+
+    The follower starts at `height` (m) with `speed` (m/s). The `steps` + 1 samples of a stretch are written
+    from `first` on. All arrays are (stretches,).
+    """
+
+    run: Indices
+    piece: Indices
+    steps: Indices
+    height: Array
+    speed: Array
+    first: Indices
+
+
+@kept()
+def on_cam(curve: Array, angle: float) -> tuple[float, float]:
+    """h (m) and h' (m/rad) at an angle, from a table (2, n) over one turn."""
+    n = curve.shape[1]
+    x = angle * n / TURN
+    i = int(np.floor(x))
+    f = x - i
+    i %= n
+    j = i + 1 if i + 1 < n else 0
+    return curve[0, i] + f * (curve[0, j] - curve[0, i]), curve[1, i] + f * (curve[1, j] - curve[1, i])
+
+
+@kept()
+def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
+    """(n, 2) h and h' on the cams `cam` (n,) at the angles `angle` (n,)."""
+    out = np.empty((len(angle), 2))
+    for k in range(len(angle)):
+        out[k, 0], out[k, 1] = on_cam(curves[cam[k]], angle[k])
+    return out
+
+
+@kept()
+def contact_force(
+    height: float, speed: float, h: float, dh: float, omega: float, mass: float, law: Law
+) -> float:
+    """Force on the follower, N: its weight where it is as high as the cam, zero where it is out of reach.
+
+    The compliance grows with h'^2, because the shaft turns back under the torque h' F. The loss adds to the
+    elastic force while the gap closes and takes as much off while it opens: an impact returns e^2 of its
+    energy, whatever its speed.
+    """
+    compliance = law.contact_compliance + law.shaft_compliance * dh * dh
+    elastic = (h - height) / compliance + mass * law.gravity
+    if elastic <= 0.0:
+        return 0.0
+    return elastic * (1.0 + law.loss * float(np.tanh((dh * omega - speed) / SETTLED)))
+
+
+def _follower() -> Callable[..., Any]:
+    """Acceleration of the follower, m/s^2, eq. 5.2 and 5.3."""
+    speed, force = sp.symbols("v F", real=True)
+    friction = physics.guide_friction(speed, sp.tanh(speed / physics.FOLLOWER_CREEP))
+    expression = (force - friction) / physics.m - physics.g
+    return compiled_function(expression, (speed, force, physics.m, *physics.CONSTANTS))
+
+
+@cache
+def bounce_kernel() -> Callable[..., None]:
+    """Compile the kernel (once a process).
+
+    Its signature is `(motion, stretches, law, period, substeps, eps, force)`. It makes `substeps` Runge-Kutta
+    steps per interval of `period` seconds and writes the gap eps (m) and the contact force (N) at the ends of
+    the intervals.
+    """
+    equation = _follower()
+
+    @numba.njit(inline="always")
+    def acceleration(y, v, h, dh, omega, m, law):  # type: ignore[no-untyped-def]
+        force = contact_force(y, v, h, dh, omega, m, law)
+        return equation(v, force, m, law.gravity, law.guide_coulomb, law.guide_viscous)
+
+    @numba.njit(nogil=True)
+    def simulate(motion, stretches, law, period, substeps, eps, force):  # type: ignore[no-untyped-def]
+        t = period / substeps
+        for k in range(len(stretches.run)):
+            run, begin, out = stretches.run[k], stretches.piece[k], stretches.first[k]
+            curve, m = motion.curves[motion.cam[run]], motion.mass[run]
+            y, v = stretches.height[k], stretches.speed[k]
+            a, b, w, start = motion.pieces[begin]
+            h, dh = on_cam(curve, start)
+            eps[out], force[out] = y - h, contact_force(y, v, h, dh, w, m, law)
+            for i in range(stretches.steps[k]):
+                a, b, c, d = motion.pieces[begin + i]
+                for j in range(substeps):
+                    s = (j + 0.5) * t
+                    half_w = c + s * (2.0 * b + s * 3.0 * a)
+                    half_h, half_dh = on_cam(curve, d + s * (c + s * (b + s * a)))
+                    s = (j + 1.0) * t
+                    next_w = c + s * (2.0 * b + s * 3.0 * a)
+                    next_h, next_dh = on_cam(curve, d + s * (c + s * (b + s * a)))
+                    k1 = acceleration(y, v, h, dh, w, m, law)
+                    v2 = v + 0.5 * t * k1
+                    k2 = acceleration(y + 0.5 * t * v, v2, half_h, half_dh, half_w, m, law)
+                    v3 = v + 0.5 * t * k2
+                    k3 = acceleration(y + 0.5 * t * v2, v3, half_h, half_dh, half_w, m, law)
+                    v4 = v + t * k3
+                    k4 = acceleration(y + t * v3, v4, next_h, next_dh, next_w, m, law)
+                    y += t / 6.0 * (v + 2.0 * (v2 + v3) + v4)
+                    v += t / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+                    h, dh, w = next_h, next_dh, next_w
+                eps[out + i + 1] = y - h
+                force[out + i + 1] = contact_force(y, v, h, dh, w, m, law)
+
+    return simulate  # type: ignore[no-any-return]

@@ -1,0 +1,106 @@
+"""The cam-follower mechanism, symbolically (sections 5.3 and 6.2.1): the single source of its equations.
+
+Every function that simulates or differentiates the mechanism is generated from these expressions by
+`unmodelled.engine.kernels`. There is no return spring (k = 0) on the bench of the dissertation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from pipeline.cam_follower.cam import Cam
+
+# state, its derivative, and what the cam makes of the angle
+theta, omega, alpha = sp.symbols("theta omega alpha", real=True)
+dh, d2h = sp.symbols("dh d2h", real=True)
+# operating point
+V, m = sp.symbols("V m", positive=True)
+# constants of the bench
+g, b0, b1 = sp.symbols("g b_0 b_1", positive=True)
+J, J_c, S_x, S_y = sp.symbols("J J_c S_x S_y", real=True)
+# effort of the drive: motor, gearbox, bearings - or whatever stands in for them
+T_d = sp.symbols("T_d", real=True)
+# motor
+k_V, k_omega, T_c, T_s, omega_s = sp.symbols("k_V k_omega T_c T_s omega_s", real=True)
+
+CONSTANTS = (g, b0, b1)
+CAM_CONSTANTS = (J_c, S_x, S_y)
+MOTOR_PARAMETERS = (J, k_V, k_omega, T_c, T_s, omega_s)
+
+#: Widths of the smoothed signs, small against every speed that matters: m/s and rad/s.
+FOLLOWER_CREEP, SHAFT_CREEP = 0.01, 0.2
+
+
+def guide_friction(speed: sp.Expr, sign: sp.Expr) -> sp.Expr:
+    """F_b, N: Coulomb and viscous friction of the linear guide, eq. 6.2."""
+    return b0 * sign + b1 * speed
+
+
+follower_speed = dh * omega
+
+#: Interface force as if contact never broke, N, eq. 6.4.
+INTERFACE_FORCE = m * (d2h * omega**2 + dh * alpha + g) + guide_friction(
+    follower_speed, sp.sign(follower_speed)
+)
+
+#: Angle-dependent inertia, kg m^2, and equivalent load, N m, eq. 6.9.
+INERTIA = J + m * dh**2
+LOAD = dh * (m * d2h * omega**2 + m * g + guide_friction(follower_speed, sp.sign(follower_speed)))
+
+#: Acceleration of the shaft under the drive's effort, rad/s^2, eq. 6.8 in contact.
+ACCELERATION = (T_d - LOAD) / INERTIA
+
+#: Torque of a DC motor and its gearbox at the cam shaft, N m. Resistance and back-EMF give k_V and k_omega;
+#: the gearbox's lubricated friction starts at T_c - T_s and saturates towards T_c over omega_s.
+MOTOR_TORQUE = (
+    k_V * V - k_omega * omega - sp.tanh(omega / SHAFT_CREEP) * (T_c - T_s * sp.exp(-sp.Abs(omega) / omega_s))
+)
+
+#: The complete drivetrain, rad/s^2: the cam's own inertia and weight added, signs smoothed so that a
+#: free-run simulation is differentiable by its parameters.
+MOTOR_ACCELERATION = (
+    T_d
+    + MOTOR_TORQUE
+    - LOAD.subs(sp.sign(follower_speed), sp.tanh(follower_speed / FOLLOWER_CREEP))
+    - (S_x * sp.cos(theta) - S_y * sp.sin(theta))
+) / (INERTIA + J_c)
+
+
+@dataclass(frozen=True)
+class CamFollower:
+    """Constants of the bench that every model may know.
+
+    Attributes:
+        base_radius: r_b, m. roller_radius: r_f, m.
+        guide_coulomb: b_0, N. guide_viscous: b_1, N s/m (section 5.3).
+        gravity: m/s^2.
+        cam_areal_density: kg/m^2; a printed PLA plate (1240 kg/m^3) as thick as the line contact of 11 mm.
+        jump_share: a run whose mean detachment per revolution exceeds this share of H is a jump (5.2.2).
+        stall_turns: a run with fewer turns is a stall.
+    """
+
+    base_radius: float = 0.02
+    roller_radius: float = 0.008
+    guide_coulomb: float = 0.5
+    guide_viscous: float = 12.0
+    gravity: float = 9.81
+    cam_areal_density: float = 13.64
+    jump_share: float = 0.013
+    stall_turns: float = 1.5
+
+    def cam(self, H: float, beta: float) -> Cam:
+        """The cam of stroke `H` (m) and rise `beta` (rad) on this bench."""
+        return Cam(H, beta, self.base_radius, self.roller_radius)
+
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """Values of `CONSTANTS`."""
+        return self.gravity, self.guide_coulomb, self.guide_viscous
+
+    def cam_constants(self, cam: Cam) -> tuple[float, float, float]:
+        """Values of `CAM_CONSTANTS`: inertia (kg m^2) and imbalance (N m) of the cam plate itself."""
+        polar, x, y = cam.area_moments
+        weight = self.cam_areal_density * self.gravity
+        return self.cam_areal_density * polar, weight * x, weight * y

@@ -1,0 +1,111 @@
+"""What a model may know about an experiment before it runs: its operating point and its cam."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+
+import numpy as np
+import pandas as pd
+import torch
+from torch import Tensor, nn
+
+from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.base.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Operating points, one entry per experiment; every field has the same shape.
+
+    Attributes:
+        V: motor voltage, V. m: follower mass, kg. H: stroke, m. beta: rise angle, rad.
+        cam: (int64) index of the cam in the `CamTable`.
+        J_c: the cam's inertia, kg m^2. S_x, S_y: its imbalance, N m.
+    """
+
+    V: Tensor
+    m: Tensor
+    H: Tensor
+    beta: Tensor
+    cam: Tensor
+    J_c: Tensor
+    S_x: Tensor
+    S_y: Tensor
+
+    def __getitem__(self, index: Tensor) -> Conditions:
+        """The conditions of the experiments `index` (any shape, int64)."""
+        return Conditions(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+class CamTable(nn.Module):
+    """Displacement curves of all cams, looked up by cam and angle.
+
+    Args:
+        curves: (cams, 2, n) first and second derivative of the displacement over one turn, m/rad, m/rad^2.
+    """
+
+    curves: Tensor
+
+    def __init__(self, curves: Tensor) -> None:
+        super().__init__()
+        n = curves.shape[-1]
+        # the first angle again at the end, so that interpolation needs no wrap-around
+        table = torch.cat([curves, curves[..., :1]], -1).transpose(1, 2)
+        self.register_buffer("curves", table.reshape(-1, 2).contiguous(), persistent=False)
+        self.n = n
+
+    def forward(self, cam: Tensor, theta: Tensor) -> tuple[Tensor, Tensor]:
+        """dh/dtheta and d2h/dtheta2 at `theta` (rad) of the cams `cam`; shapes broadcast, linear between."""
+        x = theta * (self.n / TURN)
+        floor = torch.floor(x)
+        weight = (x - floor)[..., None]
+        index = cam * (self.n + 1) + torch.remainder(floor, self.n).long().clamp(0, self.n - 1)
+        low = self.curves[index]
+        value = low + (self.curves[index + 1] - low) * weight
+        return value[..., 0], value[..., 1]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The mechanism with the cams that occur in a campaign.
+
+    Attributes:
+        mechanism: constants. cams: (stroke, rise) pairs in the order of the tables' first axis.
+    """
+
+    mechanism: CamFollower
+    cams: tuple[tuple[float, float], ...]
+
+    @classmethod
+    def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> Bench:
+        """The bench with every cam that `experiments` (columns H, beta) uses."""
+        pairs = experiments[["H", "beta"]].drop_duplicates().sort_values(["H", "beta"])
+        return cls(mechanism, tuple((float(H), float(beta)) for H, beta in pairs.to_numpy()))
+
+    def conditions(self, experiments: pd.DataFrame) -> Conditions:
+        """Conditions of `experiments` (columns V, m, H, beta), each (n,).
+
+        Raises:
+            BadInput: when an experiment uses a cam that the bench does not have.
+        """
+        index = {pair: i for i, pair in enumerate(self.cams)}
+        try:
+            cam = [index[float(H), float(b)] for H, b in experiments[["H", "beta"]].to_numpy()]
+        except KeyError as error:
+            raise BadInput(f"no cam with (H, beta) = {error.args[0]} in this campaign") from None
+        constants = np.array([self.mechanism.cam_constants(self.mechanism.cam(*p)) for p in self.cams])
+        columns = [experiments[c].to_numpy(np.float32) for c in ("V", "m", "H", "beta")]
+        V, m, H, beta = (torch.tensor(c) for c in columns)
+        J_c, S_x, S_y = torch.tensor(constants[cam].T, dtype=torch.float32)
+        return Conditions(V, m, H, beta, torch.tensor(cam), J_c, S_x, S_y)
+
+    @lru_cache(maxsize=8)  # noqa: B019 - a bench is immutable and lives as long as the process
+    def curves(self, kind: str, n: int = 3600) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        """(cams, 2, n) derivatives of the displacement; `kind` is "pitch" (h_p) or "theoretical" (h_c)."""
+        cams = [self.mechanism.cam(*pair) for pair in self.cams]
+        if kind not in ("pitch", "theoretical"):
+            raise BadInput(f"curve must be pitch or theoretical, got {kind}")
+        tables = [c.pitch_curve(n) if kind == "pitch" else c.theoretical_curve(n) for c in cams]
+        return np.stack(tables)[:, 1:]

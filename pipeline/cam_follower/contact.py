@@ -1,0 +1,107 @@
+"""Minimal contact force along a simulation, with every design point of a grid at once (section 6.4.1)."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import torch
+from torch import Tensor
+
+from pipeline.cam_follower import cam_follower as physics
+from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.conditions import Bench, CamTable, Conditions
+from pipeline.cam_follower.dynamics import Dynamics
+from unmodelled.engine.integrate import limited, step
+from unmodelled.engine.kernels import torch_function
+
+#: The force is evaluated at this many instants per step; its minimum is narrow.
+DENSE = 4
+#: Finished runs are dropped every so many steps.
+PRUNE = 25
+
+
+class ContactForce:
+    """The interface force of eq. 6.4 along dense trajectories, on the pitch curve."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.cams = CamTable(torch.tensor(bench.curves("pitch"), dtype=torch.float32))
+        symbols = (physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
+        self._force = torch_function(physics.INTERFACE_FORCE, (*symbols, *physics.CONSTANTS))
+        self._constants = bench.mechanism.constants
+
+    def minimum(
+        self, start: tuple[Tensor, ...], end: tuple[Tensor, ...], period: float, q: Conditions
+    ) -> Tensor:
+        """Smallest force during one step, N.
+
+        Args:
+            start, end: angle, speed, acceleration at both ends, each (batch, runs).
+            period: s.
+            q: conditions, (runs,) or (batch, runs).
+        """
+        (a0, w0, k0), (a1, w1, k1) = start, end
+        lowest = torch.full_like(a0, torch.inf)
+        for i in range(DENSE):
+            s = i / DENSE
+            # cubic Hermite: the states agree with the simulation at both ends
+            h00, h10, h01, h11 = (
+                (1 + 2 * s) * (1 - s) ** 2,
+                s * (1 - s) ** 2,
+                s * s * (3 - 2 * s),
+                s * s * (s - 1),
+            )
+            a = h00 * a0 + h10 * period * w0 + h01 * a1 + h11 * period * w1
+            w = h00 * w0 + h10 * period * k0 + h01 * w1 + h11 * period * k1
+            k = (1 - s) * k0 + s * k1
+            dh, d2h = self.cams(q.cam, a)
+            lowest = torch.minimum(lowest, self._force(w, k, dh, d2h, q.m, *self._constants))
+        return lowest
+
+
+def _acceleration(model: Dynamics, q: Conditions, theta: Tensor, omega: Tensor) -> Tensor:
+    return model.acceleration(theta, omega, q)
+
+
+@torch.no_grad()
+def minimal_force(
+    model: Dynamics, bench: Bench, start: tuple[Tensor, Tensor], q: Conditions, seconds: Tensor, period: float
+) -> Tensor:
+    """F_min-dagger of free-run simulations, N, eq. 6.11.
+
+    Args:
+        model: a stack of models.
+        bench: the mechanism.
+        start: initial angle and speed, (batch, runs).
+        q: conditions, (runs,).
+        seconds: (batch, runs) or anything that expands to it; how long each simulation lasts. None goes
+            beyond four turns.
+        period: sampling period of the model, s.
+
+    Returns:
+        (batch, runs).
+    """
+    contact = ContactForce(bench)
+    h = period / model.substeps
+    theta, omega = start
+    limit, seconds = theta + 4.0 * TURN, seconds.expand_as(theta)
+    result = torch.full_like(theta, torch.inf)
+    columns = torch.arange(theta.shape[1])
+    acceleration = model.acceleration(theta, omega, q)
+    for i in range(int(torch.ceil(seconds.max() / h))):
+        active = (i * h < seconds) & (theta < limit)
+        if i % PRUNE == 0:
+            # a run that every model has finished costs nothing any more
+            keep = active.any(0)
+            if not bool(keep.any()):
+                break
+            columns, q = columns[keep], q[keep]
+            theta, omega, acceleration, limit, seconds, active = (
+                x[:, keep] for x in (theta, omega, acceleration, limit, seconds, active)
+            )
+        a, w, _ = step(partial(_acceleration, model, q), theta, omega, h, model.method)
+        w = limited(w)
+        k = model.acceleration(a, w, q)
+        force = contact.minimum((theta, omega, acceleration), (a, w, k), h, q)
+        result[:, columns] = torch.where(active, torch.minimum(result[:, columns], force), result[:, columns])
+        theta, omega, acceleration = a, w, k
+    return result

@@ -1,0 +1,26 @@
+"""Linear least squares on the black-box inputs: the baseline that shows the need for a network (6.4.5)."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from pipeline.cam_follower.conditions import Bench, Conditions
+from pipeline.cam_follower.dynamics import Dynamics
+from pipeline.cam_follower.relu_ode import raw_inputs
+
+
+class Linear(Dynamics):
+    """Acceleration as an affine function of the inputs of f_BB; `batch` models."""
+
+    def __init__(self, bench: Bench, batch: int) -> None:
+        super().__init__(bench, batch, "theoretical")
+        self.weights = nn.Parameter(torch.zeros(batch, 8, 1), requires_grad=False)
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """The inputs of f_BB and a one, (..., 8)."""
+        inputs = raw_inputs(theta, omega, q)
+        return torch.cat([inputs, torch.ones_like(inputs[..., :1])], -1)
+
+    def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        return (self.inputs(theta, omega, q) @ self.weights)[..., 0]

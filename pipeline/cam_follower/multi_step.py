@@ -1,0 +1,81 @@
+"""Training of a network on top of the identified motor, over windows of free-run simulation."""
+
+from __future__ import annotations
+
+import torch
+from torch import Generator, Tensor
+
+from pipeline.cam_follower import free_run
+from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.motor import Motor, MotorHybrid
+from pipeline.cam_follower.one_step import Networked, new_model
+from pipeline.cam_follower.sampler import Sampler, once_per_fold
+from unmodelled.base.progress import track
+from unmodelled.engine.integrate import step
+
+
+def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:
+    """(stack, 6) motor parameters; models with the same training experiments share one motor."""
+    return once_per_fold(folds, lambda distinct: free_run.fit(Motor, dataset, distinct, seed).parameters_)
+
+
+def window_error(model: MotorHybrid, dataset: Dataset, runs: Tensor, first: Tensor, horizon: int) -> Tensor:
+    """Squared error of the speed over windows that start at measured states, (stack, windows).
+
+    The mean over the samples of each window, (rad/s)^2.
+    """
+    q = dataset.conditions[runs]
+    theta, omega = dataset.theta[first], dataset.omega[first]
+    total = torch.zeros_like(omega)
+    for k in range(1, horizon + 1):
+        theta, omega, _ = step(
+            lambda a, w: model.acceleration(a, w, q), theta, omega, dataset.period, model.method
+        )
+        total = total + (omega - dataset.omega[first + k]).square()
+    return total / horizon
+
+
+def fit(
+    build: Networked,
+    dataset: Dataset,
+    folds: list[Indices],
+    seed: int,
+    steps: int,
+    learning_rate: float,
+    batch: int,
+    horizon: int,
+    penalty: float,
+) -> MotorHybrid:
+    """Identify the motor of every fold, then train the network that rides on it.
+
+    Args:
+        build: constructor of the models.
+        dataset: trajectories.
+        folds: training experiments of each model of the stack.
+        seed: of starts, initial weights and windows.
+        steps: mini-batches. learning_rate: of Adam at the start, falling along a cosine.
+        batch: windows per mini-batch and model. horizon: samples per window.
+        penalty: price of the network's mean squared torque relative to `MotorHybrid.OUTPUT`,
+            in (rad/s)^2: the network speaks only where the physics is wrong.
+
+    Returns:
+        The trained stack.
+    """
+    generator = Generator().manual_seed(seed)
+    model = new_model(build, dataset, folds, generator)
+    if not isinstance(model, MotorHybrid):
+        raise TypeError(f"multi-step training must get a MotorHybrid, got {type(model).__name__}")
+    model.parameters_.data[:] = identified_motors(dataset, folds, seed)
+    sampler = Sampler(dataset, folds, generator)
+    optimiser = torch.optim.Adam(model.network.parameters(), lr=learning_rate)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
+    for _ in track(range(steps), steps, f"training {len(folds)} hybrids"):
+        runs, first = sampler.draw(batch, horizon)
+        error = window_error(model, dataset, runs, first, horizon)
+        inputs = model.inputs(dataset.theta[first], dataset.omega[first], dataset.conditions[runs])
+        loss = error.mean(1) + penalty * model.network(inputs).square().mean(1)
+        optimiser.zero_grad(set_to_none=True)
+        loss.sum().backward()
+        optimiser.step()
+        schedule.step()
+    return model

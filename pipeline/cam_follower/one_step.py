@@ -1,0 +1,87 @@
+"""One-step-ahead training of the ReLU-ODE models, eqs. 6.15 to 6.19."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import torch
+from torch import Generator, Tensor
+
+from pipeline.cam_follower.conditions import Bench, Conditions
+from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.dynamics import Dynamics
+from pipeline.cam_follower.sampler import Sampler, input_scale
+from unmodelled.base.progress import Counter
+
+
+class Networked(Protocol):
+    """A constructor of a stack of models that contain a network."""
+
+    def __call__(self, bench: Bench, scale: Tensor, generator: Generator) -> Dynamics: ...
+
+
+def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generator: Generator) -> Dynamics:
+    """A stack of untrained models, inputs scaled by each fold's own training data."""
+    probe = build(dataset.bench, torch.ones(1, 1), generator)
+    inputs: Callable[[Tensor, Tensor, Conditions], Tensor] = probe.inputs  # type: ignore[assignment]
+    values = inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
+    return build(dataset.bench, input_scale(values, dataset, folds), generator)
+
+
+def fit(
+    build: Networked,
+    dataset: Dataset,
+    folds: list[Indices],
+    seed: int,
+    steps: int,
+    learning_rate: float,
+    batch: int,
+    group: int,
+) -> Dynamics:
+    """Train a stack of models with Adam on mini-batches of one-step predictions.
+
+    Args:
+        build: constructor of the models.
+        dataset: trajectories.
+        folds: training experiments of each model of the stack.
+        seed: of the initial weights and the mini-batches.
+        steps: mini-batches; the learning rate falls to zero along a cosine.
+        learning_rate: of Adam at the start.
+        batch: samples per mini-batch and model.
+        group: models trained side by side; more of them share operator calls but leave the cache.
+
+    Returns:
+        The trained stack.
+    """
+    generator = Generator().manual_seed(seed)
+    whole = new_model(build, dataset, folds, generator)
+    groups = range(0, len(folds), group)
+    states = []
+    with Counter(len(groups) * steps, f"training {len(folds)} models") as counter:
+        for done, first in enumerate(groups):
+            members = folds[first : first + group]
+            model = new_model(build, dataset, members, generator)
+            sampler = Sampler(dataset, members, generator)
+            optimiser = torch.optim.Adam(model.parameters(), lr=learning_rate)
+            schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
+            for k in range(steps):
+                _step(model, dataset, sampler, optimiser, batch)
+                schedule.step()
+                counter.update(done * steps + k + 1)
+            states.append(model.state_dict())
+    # every tensor of a model has the stack as its first axis
+    whole.load_state_dict({key: torch.cat([s[key] for s in states]) for key in states[0]})
+    return whole
+
+
+def _step(
+    model: Dynamics, dataset: Dataset, sampler: Sampler, optimiser: torch.optim.Optimizer, batch: int
+) -> None:
+    runs, now = sampler.draw(batch)
+    acceleration = model.acceleration(dataset.theta[now], dataset.omega[now], dataset.conditions[runs])
+    error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
+    optimiser.zero_grad(set_to_none=True)
+    # the models share nothing, so that the sum trains each of them on its own mean
+    error.square().mean(1).sum().backward()  # type: ignore[no-untyped-call]
+    optimiser.step()

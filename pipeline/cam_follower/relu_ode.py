@@ -1,0 +1,120 @@
+"""ReLU-ODE models of section 6.4: black-box, soft-hybrid and hybrid."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Generator, Tensor, nn
+
+from pipeline.cam_follower import cam_follower as physics
+from pipeline.cam_follower.conditions import Bench, Conditions
+from pipeline.cam_follower.dynamics import Dynamics
+from unmodelled.engine.kernels import torch_function
+
+
+class ReluNetwork(nn.Module):
+    """`batch` one-hidden-layer ReLU networks with inputs scaled by 1 / standard deviation, eq. 6.18.
+
+    Args:
+        scale: (batch, inputs) standard deviation of every input over the training data.
+        hidden: number of hidden units.
+        generator: source of the initial weights (Glorot uniform, zero biases).
+    """
+
+    scale: Tensor
+
+    def __init__(self, scale: Tensor, hidden: int, generator: Generator) -> None:
+        super().__init__()
+        batch, inputs = scale.shape
+        self.register_buffer("scale", 1.0 / scale[:, None, :])
+        self.W_h = nn.Parameter(_glorot(batch, inputs, hidden, generator))
+        self.b_h = nn.Parameter(torch.zeros(batch, 1, hidden))
+        self.W_o = nn.Parameter(_glorot(batch, hidden, 1, generator))
+        self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
+
+    def forward(self, d: Tensor) -> Tensor:
+        """Output (batch, samples) for inputs `d` (batch, samples, inputs)."""
+        hidden = torch.baddbmm(self.b_h, d * self.scale, self.W_h).relu()
+        return torch.baddbmm(self.b_o, hidden, self.W_o)[..., 0]
+
+
+def _glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
+    limit = math.sqrt(6.0 / (rows + columns))
+    return (torch.rand(batch, rows, columns, generator=generator) * 2.0 - 1.0) * limit
+
+
+def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+    """d_BB, (..., 7): sine and cosine of the angle, speed, and the settings V, m, H, beta (6.4.3)."""
+    settings = [x.expand_as(theta) for x in (q.V, q.m, q.H, q.beta)]
+    return torch.stack([theta.sin(), theta.cos(), omega, *settings], -1)
+
+
+def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+    """d_H1 = d_H2, (..., 5): the cam's derivatives in place of angle and shape (6.4.4)."""
+    return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
+
+
+class BlackBox(Dynamics):
+    """f_BB: the network maps angle, speed and settings to the acceleration (6.4.3)."""
+
+    #: The network's output of order one becomes an acceleration, rad/s^2.
+    OUTPUT = 100.0
+
+    def __init__(
+        self, bench: Bench, scale: Tensor, generator: Generator, hidden: int, curve: str = "theoretical"
+    ) -> None:
+        super().__init__(bench, len(scale), curve)
+        self.network = ReluNetwork(scale, hidden, generator)
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        return raw_inputs(theta, omega, q)
+
+    def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        output: Tensor = self.network(self.inputs(theta, omega, q))
+        return output * self.OUTPUT
+
+
+class SoftHybrid(BlackBox):
+    """f_H1: the angle and the cam's parameters are replaced by dh/dtheta and d2h/dtheta2 (6.4.4)."""
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        dh, d2h = self.cams(q.cam, theta)
+        return cam_inputs(dh, d2h, omega, q)
+
+
+class Hybrid(Dynamics):
+    """f_H2: the drivetrain's equation is known, the network supplies the drive's torque (6.4.4).
+
+    The shaft's inertia J is trained with the network; it starts at `inertia` kg m^2.
+    """
+
+    #: The network's output of order one becomes a torque of the drive's order, N m.
+    OUTPUT = 0.5
+
+    def __init__(
+        self,
+        bench: Bench,
+        scale: Tensor,
+        generator: Generator,
+        hidden: int,
+        inertia: float = 0.01,
+        curve: str = "theoretical",
+    ) -> None:
+        super().__init__(bench, len(scale), curve)
+        self.network = ReluNetwork(scale, hidden, generator)
+        # the logarithm keeps the inertia positive
+        self.log_J = nn.Parameter(torch.full((len(scale), 1), math.log(inertia)))
+        self.constants = bench.mechanism.constants
+        symbols = (physics.T_d, physics.omega, physics.dh, physics.d2h, physics.m, physics.J)
+        self._equation = torch_function(physics.ACCELERATION, (*symbols, *physics.CONSTANTS))
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        dh, d2h = self.cams(q.cam, theta)
+        return cam_inputs(dh, d2h, omega, q)
+
+    def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        dh, d2h = self.cams(q.cam, theta)
+        torque = self.network(cam_inputs(dh, d2h, omega, q)) * self.OUTPUT
+        result: Tensor = self._equation(torque, omega, dh, d2h, q.m, self.log_J.exp(), *self.constants)
+        return result

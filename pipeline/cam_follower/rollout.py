@@ -1,0 +1,81 @@
+"""Free-run simulation of the motor drivetrain as a compiled loop, its error projected on the angle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.cam_follower import cam_follower as physics
+from pipeline.cam_follower.cam import TURN
+from unmodelled.engine.integrate import SPEED_LIMIT
+from unmodelled.engine.kernels import compiled_function
+
+Array = NDArray[np.float64]
+
+
+@cache
+def residual_kernel() -> Callable[..., None]:
+    """Compile the kernel (once a process).
+
+    The kernel has the signature
+    `(parameters, constants, curves, theta, omega, lengths, V, m, cam, own, period, substeps, stretch, out)`:
+    parameters (6,), constants (3,), curves (cams, 2, n), theta and omega (runs, samples) padded behind
+    `lengths`, V, m, cam (runs,), own (runs, 3), and writes into `out` (runs, samples) the simulated minus
+    the measured speed at every measured angle, rad/s. Where a simulation never arrives, because it stalls or
+    is slower than `stretch` times the measurement, the simulated speed counts as zero.
+    """
+    symbols = (physics.T_d, physics.theta, physics.omega, physics.dh, physics.d2h, physics.m, physics.V)
+    equation = compiled_function(
+        physics.MOTOR_ACCELERATION,
+        (*symbols, *physics.CAM_CONSTANTS, *physics.MOTOR_PARAMETERS, *physics.CONSTANTS),
+    )
+
+    @numba.njit(error_model="numpy", inline="always")
+    def acceleration(a: float, w: float, curve: Any, V: float, m: float, own: Any, p: Any, c: Any) -> float:
+        n = curve.shape[1]
+        x = a * n / TURN
+        i = int(np.floor(x))
+        f = x - i
+        i %= n
+        j = i + 1 if i + 1 < n else 0
+        dh = curve[0, i] + (curve[0, j] - curve[0, i]) * f
+        d2h = curve[1, i] + (curve[1, j] - curve[1, i]) * f
+        return equation(  # type: ignore[no-any-return]
+            0.0, a, w, dh, d2h, m, V, own[0], own[1], own[2],
+            p[0], p[1], p[2], p[3], p[4], p[5], c[0], c[1], c[2],
+        )  # fmt: skip
+
+    # not parallel: numba would give OpenMP, and with it torch, as many threads as there are cores
+    @numba.njit(error_model="numpy", nogil=True)
+    def residual(p, c, curves, theta, omega, lengths, V, m, cam, own, period, substeps, stretch, out):  # type: ignore[no-untyped-def]
+        h = period / substeps
+        for r in range(len(lengths)):
+            curve, o = curves[cam[r]], own[r]
+            a, w, seen = theta[r, 0], omega[r, 0], 0
+            a_old, w_old = a, w
+            for _ in range(int(lengths[r] * stretch) * substeps):
+                while seen < lengths[r] and theta[r, seen] <= a:
+                    f = (theta[r, seen] - a_old) / (a - a_old) if a > a_old else 1.0
+                    out[r, seen] = w_old + (w - w_old) * max(f, 0.0) - omega[r, seen]
+                    seen += 1
+                if seen == lengths[r] or not abs(w) < SPEED_LIMIT:
+                    break
+                a_old, w_old = a, w
+                k1 = acceleration(a, w, curve, V[r], m[r], o, p, c)
+                w2 = w + 0.5 * h * k1
+                k2 = acceleration(a + 0.5 * h * w, w2, curve, V[r], m[r], o, p, c)
+                w3 = w + 0.5 * h * k2
+                k3 = acceleration(a + 0.5 * h * w2, w3, curve, V[r], m[r], o, p, c)
+                w4 = w + h * k3
+                k4 = acceleration(a + h * w3, w4, curve, V[r], m[r], o, p, c)
+                a += h / 6.0 * (w + 2.0 * (w2 + w3) + w4)
+                w += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+            for k in range(seen, lengths[r]):
+                out[r, k] = -omega[r, k]
+
+    return residual  # type: ignore[no-any-return]

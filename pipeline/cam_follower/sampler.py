@@ -1,0 +1,78 @@
+"""Drawing training samples for a stack of models, and the scale of their inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import torch
+from torch import Generator, Tensor
+
+from pipeline.cam_follower.dataset import Dataset, Indices
+
+
+class Sampler:
+    """Draws training samples for a stack of models, each from its own experiments.
+
+    Every experiment weighs the same however long it is, as in eq. 6.16.
+
+    Args:
+        dataset: where to draw from.
+        folds: the training experiments of each model of the stack.
+        generator: source of randomness.
+    """
+
+    def __init__(self, dataset: Dataset, folds: list[Indices], generator: Generator) -> None:
+        self.dataset, self.generator = dataset, generator
+        self.counts = torch.tensor([len(f) for f in folds])[:, None]
+        self.runs = torch.zeros(len(folds), int(self.counts.max()), dtype=torch.long)
+        for row, fold in zip(self.runs, folds, strict=True):
+            row[: len(fold)] = torch.as_tensor(fold)
+
+    def draw(self, size: int, horizon: int = 1) -> tuple[Tensor, Tensor]:
+        """Experiments and first samples of `size` windows a model.
+
+        Args:
+            size: windows per model.
+            horizon: samples that must follow the first one within its experiment.
+
+        Returns:
+            Experiments and samples, both (stack, size), int64.
+        """
+        shape = (len(self.counts), size)
+        pick = (torch.rand(shape, generator=self.generator) * self.counts).long()
+        runs = self.runs.gather(1, pick.clamp_max(self.counts - 1))
+        room = (self.dataset.lengths[runs] - horizon).clamp_min(1)
+        start = (torch.rand(shape, generator=self.generator) * room).long().clamp_max(room - 1)
+        return runs, self.dataset.offsets[runs] + start
+
+
+def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tensor:
+    """Standard deviation of every input over each model's own training samples, (stack, inputs).
+
+    Args:
+        inputs: (samples, inputs) the inputs at all samples of the dataset.
+        dataset: owner of the samples.
+        folds: the training experiments of each model of the stack.
+    """
+
+    def scale(fold: Indices) -> Tensor:
+        std = inputs[dataset.samples_of(fold)].std(0)
+        # an input that never varies in training keeps its own size: dividing by zero helps nobody
+        return torch.where(std > 1e-9, std, torch.ones_like(std))
+
+    return once_per_fold(folds, lambda distinct: [scale(fold) for fold in distinct])
+
+
+def once_per_fold(folds: list[Indices], work: Callable[[list[Indices]], Iterable[Tensor]]) -> Tensor:
+    """Do `work` on the distinct training sets of a stack and hand its results to every repeat.
+
+    Args:
+        folds: the training experiments of each model of the stack.
+        work: one tensor for each of the distinct sets it is given, in their order.
+
+    Returns:
+        (stack, ...) one result per model.
+    """
+    distinct = {fold.tobytes(): fold for fold in folds}
+    results = dict(zip(distinct, work(list(distinct.values())), strict=True))
+    return torch.stack([results[fold.tobytes()] for fold in folds])

@@ -1,0 +1,110 @@
+"""A recurrent network for what the bounce simulation leaves, silent where that stays in contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.cam_follower.bounce_gate import gated, residual
+from pipeline.cam_follower.detachment import Fitted
+from pipeline.cam_follower.sequence.fits import Fits
+from pipeline.cam_follower.sequence.recipe import SequenceRecipe
+from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from pipeline.cam_follower.simulation import BounceFits, BounceRecipe
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.trajectory import Campaign
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Folder of the simulation's parameters, beside one folder of networks per fold.
+PHYSICS = "bounce"
+
+
+@dataclass(frozen=True)
+class HybridFits:
+    """Simulation and networks of all folds; what a network reads depends on its fold."""
+
+    physics: BounceFits
+    networks: Mapping[str, Fits]
+
+    @property
+    def folds(self) -> list[str]:
+        """Names of the folds."""
+        return list(self.networks)
+
+    @property
+    def parts(self) -> dict[str, Fitted]:
+        """The simulation alone."""
+        return {PHYSICS: self.physics}
+
+    def detachment(self, fold: str, campaign: Campaign) -> Array:
+        """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""
+        simulated, network = self.physics.simulated(fold, campaign), self.networks[fold]
+        learned = network.detachment(fold, simulated)
+        signals = Sequences.of(simulated, SequenceInputs(("gate", "eps_bounce")), network.samples).features
+        return gated(signals[..., 0], signals[..., 1], learned)
+
+
+@dataclass(frozen=True)
+class BounceHybrid:
+    """The bounce simulation and a network for the rest.
+
+    Attributes:
+        bounce: identified first, on the same runs.
+        network: reads the signals of the simulation beside those of the campaign.
+    """
+
+    bounce: BounceRecipe
+    network: SequenceRecipe
+
+    def __post_init__(self) -> None:
+        if self.bounce.samples != self.network.samples:
+            raise BadInput(
+                f"samples must be the same of bounce and network, got {self.bounce.samples} and "
+                f"{self.network.samples}"
+            )
+
+    @property
+    def samples(self) -> int:
+        """After which a run is cut off."""
+        return self.network.samples
+
+    def fit(
+        self,
+        campaign: Campaign,
+        folds: Mapping[str, Indices],
+        repeats: int,
+        seed: int,
+        out: Path,
+        workers: int = 2,
+        device: str = "cpu",
+    ) -> float:
+        """Write the simulation's parameters, and a folder of networks (see `SequenceRecipe.fit`) per fold.
+
+        Returns:
+            The time that all fits took, core seconds.
+
+        Raises:
+            BadInput: when the data do not suit the recipe, or `out` holds fits of other features.
+        """
+        seconds = self.bounce.fit(campaign, folds, repeats, seed, out / PHYSICS, workers)
+        physics = self.bounce.read(out / PHYSICS)
+        for k, (name, rows) in enumerate(folds.items()):
+            rest, own = residual(physics.simulated(name, campaign)), out / f"{k:02d}"
+            seconds += self.network.fit(rest, {name: rows}, repeats, seed, own, workers, device)
+        return seconds
+
+    def read(self, folder: Path) -> HybridFits:
+        """What `fit` wrote to `folder`.
+
+        Raises:
+            BadInput: when the training has not finished, or a file is missing, damaged or of other features.
+        """
+        physics = self.bounce.read(folder / PHYSICS)
+        networks = {name: self.network.read(folder / f"{k:02d}") for k, name in enumerate(physics.folds)}
+        return HybridFits(physics, networks)

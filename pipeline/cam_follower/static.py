@@ -1,0 +1,71 @@
+"""Static models fitted to samples (sections 2.2 and 2.3): physical parameters, and feedforward networks."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.neural_network import MLPRegressor
+from threadpoolctl import threadpool_limits
+
+from pipeline.cam_follower.efficiency import efficiency
+
+Array = NDArray[np.float64]
+
+#: Where the search for the motor's parameters starts: Ohm, A/V.
+START = (1.0, 0.001)
+#: Iterations of L-BFGS at most; a network that memorises its samples never stops improving.
+ITERATIONS = 3000
+
+
+def fit_motor(current: Array, measured: Array, voltage: float) -> tuple[float, float]:
+    """R_a in Ohm and B' in A/V that fit measured efficiencies best in the mean square, Eq. 2.1.
+
+    Args:
+        current: (L,) A. measured: (L,) efficiencies.
+    """
+
+    def error(p: Array) -> Array:
+        return efficiency(current, voltage, p[0], p[1]) - measured
+
+    resistance, friction = least_squares(error, START, x_scale=START).x
+    return float(resistance), float(friction)
+
+
+def fit_network(u: Array, y: Array, hidden: int, penalty: float, seed: int) -> Callable[[Array], Array]:
+    """A network of one layer of `hidden` tanh neurons, Eq. 2.2, as a function of u.
+
+    Inputs and outputs are normalised by the samples. The loss is Eq. 2.6 (with `penalty` = 0, Eq. 2.3); its
+    gradient comes from back-propagation, and L-BFGS follows it downhill. (Eq. 2.5 as printed adds the
+    gradient, which would climb.)
+
+    Args:
+        u: (L,) inputs. y: (L,) outputs. penalty: lambda. seed: of the initial weights.
+    """
+    u_mean, u_std, y_mean, y_std = u.mean(), u.std(), y.mean(), y.std()
+    weights = 2 * hidden
+    # scikit-learn minimises half of Eq. 2.6, with alpha / (2 L) before the sum of squared weights
+    alpha = 0.5 * penalty * len(u) / weights
+    network = MLPRegressor(
+        hidden_layer_sizes=(hidden,),
+        activation="tanh",
+        solver="lbfgs",
+        alpha=alpha,
+        max_iter=ITERATIONS,
+        max_fun=10 * ITERATIONS,
+        tol=1e-10,
+        random_state=seed,
+    )
+    # threads would only wait for each other on matrices so small
+    with threadpool_limits(1), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        network.fit(((u - u_mean) / u_std)[:, None], (y - y_mean) / y_std)
+
+    def predict(at: Array) -> Array:
+        return np.asarray(network.predict(((at - u_mean) / u_std)[:, None]) * y_std + y_mean)
+
+    return predict

@@ -1,0 +1,1 @@
+"""Tables, numbers and claims of the dissertation's chapters."""

@@ -1,0 +1,141 @@
+"""Numbers of chapter 5: prediction of follower jumps, and what its networks go by."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from pipeline.chapters.leaves import mean_leaf
+from pipeline.chapters.summary import leaf, share
+from unmodelled.base.errors import BadInput
+from unmodelled.evaluation.splits import Fold
+
+Array = NDArray[np.float64]
+
+#: Where a single number stands for a model: the share of the runs of Fig. 5.15, 5.17 and 5.18.
+SCARCE = "5%"
+UNIFORM, FACTORS = "uniform", "factors"
+#: The split of the models without q_s.
+WITHOUT = "scarce"
+BOUNCE, HYBRID = "bounce", "tau4_bounce"
+PROTOCOL = {
+    UNIFORM: "trained on a random share of the contact and jump runs, tested on all others",
+    "split": "trained on the 1st, 3rd, ... of the sorted levels of a factor, tested on the others; the text "
+    "does not say which were left out",
+    "baseline": f"bounce: physics alone, its parameters from the training runs, {SCARCE} of the runs where "
+    "no other fold is named; F-dagger: a jump where its minimum at 2 kHz is negative, nothing fitted, on the "
+    "same test runs",
+    "hybrid": f"the network on top of the bounce simulator; {SCARCE} of the runs where no other fold is "
+    "named",
+    "attribution": "networks trained on 30% of the runs; DeepSHAP of jump runs that were not trained on, "
+    "against contact runs that were; shares of the sum of |Phi| over steps and runs, mean and interval over "
+    "repeats",
+}
+COMMON = (
+    "100 Hz, first 2 s of a run; median prediction of the repeats; MSE per run, median over the jump runs "
+    "(mse_jump) or all runs (mse_all) that were tested, interval by bootstrap over them; a run counts as a "
+    "jump where the mean over revolutions of the largest predicted detachment, as a share of the stroke, "
+    "exceeds a level, by logistic regression on the training runs; accuracy with its Wilson interval; "
+    "stalls left out"
+)
+
+
+def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
+    """Which experiment of the text a row belongs to: uniform, factors, or scarce for the models without q_s.
+
+    Args:
+        trained: name of the split in conf/split/, which may join several. folds: named by a share, or by a
+            factor.
+    """
+    experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
+    return np.where(trained == WITHOUT, WITHOUT, experiment)
+
+
+def scores(runs: pd.DataFrame) -> dict[str, Any]:
+    """mse_jump, mse_all and accuracy of one model on one fold.
+
+    Args:
+        runs: label, mse (mm^2), jumps; a row a test run.
+    """
+    jump = runs["label"] == "jump"
+    found = {"mse_all": leaf(runs["mse"].to_numpy(), "mm^2")}
+    found["accuracy"] = share(int((jump == runs["jumps"]).sum()), len(runs))
+    # a tiny campaign may have no jump to test on
+    return found | ({"mse_jump": leaf(runs.loc[jump, "mse"].to_numpy(), "mm^2")} if jump.any() else {})
+
+
+def predictions(runs: pd.DataFrame) -> dict[str, Any]:
+    """Leaves uniform, split, baseline.bounce and hybrid.
+
+    Args:
+        runs: of all models, splits and folds; see `pipeline.chapters.jumps.judge`.
+    """
+    result: dict[str, Any] = {UNIFORM: {}, "split": {}, "baseline": {BOUNCE: {}}, "hybrid": {}}
+    places = {BOUNCE: result["baseline"][BOUNCE], HYBRID: result["hybrid"]}
+    for (split, fold, model), group in runs.groupby(["split", "fold", "model"]):
+        section, level = ("split", fold) if split == FACTORS else (UNIFORM, fold.removesuffix("%"))
+        found = scores(group)
+        if model in places:
+            places[model].setdefault(section, {})[level] = found
+            if fold == SCARCE:
+                places[model].update(found)
+        else:
+            result[section].setdefault(level, {})[model] = found
+    for section, content in result.items():
+        content["protocol"] = f"{PROTOCOL[section]}; {COMMON}"
+    return result
+
+
+def force_accuracy(experiments: pd.DataFrame, folds: list[Fold]) -> dict[str, Any]:
+    """Leaf: F-dagger as a classifier of the runs tested with scarce data: a negative minimum says jump.
+
+    Raises:
+        BadInput: when there is no fold of scarce data.
+    """
+    fold = next((fold for fold in folds if fold.name == SCARCE), None)
+    if fold is None:
+        raise BadInput(f"split: has no fold {SCARCE}, only {', '.join(fold.name for fold in folds)}")
+    table = experiments.iloc[fold.test]
+    return share(int(((table["f_min"] < 0.0) == (table["label"] == "jump")).sum()), len(table))
+
+
+def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
+    """Leaves of section 5.5.
+
+    Args:
+        tables: `overall`, `accuracy` and `agreement` as attribute writes them.
+    """
+    accuracy = tables["accuracy"]
+    worst = {"value": 1e3 * float(accuracy["error"].max()), "unit": "mm", "n": int(accuracy["steps"].sum())}
+    shares = {
+        str(model): {
+            str(feature): mean_leaf(rows["share"].to_numpy(), "-")
+            for feature, rows in group.groupby("feature", sort=False)
+        }
+        for model, group in tables["overall"].groupby("model")
+    }
+    agreement = {
+        str(model): {kind: mean_leaf(group[kind].to_numpy(), "-") for kind in ("shares", "trajectories")}
+        for model, group in tables["agreement"].groupby("model")
+    }
+    return {
+        "local_accuracy_max": worst,
+        "share": shares,
+        "rank_correlation": agreement,
+        "protocol": PROTOCOL["attribution"],
+    }
+
+
+def readable(runs: pd.DataFrame) -> pd.DataFrame:
+    """One row a split, fold and model: the scores with their intervals."""
+    rows = []
+    for (split, fold, model), group in runs.groupby(["split", "fold", "model"], sort=False):
+        row = {"split": split, "fold": fold, "model": model}
+        for name, content in scores(group).items():
+            low, high = content.get("interval", (None, None))
+            row |= {name: content["value"], f"{name} low": low, f"{name} high": high}
+        rows.append(row)
+    return pd.DataFrame(rows)

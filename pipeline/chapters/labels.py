@@ -1,0 +1,52 @@
+"""Stall, jump or contact: the labels of an experiment (section 5.2.2)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.cam_follower.cam import TURN
+
+Array = NDArray[np.float64]
+
+
+def unwrapped(theta: Array) -> Array:
+    """The wrapped angle made continuous, rad; a start just below zero, logged as 2 pi, becomes negative."""
+    angle = np.unwrap(theta)
+    return angle - TURN if angle[0] > np.pi else angle
+
+
+def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
+    """Samples of every full revolution.
+
+    The first, which contains the start, and the last, which is cut short, are left out.
+
+    Args:
+        angle: (n,) unwrapped, rad.
+        minimum: the first revolution to count, 1 leaves the start-up out.
+    """
+    turn = np.floor(np.maximum.accumulate(angle) / TURN).astype(int)
+    edges = np.searchsorted(turn, np.arange(minimum, turn[-1] + 1))
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
+
+
+def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
+    """Per-revolution maximum (or minimum) of `signal` averaged over full revolutions; NaN without any."""
+    extreme = np.max if largest else np.min
+    values = [extreme(signal[turn]) for turn in full_revolutions(angle)]
+    return float(np.mean(values)) if values else float("nan")
+
+
+def label(turns: float, eps_share: float, jump_share: float, stall_turns: float) -> str:
+    """Label of an experiment.
+
+    Args:
+        turns: revolutions travelled.
+        eps_share: mean maximal detachment over the stroke.
+        jump_share, stall_turns: thresholds, see `CamFollower`.
+    """
+    if turns < stall_turns:
+        return "stall"
+    return "jump" if eps_share > jump_share else "contact"

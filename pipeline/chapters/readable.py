@@ -1,0 +1,24 @@
+"""Tables for people: CSV, and what a page says about it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from unmodelled.base.files import read_json, replacing, write_json
+
+
+def training_seconds(fits: Path) -> float:
+    """Time that the fits in `fits`/<model>/<split> took, s."""
+    return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
+
+
+def write_table(
+    path: Path, table: pd.DataFrame, chapter: int | None, title: str, protocol: str, data: str = ""
+) -> None:
+    """Write `path`.csv and `path`.json: title, caption, protocol, chapter if any, kind of data if given."""
+    with replacing(path.with_suffix(".csv")) as temporary:
+        table.to_csv(temporary, index=False, float_format="%.6g")
+    about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}
+    write_json(path.with_suffix(".json"), about | ({"data": data} if data else {}))

@@ -1,0 +1,121 @@
+"""Verdicts on claims: the words, and the rules that decide orders, trends and equivalence.
+
+A sample is what was drawn independently: a training from its own initial weights, a held-out run or a data
+set. It has one number: repeats within a draw are reduced to their median by the caller. Every change of a
+rule is a row of docs/decisions/rule_changes.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import comb, factorial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipeline.cam_follower.metrics import median_interval
+
+Array = NDArray[np.float64]
+
+HOLDS, DIRECTION, FAILS = "holds", "holds in direction", "does not hold"
+UNTESTED, TOO_FEW = "cannot be tested on these data", "too few repeats"
+#: Level of the one-sided tests, as usual.
+LEVEL = 0.05
+#: Largest ratio of two errors that are about equally large; the ratio of the first rule of section 6.5.1.
+ALIKE = 1.5
+#: Relative difference below which repeats of a deterministic model differ by rounding alone.
+ROUNDING = 1e-9
+
+
+def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
+    """Return the verdict on "the numbers `larger` are larger than the numbers `smaller`".
+
+    Independent samples are compared by a Mann-Whitney test, pairs by a Wilcoxon signed-rank test of their
+    differences, both one-sided at 5 %. A deterministic model (least squares, an identified motor) gives one
+    number however often it is repeated: its copies count once, and the differences of the other side from it
+    are tested like pairs. In direction: only the median says so. Too few repeats: even complete
+    separation would not reach 5 %, as with four pairs, or with three numbers against three.
+
+    Args:
+        larger, smaller: (samples,) one number per independent sample.
+        paired: whether the k-th numbers belong to the same held-out run or data set; default: they do not.
+    """
+    from scipy.stats import mannwhitneyu, wilcoxon
+
+    if not paired:
+        larger, smaller = _without_copies(larger), _without_copies(smaller)
+    if paired or 1 in (len(larger), len(smaller)):
+        difference = larger - smaller
+        if too_few(len(difference)):
+            return TOO_FEW
+        if np.median(difference) <= 0.0:
+            return FAILS
+        return _decided(wilcoxon(difference, alternative="greater").pvalue)
+    if 1.0 / comb(len(larger) + len(smaller), len(larger)) >= LEVEL:
+        return TOO_FEW
+    if np.median(larger) <= np.median(smaller):
+        return FAILS
+    return _decided(mannwhitneyu(larger, smaller, alternative="greater").pvalue)
+
+
+def too_few(pairs: int) -> bool:
+    """Return whether no test of so many pairs, or numbers against a constant, can reach the level."""
+    return 0.5**pairs >= LEVEL
+
+
+def falling_verdict(levels: Array, values: Array) -> tuple[str, float]:
+    """Return the verdict on "the values fall as the levels rise", and Spearman's rank correlation.
+
+    The test is exact, over all orders of the values, one-sided at 5 %.
+
+    Args:
+        levels: (samples,) such as shares of the runs trained on.
+        values: (samples,) one number per level: the median of its repeats.
+    """
+    from scipy.stats import permutation_test, spearmanr
+
+    def correlation(order: Array) -> float:
+        return float(spearmanr(levels, order).statistic)
+
+    if 1.0 / factorial(len(levels)) >= LEVEL:
+        return TOO_FEW, correlation(values)
+    test = permutation_test(
+        (values,), correlation, permutation_type="pairings", alternative="less", n_resamples=np.inf
+    )
+    # a correlation that is not a number, of values that are all alike, is no trend either
+    verdict = _decided(test.pvalue) if test.statistic < 0.0 else FAILS
+    return verdict, float(test.statistic)
+
+
+def alike_verdict(samples: Sequence[Array]) -> tuple[str, float, list[float]]:
+    """Return the verdict on "these errors are about equally large", the largest ratio, and its limits.
+
+    Equivalence is shown, not the lack of a difference: the claim holds if the ratio of the largest median to
+    the smallest is below `ALIKE` even at its upper limit, the upper 95 % limit of the one over the lower
+    limit of the other. In direction: only the ratio of the medians is. Too few repeats: fewer than six, as no
+    interval of a median reaches 95 % then.
+
+    Args:
+        samples: errors of every model, (repeats,) each.
+    """
+    medians = [float(np.median(own)) for own in samples]
+    largest, smallest = int(np.argmax(medians)), int(np.argmin(medians))
+    (low, high), (lowest, highest) = (median_interval(samples[k]) for k in (largest, smallest))
+    ratio, limits = medians[largest] / medians[smallest], [max(low / highest, 1.0), high / lowest]
+    if 2.0 * 0.5 ** min(map(len, samples)) >= LEVEL:
+        return TOO_FEW, ratio, limits
+    return HOLDS if limits[1] < ALIKE else DIRECTION if ratio < ALIKE else FAILS, ratio, limits
+
+
+def worst(*verdicts: str) -> str:
+    """Return the verdict on a claim that is made of several."""
+    return max(verdicts, key=[HOLDS, DIRECTION, TOO_FEW, FAILS].index)
+
+
+def _decided(pvalue: float) -> str:
+    return HOLDS if pvalue < LEVEL else DIRECTION
+
+
+def _without_copies(values: Array) -> Array:
+    """The values, or the first one where all others are equal to it."""
+    return values[:1] if np.allclose(values, values[0], rtol=ROUNDING, atol=0.0) else values

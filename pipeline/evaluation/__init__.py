@@ -1,1 +1,0 @@
-"""Splits, metrics and the boundary between contact and jumps."""

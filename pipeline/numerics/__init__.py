@@ -1,1 +1,0 @@
-"""Numerical methods that know no physics."""

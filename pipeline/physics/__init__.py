@@ -1,1 +1,0 @@
-"""Known physics: mechanisms and the functions generated from them."""

@@ -1,0 +1,153 @@
+"""Published archives as their authors left them: a zip file or a folder, and the tables in it."""
+
+from __future__ import annotations
+
+import io
+import warnings
+import zipfile
+import zlib
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import OBJECTS, check_file, check_memory
+from unmodelled.logs.table import LARGEST as LARGEST_NUMBER
+
+Array = NDArray[np.float64]
+
+
+class Archive:
+    """The published files of a machine.
+
+    Args:
+        path: zip file or folder, with or without folders around the files; None where the user gave none.
+        variable: environment variable that can give `path`, for the error message.
+
+    Raises:
+        BadInput: when there is no path, or nothing that can be read behind it.
+    """
+
+    def __init__(self, path: str | None, variable: str) -> None:
+        if not path:
+            raise BadInput(
+                f"source.archive: must be given: source.archive=<zip file or folder>, or {variable}=<...>"
+            )
+        self.path = Path(str(path)).expanduser()
+        self._zip: zipfile.ZipFile | None = None
+        if self.path.is_dir():
+            files = (p for p in self.path.rglob("*") if not p.is_dir())
+            self._members = sorted(p.relative_to(self.path).as_posix() for p in files)
+        elif self.path.is_file():
+            try:
+                self._zip = zipfile.ZipFile(self.path)
+            except (zipfile.BadZipFile, OSError) as error:
+                raise BadInput(f"{self.path}: is neither a folder nor a zip file ({error})") from None
+            self._members = sorted(n for n in self._zip.namelist() if not n.endswith("/"))
+        else:
+            raise BadInput(f"{self.path}: no such file or folder")
+
+    def names(self, pattern: str) -> list[str]:
+        """Return the members whose path ends with `pattern`, sorted.
+
+        Args:
+            pattern: path with the wildcards of a shell, `sys_id/*.csv` for instance.
+
+        Raises:
+            BadInput: when there is none.
+        """
+        found = [n for n in self._members if fnmatchcase(n, pattern) or fnmatchcase(n, f"*/{pattern}")]
+        if not found:
+            raise BadInput(f"{self.path}: holds no {pattern}")
+        return found
+
+    def where(self, name: str) -> str:
+        """Return how error messages call the member `name`."""
+        return f"{self.path}: {name}"
+
+    def read(self, name: str) -> bytes:
+        """Return the content of the member `name`.
+
+        Raises:
+            BadInput: when there is none, or it is too large or damaged.
+        """
+        if name not in self._members:
+            raise BadInput(f"{self.path}: holds no {name}")
+        try:
+            if self._zip is None:
+                check_file(self.path / name, OBJECTS)
+                return (self.path / name).read_bytes()
+            check_memory(self.where(name), OBJECTS * self._zip.getinfo(name).file_size)
+            return self._zip.read(name)
+        except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, ValueError) as error:
+            raise BadInput(f"{self.where(name)}: cannot be read ({error})") from None
+
+    def cells(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
+        """Return columns of a CSV member as text.
+
+        Args:
+            name: member.
+            columns: wanted ones.
+            names: of all columns, for a file without a header.
+
+        Raises:
+            BadInput: when the member is no table, has no rows, or lacks a column.
+        """
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", pd.errors.ParserWarning)  # cells that would be left out
+                table = pd.read_csv(
+                    io.BytesIO(self.read(name)),
+                    dtype=str,
+                    keep_default_na=False,
+                    skipinitialspace=True,
+                    index_col=False,
+                    header=0 if names is None else None,
+                    names=None if names is None else list(names),
+                )
+        except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning) as error:
+            raise BadInput(f"{self.where(name)}: not a table ({' '.join(str(error).split())})") from None
+        for column in columns:
+            if column not in table:
+                raise BadInput(f"{self.where(name)}: row 1: column {column} is missing")
+        if table.empty:
+            raise BadInput(f"{self.where(name)}: row 1: no rows below it")
+        return table[list(columns)]
+
+    def table(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
+        """Return columns of a CSV member as numbers; arguments as in `cells`.
+
+        Raises:
+            BadInput: as in `cells` and `numbers`.
+        """
+        cells = self.cells(name, columns, names)
+        first = 2 if names is None else 1
+        return pd.DataFrame({c: numbers(cells[c], f"{self.where(name)}", c, first) for c in columns})
+
+
+def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
+    """Return cells as numbers.
+
+    Args:
+        cells: (n,) text. where, column: for the error message. first: row of the first cell in the file.
+
+    Raises:
+        BadInput: naming the row of the first cell that is not a finite number, or beyond any measurement.
+    """
+    values = np.asarray(pd.to_numeric(cells, errors="coerce"), np.float64)
+    bad = np.flatnonzero(~(np.abs(values) < LARGEST_NUMBER))
+    if len(bad):
+        cell = str(cells.iloc[bad[0]])[:30]
+        raise BadInput(f"{where}: row {bad[0] + first}: column {column}: {cell!r} is not a finite number")
+    return values
+
+
+def measured(value: object) -> float | None:
+    """Return a value of a JSON file as a number (true is 1); None if it is none or beyond any measurement."""
+    if not isinstance(value, int | float) or not abs(value) < LARGEST_NUMBER:
+        return None
+    return float(value)

@@ -1,0 +1,56 @@
+"""Two tanks above each other: a public benchmark of system identification.
+
+M. Schoukens and J.P. Noël, "Three benchmarks addressing open challenges in nonlinear system identification",
+IFAC World Congress, 2017; nonlinearbenchmark.org.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.recordings.archive import Archive
+from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+
+FILE = "dataBenchmark.csv"
+PERIOD = 4.0  # s
+#: The two records: columns of the pump's voltage and of the level of the lower tank, both in V.
+RECORDS = {"est": ("uEst", "yEst"), "val": ("uVal", "yVal")}
+
+
+@dataclass(frozen=True)
+class CascadedTanksRecording:
+    """The two records as a log folder, each cut into equally long experiments.
+
+    Attributes:
+        archive: zip file or folder with `FILE`. parts: experiments per record.
+    """
+
+    archive: str | None
+    parts: int = 3
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when the file is missing, lacks a column or has a cell that is not a finite number.
+        """
+        archive = Archive(self.archive, "CASCADED_TANKS")
+        name = archive.names(FILE)[0]
+        table = archive.table(name, [column for record in RECORDS.values() for column in record])
+        experiments = []
+        for record, (u, y) in RECORDS.items():
+            samples = pd.DataFrame({"t": PERIOD * np.arange(len(table)), "u": table[u], "y": table[y]})
+            cut = enumerate(parts(samples, self.parts, archive.where(name)), start=1)
+            experiments += [Experiment(f"{record}_{k}", part) for k, part in cut]
+        write_log_folder(folder, experiments)
+        return {
+            "data": "measured",
+            "description": "public measurements of two cascaded tanks: voltage of the pump, lower level",
+            "url": "https://www.nonlinearbenchmark.org/benchmarks/cascaded-tanks",
+            "experiments": len(experiments),
+        }

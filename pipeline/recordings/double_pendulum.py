@@ -1,0 +1,63 @@
+"""A double pendulum with a motor at each joint (design A.0).
+
+F. Wiebe et al., "Open source dual-purpose acrobot and pendubot platform", IEEE Robotics and Automation
+Magazine, 2023; recordings of dfki-ric-underactuated-lab/double_pendulum at github.com, folder
+data/experiment_records/design_A.0, BSD-3-Clause.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from pipeline.recordings.archive import Archive
+from pipeline.recordings.log_folder import Experiment, on_clock, write_log_folder
+
+#: Columns of a log, and those of the files: commanded torques (N m), angles (rad; the second one from the
+#: first link), speeds (rad/s).
+COLUMNS = {
+    "t": "time",
+    **{f"u{k}": f"tau_con{k}" for k in (1, 2)},
+    **{f"q{k}": f"pos_meas{k}" for k in (1, 2)},
+    **{f"v{k}": f"vel_meas{k}" for k in (1, 2)},
+}
+#: Columns that jump.
+HELD = ("u1", "u2")
+
+
+@dataclass(frozen=True)
+class DoublePendulumRecording:
+    """The recordings for the identification of the system as a log folder, an experiment each.
+
+    The recording in which a controller compensates the friction is another machine, and is left out.
+
+    Attributes:
+        archive: zip file or folder with sys_id/*.csv.
+        period: of the logs, s; one recording was logged faster.
+    """
+
+    archive: str | None
+    period: float = 0.002
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when a recording lacks a column, or a cell is not a finite number.
+        """
+        archive = Archive(self.archive, "DOUBLE_PENDULUM")
+        names = {new: old for old, new in COLUMNS.items()}
+        experiments = []
+        for name in archive.names("sys_id/*.csv"):
+            recording = archive.table(name, list(names)).rename(columns=names)
+            samples = on_clock(recording, self.period, HELD, archive.where(name))
+            experiments.append(Experiment(PurePosixPath(name).stem, samples))
+        write_log_folder(folder, experiments)
+        return {
+            "data": "measured",
+            "description": "public measurements of a double pendulum with two motors: torques, motion",
+            "url": "https://github.com/dfki-ric-underactuated-lab/double_pendulum",
+            "licence": "BSD-3-Clause",
+            "experiments": len(experiments),
+        }

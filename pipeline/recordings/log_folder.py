@@ -1,0 +1,105 @@
+"""Log folders of what was measured: experiments cut from recordings, each on its own clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.interpolate import CubicSpline
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.parquet import write_parquet
+from unmodelled.logs.clock import LONGEST_GAP
+
+#: Samples on a new clock for every logged one; more of them would say nothing new.
+MOST = 10
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One row of experiments.csv and its log.
+
+    Attributes:
+        id: of the experiment.
+        samples: column t (s, counted from any moment) and the columns of inputs and outputs.
+        constants: operating point, and `group` where experiments belong together.
+    """
+
+    id: str
+    samples: pd.DataFrame
+    constants: Mapping[str, float | str] = field(default_factory=dict)
+
+
+def write_log_folder(folder: Path, experiments: Sequence[Experiment]) -> None:
+    """Write a log folder into the existing `folder`; every log starts at t = 0.
+
+    Raises:
+        BadInput: when two experiments have one id.
+    """
+    ids = [one.id for one in experiments]
+    if twice := [name for name in ids if ids.count(name) > 1]:
+        raise BadInput(f"source.archive: two recordings are called {twice[0]}; keep one of them")
+    for one in experiments:
+        t = one.samples["t"]
+        write_parquet(one.samples.assign(t=t - t.iloc[0]), folder / f"{one.id}.parquet")
+    rows = [{"id": one.id, "file": f"{one.id}.parquet", **one.constants} for one in experiments]
+    pd.DataFrame(rows).to_csv(folder / "experiments.csv", index=False, lineterminator="\n")
+
+
+def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]:
+    """Cut a recording into `count` equally long parts; the samples that are left over at its end are dropped.
+
+    Args:
+        recording: of a file.
+        count: of the parts.
+        where: that file, for the error message.
+
+    Raises:
+        BadInput: when `count` is not a whole number of parts that the recording has room for.
+    """
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= len(recording):
+        most = f"{len(recording)}, the samples of {where}"
+        raise BadInput(f"source.parts: must be a whole number from 1 to {most}, got {count!r}")
+    length = len(recording) // count
+    return [recording.iloc[k * length : (k + 1) * length] for k in range(count)]
+
+
+def on_clock(recording: pd.DataFrame, period: float, held: Sequence[str], where: str) -> pd.DataFrame:
+    """Read a recording at the instants of a uniform clock, for recordings of different sampling rates.
+
+    Args:
+        recording: column t (s) and signals.
+        period: of the uniform clock, s.
+        held: signals that jump, read by straight lines; all others are read by a cubic spline.
+        where: file, for the error message.
+
+    Raises:
+        BadInput: when time does not increase or has a gap, or the period is no number or far too short.
+    """
+    t = recording["t"].to_numpy()
+    steps = np.diff(t)
+    if len(back := np.flatnonzero(~(steps > 0.0))):
+        k = int(back[0]) + 1
+        raise BadInput(
+            f"{where}: sample {k + 1}: time must increase, {t[k]:.10g} s follows {t[k - 1]:.10g} s"
+        )
+    if len(steps) and steps.max() > LONGEST_GAP * (middle := float(np.median(steps))):
+        k = int(np.argmax(steps)) + 1
+        raise BadInput(
+            f"{where}: sample {k + 1}: gap of {steps[k - 1]:.4g} s, more than {LONGEST_GAP:g} sampling "
+            f"periods of {middle:.4g} s"
+        )
+    if not isinstance(period, int | float) or not MOST * len(t) * period > t[-1] - t[0]:
+        raise BadInput(
+            f"source.period: must be a number of s, no less than a tenth of the logged period, got {period!r}"
+        )
+    clock = t[0] + period * np.arange(int((t[-1] - t[0]) / period * (1.0 + 1e-12)) + 1)
+    clock = np.minimum(clock, t[-1])
+    read = {
+        name: np.interp(clock, t, values) if name in held else CubicSpline(t, values)(clock)
+        for name, values in recording.drop(columns="t").items()
+    }
+    return pd.DataFrame({"t": clock, **read})

@@ -1,0 +1,184 @@
+"""Reading the raw logs of the cam-follower bench: a zip file (or folder) of seven-row CSV files.
+
+`Dataset/parameters.csv` has the columns exp, H, beta, m, V; `Dataset/experiments/exp<i>.csv` has the rows
+t, theta, omega, alpha, y, h, eps without a header.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+import zipfile
+import zlib
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import NUMBERS, check_file, check_memory
+
+Array = NDArray[np.float64]
+
+ROWS = ("t", "theta", "omega", "alpha", "y", "h", "eps")
+FACTORS = ("H", "beta", "m", "V")
+PERIOD = 0.0005  # s, the bench logs at 2 kHz
+TOLERANCE = 0.01  # relative, on the median period
+LONGEST_GAP = 5.0  # sampling periods
+SHORTEST_LOG = 50  # samples
+COPIES = 4  # of a log's text, while its lines are told apart and read
+
+
+class Archive:
+    """The zip file of a campaign, open for reading.
+
+    Raises:
+        BadInput: when it is missing, damaged, takes too much memory once unpacked, or holds no
+            parameters.csv.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        check_file(path)
+        try:
+            self._zip = zipfile.ZipFile(path)
+        except FileNotFoundError:
+            raise BadInput(f"{path}: no such file") from None
+        except (zipfile.BadZipFile, OSError) as error:
+            raise BadInput(f"{path}: not a zip file ({error})") from None
+        self._members = {PurePosixPath(n).name: n for n in self._zip.namelist() if n.endswith(".csv")}
+        if "parameters.csv" not in self._members:
+            raise BadInput(f"{path}: holds no parameters.csv")
+        check_memory(path, NUMBERS * sum(self._size(name) for name in self._members))
+
+    def read(self, name: str) -> bytes:
+        """The content of the member called `name`, wherever it lies in the archive."""
+        if name not in self._members:
+            raise BadInput(f"{self.path}: holds no {name}")
+        check_memory(f"{self.path}:{name}", (COPIES + NUMBERS) * self._size(name))
+        try:
+            return self._zip.read(self._members[name])
+        except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, ValueError) as error:
+            raise BadInput(f"{self.path}:{name}: damaged ({error})") from None
+
+    def _size(self, name: str) -> int:
+        """Bytes of a member once unpacked."""
+        return self._zip.getinfo(self._members[name]).file_size
+
+    def parameters(self) -> pd.DataFrame:
+        """Columns exp, H, beta, m, V, one row per experiment, sorted by exp.
+
+        Raises:
+            BadInput: on a missing column, a cell that is not a finite number, a duplicate or missing
+                experiment, or a log without a row.
+        """
+        where = f"{self.path}:parameters.csv"
+        try:
+            table = pd.read_csv(io.BytesIO(self.read("parameters.csv")), dtype=str, keep_default_na=False)
+        except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
+            raise BadInput(f"{where}: not a table ({str(error).strip()})") from None
+        for column in ("exp", *FACTORS):
+            if column not in table:
+                raise BadInput(f"{where}: row 1: column {column} is missing")
+            numbers = pd.to_numeric(table[column], errors="coerce").to_numpy(np.float64)
+            bad = np.flatnonzero(~np.isfinite(numbers))
+            if len(bad):
+                cell = table[column].iloc[bad[0]]
+                raise BadInput(f"{where}: row {bad[0] + 2}: column {column}: {cell!r} is not a finite number")
+            table[column] = numbers
+        return self._checked(table[["exp", *FACTORS]].astype({"exp": np.int32}), where)
+
+    def _checked(self, table: pd.DataFrame, where: str) -> pd.DataFrame:
+        if table.empty:
+            raise BadInput(f"{where}: no experiments")
+        twice = table["exp"].duplicated()
+        if twice.any():
+            row = int(np.flatnonzero(twice)[0])
+            raise BadInput(f"{where}: row {row + 2}: column exp: experiment {table['exp'].iloc[row]} twice")
+        logged = {int(k.group(1)) for n in self._members if (k := re.fullmatch(r"exp(\d+)\.csv", n))}
+        listed = set(table["exp"].tolist())
+        if missing := sorted(listed - logged):
+            raise BadInput(f"{self.path}: exp{missing[0]}.csv is missing, parameters.csv lists it")
+        if missing := sorted(logged - listed):
+            raise BadInput(f"{where}: column exp: experiment {missing[0]} is missing, it has a log")
+        return table.sort_values("exp", ignore_index=True)
+
+    def log(self, exp: int) -> Array:
+        """The log of experiment `exp`, (7, n) in the order of `ROWS`, validated.
+
+        Raises:
+            BadInput: see `parse` and `validate`.
+        """
+        name = f"exp{exp}.csv"
+        where = f"{self.path.name}:{name}"
+        return validate(parse(self.read(name), where), where)
+
+
+def parse(text: bytes, where: str) -> Array:
+    """Numbers of a seven-row CSV file, (7, n).
+
+    Raises:
+        BadInput: when the number of rows, the length of a row or a cell is wrong.
+    """
+    lines = text.replace(b"\r", b"").rstrip(b"\n").split(b"\n")
+    if len(lines) != len(ROWS):
+        raise BadInput(f"{where}: must have {len(ROWS)} rows ({', '.join(ROWS)}), got {len(lines)}")
+    counts = [line.count(b",") + 1 for line in lines]
+    for row, count in enumerate(counts):
+        if count != counts[0]:
+            raise BadInput(
+                f"{where}: row {row + 1} ({ROWS[row]}): must have {counts[0]} columns like row 1, got {count}"
+            )
+    try:
+        return np.loadtxt(io.BytesIO(b"\n".join(lines)), delimiter=",", comments=None, ndmin=2)
+    except ValueError:
+        raise BadInput(f"{where}: {_first_bad_cell(lines)}") from None
+
+
+def _first_bad_cell(lines: list[bytes]) -> str:
+    for row, line in enumerate(lines):
+        for column, cell in enumerate(line.split(b",")):
+            try:
+                float(cell)
+            except ValueError:
+                shown = cell.decode(errors="replace")[:30]
+                return f"row {row + 1} ({ROWS[row]}) column {column + 1}: {shown!r} is not a number"
+    return "a cell is not a number"
+
+
+def validate(log: Array, where: str) -> Array:
+    """Check the physics of a log that parsed.
+
+    Raises:
+        BadInput: on non-finite cells, time that does not increase, gaps, another sampling rate, too few
+            samples, or a sensor that never changes.
+    """
+    bad = np.argwhere(~np.isfinite(log))
+    if len(bad):
+        row, column = bad[0]
+        raise BadInput(f"{where}: row {row + 1} ({ROWS[row]}) column {column + 1}: not a finite number")
+    if log.shape[1] < SHORTEST_LOG:
+        raise BadInput(f"{where}: must have at least {SHORTEST_LOG} columns, got {log.shape[1]}")
+    steps = np.diff(log[0])
+    period = float(np.median(steps))
+    # with five significant digits two neighbours read the same once a digit is longer than a period
+    resolution = 10.0 ** (np.floor(np.log10(np.maximum(np.abs(log[0, 1:]), 1e-9))) - 4.0)
+    back = np.flatnonzero((steps < 0) | ((steps == 0) & (resolution < period)))
+    if len(back):
+        raise BadInput(f"{where}: row 1 (t) column {back[0] + 2}: time must increase")
+    if abs(period / PERIOD - 1.0) > TOLERANCE:
+        raise BadInput(
+            f"{where}: row 1 (t): sampling period must be {PERIOD} s within 1 %, got {period:.6g} s"
+        )
+    gap = np.flatnonzero(steps > LONGEST_GAP * period)
+    if len(gap):
+        raise BadInput(
+            f"{where}: row 1 (t) column {gap[0] + 2}: time is not uniform, gap of {steps[gap[0]]:.4g} s"
+        )
+    for row in (1, 4):
+        if np.ptp(log[row]) == 0.0:
+            raise BadInput(
+                f"{where}: row {row + 1} ({ROWS[row]}): dead sensor, every column is {log[row, 0]:g}"
+            )
+    return log

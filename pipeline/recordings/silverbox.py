@@ -1,0 +1,67 @@
+"""Silverbox, an electronic oscillator with a hardening spring: a public benchmark of system identification.
+
+T. Wigren and J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system
+identification", European Control Conference, 2013; nonlinearbenchmark.org.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.recordings.archive import Archive
+from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+from unmodelled.base.errors import BadInput
+
+FILE = "SNLS80mV.csv"
+PERIOD = 2**14 / 1e7  # s
+SAMPLES = 131_072
+#: Rows of the noise whose amplitude grows, between the silences before and after it.
+ARROW = slice(100, 40_500)
+#: The multisine: row of the first realisation after the silence, rows from one to the next, rows without the
+#: silence between two of them, number of realisations.
+FIRST, STEP, LENGTH, REALISATIONS = 40_590, 8_692, 8_600, 10
+
+
+@dataclass(frozen=True)
+class SilverboxRecording:
+    """The record as a log folder: parts of the growing noise (a group) and the realisations of the multisine.
+
+    Attributes:
+        archive: zip file or folder with `FILE`. parts: experiments that the growing noise is cut into.
+    """
+
+    archive: str | None
+    parts: int = 5
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when the record is missing, is not a table of numbers or has another length.
+        """
+        archive = Archive(self.archive, "SILVERBOX")
+        name = archive.names(FILE)[0]
+        record = archive.table(name, ["V1", "V2"])
+        if len(record) != SAMPLES:
+            raise BadInput(f"{archive.where(name)}: must have {SAMPLES} samples, got {len(record)}")
+        record.insert(0, "t", PERIOD * np.arange(SAMPLES))
+        arrow = enumerate(parts(record.iloc[ARROW], self.parts, archive.where(name)), start=1)
+        experiments = [Experiment(f"arrow_{k}", part, {"group": "arrow"}) for k, part in arrow]
+        experiments += [_realisation(record, k) for k in range(REALISATIONS)]
+        write_log_folder(folder, experiments)
+        return {
+            "data": "measured",
+            "description": "public measurements of the Silverbox, an electronic oscillator: voltages",
+            "url": "https://www.nonlinearbenchmark.org/benchmarks/silverbox",
+            "experiments": len(experiments),
+        }
+
+
+def _realisation(record: pd.DataFrame, k: int) -> Experiment:
+    start, name = FIRST + k * STEP, f"multisine_{k + 1:02d}"
+    return Experiment(name, record.iloc[start : start + LENGTH], {"group": name})

@@ -1,0 +1,98 @@
+"""SO-101, an arm of six position servos (Feetech STS3215): its first joint, which turns about the vertical.
+
+Recordings of isaac-sim2real/sage at github.com, folder output/real/so101/custom; masses, inertias and gains
+in TheRobotStudio/SO-ARM100, folder Simulation/SO101; both Apache-2.0.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from pipeline.recordings.archive import Archive, Array, measured, numbers
+from pipeline.recordings.log_folder import Experiment, write_log_folder
+from unmodelled.base.errors import BadInput
+
+#: The joint that is read, as joint_list.txt calls it.
+JOINT = "Rotation"
+MICROSECOND = 1e-6  # s
+
+
+@dataclass(frozen=True)
+class So101Recording:
+    """The first joint in every recording as a log folder; a recording is an experiment.
+
+    Commanded and measured angles have the same time stamps. The arm above the joint keeps about the same
+    posture, so that the joint has one inertia, but for `large_amplitude`.
+
+    Attributes:
+        archive: zip file or folder with a folder per recording.
+        seconds: what is read of each from its start, s.
+    """
+
+    archive: str | None
+    seconds: float = 40.0
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when a recording lacks a file, the joint or a column, or a cell is no list of angles.
+        """
+        if not isinstance(self.seconds, int | float) or not self.seconds > 0.0:
+            raise BadInput(f"source.seconds: must be a positive number, got {self.seconds!r}")
+        archive = Archive(self.archive, "SO101")
+        experiments = []
+        for states in archive.names("state_motor.csv"):
+            at = PurePosixPath(states)
+            control = str(at.with_name("control.csv"))
+            joint = _joint(archive, str(at.with_name("joint_list.txt")))
+            t, q = _angles(archive, states, joint)
+            t_goal, goal = _angles(archive, control, joint)
+            if not np.array_equal(t, t_goal):
+                where = archive.where(control)
+                raise BadInput(f"{where}: column timestamp: must be the same as in state_motor.csv")
+            samples = pd.DataFrame({"t": t, "goal": goal, "q": q})
+            name = at.parent.name or archive.path.stem
+            experiments.append(Experiment(name, samples[t <= t[0] + self.seconds]))
+        write_log_folder(folder, experiments)
+        return {
+            "data": "measured",
+            "description": "public measurements of the first joint of an SO-101 arm: command, angle",
+            "url": "https://github.com/isaac-sim2real/sage",
+            "licence": "Apache-2.0",
+            "experiments": len(experiments),
+        }
+
+
+def _joint(archive: Archive, name: str) -> int:
+    joints = archive.read(name).decode("utf-8", "replace").split()
+    if JOINT not in joints:
+        raise BadInput(f"{archive.where(name)}: names no joint {JOINT}, only {', '.join(joints)[:80]}")
+    return joints.index(JOINT)
+
+
+def _angles(archive: Archive, name: str, joint: int) -> tuple[Array, Array]:
+    """Time (n,), s, and angle (n,), rad, of one joint; a cell of `positions` lists all joints."""
+    where = archive.where(name)
+    cells = archive.cells(name, ["timestamp", "positions"])
+    t = numbers(cells["timestamp"], where, "timestamp", 2)
+    angles = [
+        _angle(cell, joint, f"{where}: row {row}") for row, cell in enumerate(cells["positions"], start=2)
+    ]
+    return t * MICROSECOND, np.array(angles)
+
+
+def _angle(cell: str, joint: int, where: str) -> float:
+    try:
+        angle = measured(json.loads(cell)[joint])
+    except (ValueError, TypeError, LookupError, RecursionError):
+        angle = None
+    if angle is None:
+        raise BadInput(f"{where}: column positions: {cell[:30]!r} has no number for the joint")
+    return angle

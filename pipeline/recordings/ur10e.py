@@ -1,0 +1,58 @@
+"""UR10e, an industrial arm: one joint at a time.
+
+S. Mamedov and S. Mikhel, "Practical aspects of model-based collision detection", Frontiers in Robotics and
+AI 7, 2020; recordings of shamilmamedov/dynamic_calibration at github.com, folder
+dataset_ur10e/jointwise_motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pipeline.recordings.archive import Archive
+from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
+from unmodelled.base.errors import BadInput
+
+JOINTS = range(1, 7)
+#: Columns of a file, which has no header: time (s), angle (rad), speed (rad/s), measured and desired current
+#: (A) and desired torque (N m) of every joint.
+COLUMNS = ("t", *(f"{name}{k}" for name in ("q", "qd", "i", "i_des", "tau_des") for k in JOINTS))
+
+
+@dataclass(frozen=True)
+class Ur10eJointRecording:
+    """The motion of one joint, the others at rest, as a log folder of equally long experiments.
+
+    The clock steps by 10 or 12 ms.
+
+    Attributes:
+        archive: zip file or folder with the files of jointwise_motion.
+        joint: 1 to 6, from the base on. parts: experiments.
+    """
+
+    archive: str | None
+    joint: int = 1
+    parts: int = 8
+
+    def write(self, folder: Path, seed: int) -> dict[str, Any]:
+        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+
+        Raises:
+            BadInput: when there is no such joint, or its file cannot be read.
+        """
+        if self.joint not in JOINTS:
+            raise BadInput(f"source.joint: must be 1 to 6, got {self.joint!r}")
+        archive = Archive(self.archive, "UR10E")
+        name = archive.names(f"*joint_{self.joint}.csv")[0]
+        wanted = {"t": "t", f"i{self.joint}": "i", f"q{self.joint}": "q", f"qd{self.joint}": "v"}
+        recording = archive.table(name, list(wanted), COLUMNS).rename(columns=wanted)
+        cut = parts(recording, self.parts, archive.where(name))
+        write_log_folder(folder, [Experiment(f"part_{k}", part) for k, part in enumerate(cut, start=1)])
+        return {
+            "data": "measured",
+            "description": f"public measurements of joint {self.joint} of a UR10e: current, angle, speed",
+            "url": "https://github.com/shamilmamedov/dynamic_calibration",
+            "experiments": len(cut),
+        }

@@ -1,0 +1,39 @@
+"""Where cases of the withheld check and what is said of them lie: <campaign>/<case>, a kind a campaign."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+
+#: In the folder of a case: what a user hands over, and the truth.
+SYSTEM, LOGS, TRUTH = "system.yaml", "logs", "truth.json"
+#: Of a folder of diagnoses: what they cost.
+COSTS = "costs"
+#: Of a campaign: where it comes from.
+PROVENANCE = "provenance.json"
+
+
+def campaigns_in(folder: Path) -> list[Path]:
+    """Folders of campaigns.
+
+    Raises:
+        BadInput: when there are none.
+    """
+    return _found(folder, PROVENANCE, "campaign of withheld cases")
+
+
+def cases_in(campaign: Path) -> list[Path]:
+    """Folders of cases.
+
+    Raises:
+        BadInput: when there are none.
+    """
+    return _found(campaign, SYSTEM, "withheld case")
+
+
+def _found(folder: Path, file: str, what: str) -> list[Path]:
+    found = [path.parent for path in sorted(folder.glob(f"[!.]*/{file}"))]
+    if not found:
+        raise BadInput(f"{folder}: holds no {what}, a folder with {file}")
+    return found

@@ -1,0 +1,234 @@
+"""Judging a diagnosis where the truth is known: rules of the withheld check, for one case.
+
+An answer is right if it names family and channel of what is planted, or of what the logs of this machine
+cannot tell from it (`alike` in truth.json). A parameter that is said to drift or to scatter is at the
+channels where it acts (`parameter_channels`). Only a verdict `effect` names effects: what stands beside a
+verdict `unknown` is a partial explanation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+from typing import Any
+
+from unmodelled.evaluation.shrink import shrink
+
+Content = Mapping[str, Any]
+ActsAt = Mapping[str, Collection[str]]
+
+#: A confidence from which on a wrong answer misleads.
+CONFIDENT = 0.8
+#: Of `Case`, all true or false.
+ANSWERS = ("first", "all_reported", "exact", "placed", "one", "channel")
+OUTSIDE = "unknown"  # what truth.json has as verdict where an effect is of no family
+
+
+@dataclass(frozen=True)
+class Planted:
+    """An effect of truth.json; `answers`: families and channels that are right. `seen`: by the oracle."""
+
+    family: str
+    channel: str
+    answers: frozenset[tuple[str, str]]
+    factor: str | None
+    level: float | str | None
+    seen: bool
+
+    @classmethod
+    def of(cls, row: Content, seen: bool) -> Planted:
+        """From its row in truth.json."""
+        own = (row["family"], row["channel"])
+        alike = {(other["family"], other["channel"]) for other in row["alike"]}
+        return cls(*own, frozenset({own, *alike}), row.get("factor"), row.get("level"), seen)
+
+    def __str__(self) -> str:
+        return f"{self.family} at {self.channel}{_part(self.factor, self.level)}"
+
+    @property
+    def channels(self) -> frozenset[str]:
+        """Those that are right."""
+        return frozenset(channel for _, channel in self.answers)
+
+    def is_named(self, named: Content, acts_at: ActsAt) -> bool:
+        """By an effect of diagnosis.json, wherever that acts among the experiments."""
+        return any((named["family"], channel) in self.answers for channel in channels(named["port"], acts_at))
+
+    def is_placed(self, named: Content) -> bool:
+        """Whether it is said to act in the right experiments, too."""
+        return (named.get("factor"), named.get("level")) == (self.factor, self.level)
+
+
+def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
+    """A channel of diagnosis.json, and those where it acts if it is a parameter."""
+    yield port
+    yield from acts_at.get(port, ())
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is planted, and what was said of it."""
+
+    planted: tuple[Planted, ...]
+    outside: bool
+    gap_seen: bool
+    diagnosis: Content
+    acts_at: ActsAt
+
+    @property
+    def verdict(self) -> str:
+        return str(self.diagnosis["verdict"])
+
+    @property
+    def named(self) -> Sequence[Content]:
+        """The strongest first."""
+        effects: Sequence[Content] = self.diagnosis["effects"]
+        return effects if self.verdict == "effect" else ()
+
+    @property
+    def reported(self) -> list[list[Content]]:
+        """By named effect, it and what cannot be told from it."""
+        return [[effect, *effect["indistinguishable"]] for effect in self.named]
+
+    @property
+    def first(self) -> bool:
+        """Whether the strongest named effect is planted."""
+        return any(p.is_named(self.named[0], self.acts_at) for p in self.planted) if self.named else False
+
+    @property
+    def all_reported(self) -> bool:
+        """Whether everything that is planted is named, or said to be indistinguishable from what is."""
+        said = [effect for effects in self.reported for effect in effects]
+        return all(any(p.is_named(effect, self.acts_at) for effect in said) for p in self.planted)
+
+    @property
+    def pairings(self) -> Iterator[list[tuple[Planted, Content]]]:
+        """All ways of taking every named effect for another one of the planted."""
+        if len(self.named) <= len(self.planted):
+            for order in permutations(self.planted, len(self.named)):
+                yield list(zip(order, self.named, strict=True))
+
+    @property
+    def exact(self) -> bool:
+        """Whether what is planted is named, all of it and nothing else."""
+        every = len(self.named) == len(self.planted)
+        return every and any(all(p.is_named(n, self.acts_at) for p, n in pairs) for pairs in self.pairings)
+
+    @property
+    def placed(self) -> bool:
+        """Whether the experiments in which it acts are right, too."""
+        return self.exact and any(
+            all(p.is_named(n, self.acts_at) and p.is_placed(n) for p, n in pairs) for pairs in self.pairings
+        )
+
+    @property
+    def one(self) -> bool:
+        """Whether at least one planted effect is named."""
+        return any(p.is_named(effect, self.acts_at) for p in self.planted for effect in self.named)
+
+    @property
+    def channel(self) -> bool:
+        """Whether the gap is said to come from a channel where something is planted.
+
+        That of the strongest effect, which may be a partial explanation, else the one with the largest share.
+        """
+        said: list[str] = [effect["port"] for effect in self.diagnosis["effects"]]
+        if not said:
+            shares = self.diagnosis["where"]["channels"]
+            said = [row["port"] for row in sorted(shares, key=lambda row: -row["share"])]
+        found = said and self.verdict != "no_gap"
+        right = {channel for p in self.planted for channel in p.channels}
+        return bool(found and right & {*channels(said[0], self.acts_at)})
+
+    @property
+    def right(self) -> bool:
+        """Whether verdict and effects are what a reader should be told: what the confidence is about.
+
+        - `no_gap` is right if nothing planted can be seen (the oracle says what can).
+        - `effect` is right if every named effect, or one that is said to be indistinguishable from it, is
+          another one of the planted, in the right experiments, and everything planted that can be seen is
+          among them.
+        - `unknown` is right for an effect of no family, and wrong for any other.
+        - `check_logs` is wrong: the logs of the withheld machines have no fault.
+        """
+        if self.verdict == "check_logs":
+            return False
+        if self.verdict == "no_gap":
+            return not self.gap_seen if self.outside else not any(p.seen for p in self.planted)
+        if self.verdict == OUTSIDE:
+            return self.outside
+        return any(self._told(dict(pairs)) for pairs in self._sets())
+
+    def _sets(self) -> Iterator[list[tuple[Planted, list[Content]]]]:
+        if len(self.named) <= len(self.planted):
+            for order in permutations(self.planted, len(self.named)):
+                yield list(zip(order, self.reported, strict=True))
+
+    def _told(self, said: Mapping[Planted, list[Content]]) -> bool:
+        named = all(
+            any(p.is_named(effect, self.acts_at) and p.is_placed(effect) for effect in effects)
+            for p, effects in said.items()
+        )
+        return named and all(p in said for p in self.planted if p.seen)
+
+
+def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) -> dict[str, Any]:
+    """A row of the table of cases.
+
+    Args:
+        truth, diagnosis: content of truth.json and diagnosis.json.
+        refit: `oracle` (see `diagnosis.search.oracle`: reidentified, floor, shrink, gap_seen, seen) and
+            `sparse_regression` (family and channel of the largest term, or null).
+        acts_at: see `parameter_channels`.
+
+    Returns:
+        system, level, truth and said (texts), verdict, confidence; seen: whether the oracle sees all that is
+        planted (of an effect of no family: whether there is a gap); the answers of `Case` by name; set_size:
+        how many effects are reported for each that is named; shrink, oracle_shrink and network_shrink;
+        sparse_first: whether the largest term of a sparse regression is planted.
+    """
+    best = refit["oracle"]
+    planted = tuple(Planted.of(row, seen) for row, seen in zip(truth["effects"], best["seen"], strict=True))
+    outside = truth["verdict"] == OUTSIDE
+    case = Case(planted, outside, best["gap_seen"], diagnosis, acts_at)
+    gap = diagnosis["gap"]
+    return {
+        "system": truth["system"],
+        "level": truth["level"],
+        "family": planted[0].family if planted else "none",
+        "truth": " + ".join(map(str, planted)) or "nothing",
+        "verdict": case.verdict,
+        "said": _said(case),
+        "first_family": case.named[0]["family"] if case.named else case.verdict,
+        "confidence": diagnosis["confidence"],
+        "seen": best["gap_seen"] if outside else all(p.seen for p in planted),
+        **{name: getattr(case, name) for name in ANSWERS},
+        "right": case.right,
+        "set_size": sum(map(len, case.reported)) / max(len(case.named), 1),
+        "reidentified": gap["reidentified"],
+        "floor": gap["floor"],
+        "shrink": gap["shrink"],
+        "oracle_shrink": best["shrink"],
+        "network_shrink": shrink(gap["reidentified"], gap["neural"], gap["floor"]),
+        "sparse_first": _sparse(planted, refit["sparse_regression"]),
+    }
+
+
+def _said(case: Case) -> str:
+    text = " + ".join(
+        f"{e['family']} at {e['port']}{_part(e.get('factor'), e.get('level'))}"
+        + (f" (or {len(e['indistinguishable'])} more)" if e["indistinguishable"] else "")
+        for e in case.named
+    )
+    return text or case.verdict
+
+
+def _part(factor: str | None, level: float | str | None) -> str:
+    return "" if factor is None else f" where {factor} is {level}"
+
+
+def _sparse(planted: Sequence[Planted], term: Content | None) -> bool:
+    if term is None:
+        return not planted
+    return any((term["family"], term["channel"]) in p.answers for p in planted)

@@ -1,0 +1,215 @@
+"""What is said of a mistyped command, and at the end of one that has done its work."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import string
+import subprocess
+import time
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from pipeline.__main__ import FAULTS, main, verbs
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.written import written
+from unmodelled.base.errors import LONGEST, BadInput, Faults
+
+ROOT = Path(__file__).parents[2]
+
+
+def said(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[object, list[str]]:
+    """Exit code, and the lines on standard error; nothing is on standard output."""
+    try:
+        code: object = main(arguments)
+    except SystemExit as left:
+        code = left.code
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    return code, printed.err.splitlines()
+
+
+SIMULATE = "system, logs, horizon, only, out"
+KEYS = "(all keys: python -m pipeline help simulate)"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("diagnos", "unknown verb 'diagnos'; did you mean 'diagnose'?"),
+        ("help diagnos", "unknown verb 'diagnos'; did you mean 'diagnose'?"),
+        ("Simulate", "unknown verb 'Simulate'; did you mean 'simulate'?"),
+        ("xyz", f"unknown verb 'xyz', must be one of {', '.join(verbs())}"),
+        (
+            "diagnose",
+            "system, logs must be given: system=... logs=... (all keys: python -m pipeline help diagnose)",
+        ),
+        ("simulate logs=a", f"system must be given: system=... {KEYS}"),
+        ("simulate horizont=1", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
+        ("simulate +horizont=1", "unknown key 'horizont'; did you mean 'horizon'?"),
+        ("simulate ~horizont", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
+        ("simulate model=hybrid", f"unknown key 'model' of simulate, must be one of {SIMULATE}"),
+        ("simulate systems/pendulum.yaml", f"'systems/pendulum.yaml' is not key=value {KEYS}"),
+        ("simulate =3", f"'=3' is not key=value {KEYS}"),
+        ("simulate --horizon=3", "unknown option '--horizon=3'; did you mean 'horizon=3'?"),
+        ("simulate --cfg", "argument --cfg/-c: expected one argument"),
+        ("simulate logs=a(b", "'logs=a(b' cannot be read; as a text write \"logs='a(b'\""),
+        ("simulate logs=80%§", "'logs=80%§' cannot be read; as a text write \"logs='80%§'\""),
+        ("simulate logs=a=b", "'logs=a=b' cannot be read; as a text write \"logs='a=b'\""),
+        (
+            "simulate logs=a,b",
+            "logs: commas separate the runs of a sweep (-m); as a text write \"logs='a,b'\"",
+        ),
+        (
+            "acquire source=pendulum source.duration=1",
+            "unknown key 'source.duration' of acquire, must be one of source.runs; "
+            "what its config file leaves at the default is given as +source.duration=...",
+        ),
+        ("train modle=hybrid", "unknown key 'modle' of train; did you mean 'model'?"),
+        ("train model.hiden=3", "unknown key 'model.hiden' of train; did you mean 'model.dynamics.hidden'?"),
+        (
+            "train model=hybird",
+            "model=hybird: there is no such choice; did you mean 'hybrid'? Choices: best, ",
+        ),
+        ("train split=x", "split=x: there is no such choice. Choices: extrapolation, factors, "),
+    ],
+)
+def test_a_mistyped_command_is_answered_in_one_line(
+    words: str, expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, (line,) = said(words.split(), capsys)
+    assert code == 2
+    assert line == f"error: {expected}" or (expected.endswith(", ") and line.startswith(f"error: {expected}"))
+
+
+def test_what_is_proposed_for_an_odd_text_is_taken(capsys: pytest.CaptureFixture[str]) -> None:
+    code, (line,) = said(["simulate", "system=none.yaml", "logs=it's 80%"], capsys)
+    proposed = line.partition("as a text write ")[2]
+    shell = subprocess.run(f"printf %s {proposed}", shell=True, capture_output=True, text=True).stdout
+    code, (line,) = said(["simulate", "system=none.yaml", shell], capsys)
+    assert (code, line) == (2, "error: none.yaml: no such file")
+
+
+def test_several_mistyped_words_are_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    code, lines = said(["simulate", "horizon", "only"], capsys)
+    assert code == 2 and lines == [
+        f"error: 'horizon' is not key=value {KEYS} (1 more fault below)",
+        f"also: 'only' is not key=value {KEYS}",
+    ]
+
+
+@pytest.mark.parametrize("word", ["-V", "--version", "version"])
+def test_the_version(word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([word]) == 0
+    assert capsys.readouterr().out.startswith("hybrid-dynamics-pipeline 0.")
+
+
+def test_help_of_a_verb_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["help"]) == main(["--help"]) == 0
+    first, second = capsys.readouterr().out.split("usage: ")[1:]
+    assert first == second
+    assert main(["help", "diagnose"]) == 0
+    assert "_target_: pipeline.stages.diagnose.diagnose" in capsys.readouterr().out
+
+
+def test_all_faults_of_a_log_folder_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line each, up to FAULTS of them, and nothing is written."""
+    PendulumCampaign(runs=30, duration=0.3).write(tmp_path / "logs", 0)
+    for number in range(1, 31):
+        path = tmp_path / "logs" / f"run{number}.csv"
+        path.write_text(path.read_text().replace("theta", "Theta"))
+    arguments = [f"system={ROOT}/systems/pendulum.yaml", f"logs={tmp_path}/logs", f"out={tmp_path}/out"]
+    code, lines = said(["simulate", *arguments], capsys)
+    missing = "row 1: column theta is missing; there is 'Theta': rename it"
+    assert code == 2
+    assert lines == [
+        f"error: {tmp_path}/logs/run1.csv: {missing} (29 more faults below)",
+        *(f"also: {tmp_path}/logs/run{number}.csv: {missing}" for number in range(2, FAULTS + 1)),
+        "... and 10 more",
+    ]
+    assert not (tmp_path / "out").exists()
+
+
+def test_faults_are_collected_in_order_and_printable() -> None:
+    faults = Faults()
+    faults.check()
+    for number in range(3):
+        with faults.collected():
+            raise BadInput(f"row {number}:\n\x1b[2J")
+    with faults.collected():
+        faults.check()
+    with pytest.raises(BadInput, match="row 0") as refused:
+        faults.check()
+    assert refused.value.others[:2] == ("row 1: \\x1b[2J", "row 2: \\x1b[2J")
+    assert refused.value.__notes__[0] == "also: row 1: \\x1b[2J"
+
+
+def test_the_end_of_a_run_says_what_was_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    system = ROOT / "systems" / "pendulum.yaml"
+    assert main(["acquire", "source=pendulum", "source.runs=2", "+source.duration=0.5", "out=logs"]) == 0
+    assert capfd.readouterr().err == (
+        "wrote logs: experiments.csv, provenance.json, run1.csv, run2.csv; read logs/experiments.csv; "
+        "use it as logs=logs with a system file, or: python -m pipeline ingest raw=logs\n"
+    )
+    assert main(["simulate", f"system={system}", "logs=logs"]) == 0
+    written_to = "outputs/simulate/last"
+    assert capfd.readouterr().err == (
+        f"wrote {written_to}: simulation.json, simulation.parquet; "
+        f"read {written_to}/simulation.parquet with pandas.read_parquet; "
+        f"the cause of the gap: python -m pipeline diagnose system={system} logs=logs\n"
+    )
+    assert main(["simulate", "-m", f"system={system}", "logs=logs", "hydra.sweep.dir=sweep"]) == 0
+    printed = capfd.readouterr()
+    assert printed.err.splitlines()[-1] == "wrote sweep; compare its runs: python -m pipeline compare sweep"
+    assert "wrote" not in printed.err.partition("wrote sweep")[0] + printed.out
+
+
+def test_only_what_is_new_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    out, reports = Path("out"), Path("reports")
+    for path in (out / "tables" / "a.md", out / "index.html", out / ".marker", reports / "old.json"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("x")
+    os.utime(reports / "old.json", (0.0, 0.0))
+    (reports / "claims.json").write_text("[]")
+    arguments = {"out": tmp_path / "out", "reports": "reports", "seed": 0}
+    since = time.time() - 60.0
+    expected = "wrote out: index.html, tables/, reports: claims.json; open out/index.html"
+    assert written("pipeline.stages.report", arguments, since) == expected
+    for number in range(9):
+        (out / f"fig_{number}.svg").write_text("x")
+    (out / "index.html").unlink()
+    line = written("pipeline.stages.draw", {"out": "out"}, since)
+    shown = ", ".join(f"fig_{number}.svg" for number in range(6))
+    assert line == f"wrote out: {shown} and 4 more; open out/fig_0.svg"
+    assert written("pipeline.stages.tune", {"out": tmp_path / "none"}, since) == ""
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_the_next_step_names_arguments_of_its_verb(verb: str) -> None:
+    module = import_module(f"pipeline.stages.{verb}")
+    known = set(inspect.signature(getattr(module, verb)).parameters)
+    named = {name for _, name, _, _ in string.Formatter().parse(getattr(module, "NEXT", "")) if name}
+    assert named <= known
+    assert known & {"out", "reports"}  # which say what every verb writes
+
+
+def test_a_stage_of_the_graph_says_no_more_than_where_it_wrote(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("DVC_STAGE", "dvc.yaml:acquire")
+    monkeypatch.delenv("EXP_PROGRESS", raising=False)
+    assert main(["acquire", "source=pendulum", "source.runs=1", "out=logs"]) == 0
+    assert capsys.readouterr().err.splitlines() == ["wrote logs"]
+
+
+def test_a_very_long_message_shows_its_start_and_its_end() -> None:
+    line = str(BadInput("campaign.zip: damaged (" + "x" * 5000 + "): unpack it again"))
+    assert len(line) < LONGEST and line.startswith("campaign.zip: damaged (x")
+    assert " ... x" in line and line.endswith("x): unpack it again")

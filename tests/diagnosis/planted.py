@@ -1,0 +1,112 @@
+"""A small machine in which any effect of the library can be planted, and its logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from tests.diagnosis.benches import pendulum
+from unmodelled.effects.added import Added, with_numbers
+from unmodelled.effects.columns import in_columns
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.scales import Scales
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+
+Array = NDArray[np.float64]
+
+PERIOD, RUNS, SAMPLES, SUBSTEPS = 0.005, 4, 240, 4
+#: N m, the effort that is planted at the joint; rad and rad/s, the noise of angle and speed.
+EFFORT, NOISE = 0.15, (2e-5, 2e-4)
+#: Of each run, a number of its own, in its plausible size; in no order, or it would be a drift.
+OWN = (1.2, -3.0, 4.5, -1.5)
+IDS = tuple(f"run{k}" for k in range(RUNS))
+TEXT = """
+schema: system/1
+name: pendulum
+states: {theta: {unit: rad}, omega: {unit: rad/s}}
+inputs: {torque: {unit: N m}}
+outputs: {theta: {unit: rad}, omega: {unit: rad/s}}
+parameters:
+  b: {value: 0.03, unit: N m s/rad}
+  J: {value: 0.02, unit: kg m^2}
+  mgl: {value: 0.4, unit: N m, identify: true, bounds: [0.1, 2]}
+ports: {joint: {effort: tau, unit: N m, position: theta, velocity: omega}}
+dynamics: {theta: omega, omega: (torque - b*omega - mgl*sin(theta) - tau)/J}
+"""
+
+
+def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
+    """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it."""
+    known = pendulum(folder, text=TEXT)
+    _write(folder / "logs", known, {}, ids)
+    logs = read_logs(folder / "logs", known)
+    sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    place = effect.places(known)[0]
+    added = effect.add(known, place, replace(sizes, effort={"joint": EFFORT}))
+    own = {name: added.scales[name] * np.array(OWN) for name in added.per_experiment}
+    columns = {name: column(logs.experiments) for name, column in added.columns.items()}
+    grown = in_columns(with_numbers(added.system, [added], _numbers(added)), own)
+    _write(folder / "logs", grown, {**columns, **own}, ids)
+
+
+def _numbers(added: Added) -> dict[str, float]:
+    """A size that can be seen of every number."""
+    amounts = {n: 1.0 if n in added.shares else added.scales[n] for n in added.amplitudes}
+    return amounts | {n: grid[len(grid) // 2] for n, grid in added.shapes.items()}
+
+
+def _write(folder: Path, true: System, own: dict[str, Array], ids: Sequence[str]) -> None:
+    """Logs of `true`, whose constants are `own`."""
+    rng = np.random.default_rng(0)
+    t = PERIOD * np.arange(SAMPLES)
+    rate, phase = np.linspace(3.0, 8.0, RUNS), rng.uniform(0.0, 6.0, (2, RUNS))
+    u = 0.9 * np.sin(rate * t[:, None] + phase[0]) + 0.5 * np.sin(2.3 * rate * t[:, None] + phase[1])
+    c = np.column_stack([own[constant.name] for constant in true.operating_point] or [np.empty((RUNS, 0))])
+    held = true.inputs[0].delay / PERIOD
+    acting = np.stack([np.interp(np.arange(SAMPLES) - held, np.arange(SAMPLES), one) for one in u.T], axis=1)
+    x = _path(true, acting, c)
+    show = numpy_system_function(true, [o.expression for o in true.outputs], efforts_zero=True)
+    y = np.stack(
+        [
+            show(s, state, v[:, None], np.empty(0), np.array(true.values), c)
+            for s, state, v in zip(t, x, acting, strict=True)
+        ]
+    )
+    folder.mkdir(parents=True, exist_ok=True)
+    for k in range(RUNS):
+        shown = {
+            o.name: np.interp(t - o.delay, t, y[:, k, j]) + NOISE[j] * rng.standard_normal(SAMPLES)
+            for j, o in enumerate(true.outputs)
+        }
+        pd.DataFrame({"t": t, **shown, "torque": u[:, k]}).to_csv(folder / f"run{k}.csv", index=False)
+    table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(RUNS)]})
+    table.to_csv(folder / "experiments.csv", index=False)
+
+
+def _path(system: System, u: Array, c: Array) -> Array:
+    """(samples, runs, states) by Runge and Kutta's method, inputs straight between samples, from rest."""
+    rates = numpy_system_function(system, list(system.closed), efforts_zero=True)
+    p, h = np.array(system.values), 1.0 / SUBSTEPS
+    # in samples, where the inputs are straight from one to the next
+    fine = np.arange((SAMPLES - 1) * 2 * SUBSTEPS + 1) / (2 * SUBSTEPS)
+    torque = np.stack([np.interp(fine, np.arange(SAMPLES), one) for one in u.T], axis=1)[..., None]
+
+    def slope(k: int, x: Array) -> Array:
+        return PERIOD * np.asarray(rates(PERIOD * fine[k], x, torque[k], np.empty(0), p, c))
+
+    x = np.tile([state.initial for state in system.states], (RUNS, 1))
+    path = [x]
+    for k in range(0, len(fine) - 1, 2):
+        k1 = slope(k, x)
+        k2 = slope(k + 1, x + 0.5 * h * k1)
+        k3 = slope(k + 1, x + 0.5 * h * k2)
+        x = x + h / 6.0 * (k1 + 2.0 * (k2 + k3) + slope(k + 2, x + h * k3))
+        path.append(x)
+    return np.array(path[::SUBSTEPS])

@@ -1,0 +1,310 @@
+"""Logs that are read wrongly: the answer is what is wrong with them, and right logs raise no alarm."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.signal import savgol_filter
+
+from pipeline.rigs.pendulum import PendulumCampaign
+from pipeline.rigs.withheld.campaign import WithheldCampaign
+from tests.diagnosis.benches import pendulum
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.answer.sentences import sentences
+from unmodelled.diagnosis.data.duplicates import among, different
+from unmodelled.diagnosis.data.log_fault import LogFault
+from unmodelled.diagnosis.search.diagnosed import diagnosed
+from unmodelled.diagnosis.search.log_copies import copies
+from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+HORIZON = 0.1
+SYSTEM = Path("systems/pendulum.yaml")
+Spoil = Callable[[pd.DataFrame, str], pd.DataFrame]
+
+
+@pytest.fixture(scope="module")
+def right(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Logs of a pendulum with a dry friction that systems/pendulum.yaml does not know."""
+    folder = tmp_path_factory.mktemp("pendulum") / "logs"
+    PendulumCampaign(runs=6, duration=2.0).write(folder, 0)
+    return folder
+
+
+def scaled(column: str, factor: float, only: str = "") -> Spoil:
+    return lambda log, name: log.assign(
+        **{column: log[column] * (factor if name == only or not only else 1.0)}
+    )
+
+
+def shifted(by: float, only: str) -> Spoil:
+    return lambda log, name: log.assign(theta=log["theta"] + (by if name == only else 0.0))
+
+
+def stretched(by: float, only: str) -> Spoil:
+    """A run of which the motion goes `by` times as fast as its column of time says."""
+
+    def spoil(log: pd.DataFrame, name: str) -> pd.DataFrame:
+        if name != only:
+            return log
+        t = log["t"][log["t"] * by <= log["t"].max()]
+        return pd.DataFrame({c: np.interp(t * by, log["t"], log[c]) for c in log}).assign(t=t)
+
+    return spoil
+
+
+def spoilt(right: Path, folder: Path, spoil: Spoil, known: Path = SYSTEM) -> tuple[System, Logs]:
+    """The system, and logs that went through `spoil` before they were written."""
+    folder.mkdir(exist_ok=True)
+    table = pd.read_csv(right / "experiments.csv")
+    table.to_csv(folder / "experiments.csv", index=False)
+    for name, file in zip(table["id"], table["file"], strict=True):
+        spoil(pd.read_csv(right / file), name).to_csv(folder / file, index=False)
+    system = read_system(known)
+    return system, read_logs(folder, system)
+
+
+def only(faults: tuple[LogFault, ...]) -> LogFault:
+    (fault,) = faults
+    assert fault.decides
+    return fault
+
+
+WRONG = {
+    "angle in degrees": (scaled("theta", 180.0 / np.pi), "theta", "degrees", ()),
+    "sign of the input turned round": (scaled("torque", -1.0), "torque", "sign", ()),
+    "one run's angle + 1e6": (shifted(1e6, "run3"), "theta", "offset", ("run3",)),
+    "one run's angle + 1e9": (shifted(1e9, "run3"), "theta", "offset", ("run3",)),
+    "one run's angle + 1": (shifted(1.0, "run3"), "theta", "offset", ("run3",)),
+    "one run's angle in degrees": (scaled("theta", 180.0 / np.pi, "run3"), "theta", "degrees", ("run3",)),
+    "one run's sign turned round": (scaled("torque", -1.0, "run2"), "torque", "sign", ("run2",)),
+    "torque in mN m": (scaled("torque", 1e3), "torque", "milli", ()),
+    "torque in kN m": (scaled("torque", 1e-3), "torque", "kilo", ()),
+    "time in ms": (scaled("t", 1e3), "t", "milliseconds", ()),
+    "time in us": (scaled("t", 1e6), "t", "microseconds", ()),
+    "time twice": (scaled("t", 2.0), "t", "clock", ()),
+    "time halved": (scaled("t", 0.5), "t", "clock", ()),
+    "one run's clock twice too slow": (stretched(2.0, "run3"), "t", "clock", ("run3",)),
+    "one run's clock 20 % off": (stretched(1.2, "run3"), "t", "clock", ("run3",)),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_wrong_with_the_logs_is_the_answer(what: str, right: Path, tmp_path: Path) -> None:
+    spoil, channel, problem, experiments = WRONG[what]
+    fault = only(log_faults(*spoilt(right, tmp_path, spoil), HORIZON))
+    assert (fault.channels, fault.problem, fault.experiments) == ((channel,), problem, experiments)
+    assert fault.explains is not None and fault.explains > (0.5 if experiments else 0.98)
+    assert channel in fault.sentence and fault.sentence.endswith("then diagnose again.")
+
+
+def test_a_turned_sign_may_be_that_of_the_other_channel(right: Path, tmp_path: Path) -> None:
+    fault = only(log_faults(*spoilt(right, tmp_path, scaled("torque", -1.0)), HORIZON))
+    assert fault.indistinguishable == ((("theta",), "sign"),)
+
+
+@pytest.fixture(scope="module")
+def frictionless(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Logs of a pendulum that systems/pendulum.yaml knows all about."""
+    folder = tmp_path_factory.mktemp("frictionless") / "logs"
+    PendulumCampaign(runs=6, duration=2.0, coulomb=0.0).write(folder, 0)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (scaled("t", 2.0), "ran 2 times too fast: multiplied by 0.4"),
+        (stretched(1.05, "run3"), "t of run3 looks as if its clock ran 4.7 % slow: multiplied by 1.04"),
+        (stretched(0.8, "run3"), "t of run3 looks as if its clock ran 1.25 times too fast: multiplied by 0."),
+    ],
+    ids=["all twice", "one 5 % slow", "one 25 % fast"],
+)
+def test_how_far_a_clock_is_off(spoil: Spoil, said: str, frictionless: Path, tmp_path: Path) -> None:
+    assert said in only(log_faults(*spoilt(frictionless, tmp_path, spoil), HORIZON)).sentence
+
+
+def test_a_wrong_inertia_is_no_wrong_clock(tmp_path: Path) -> None:
+    """Nobody can tell them apart: what the search can name is left to it."""
+    PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, inertia=0.03).write(tmp_path / "heavy", 0)
+    system = read_system(SYSTEM)
+    assert log_faults(system, read_logs(tmp_path / "heavy", system), HORIZON) == ()
+
+
+def test_one_run_in_milliseconds_is_refused_with_what_to_do(right: Path, tmp_path: Path) -> None:
+    with pytest.raises(
+        BadInput, match=r"run3\.csv: .* looks like milliseconds; multiply the column by 0\.001"
+    ):
+        spoilt(right, tmp_path, scaled("t", 1e3, "run3"))
+
+
+def test_a_longer_horizon_shows_what_a_short_one_does_not(right: Path, tmp_path: Path) -> None:
+    logs = spoilt(right, tmp_path, scaled("theta", 180.0 / np.pi))
+    assert only(log_faults(*logs, 0.01)).problem == "degrees"
+
+
+@pytest.fixture
+def two_outputs(tmp_path: Path) -> Path:
+    """systems/pendulum.yaml with the speed as another output."""
+    text = SYSTEM.read_text()
+    assert text.count("  theta: {unit: rad}\nparameters") == 1
+    both = "  theta: {unit: rad}\n  omega: {unit: rad/s}\nparameters"
+    (tmp_path / "system.yaml").write_text(text.replace("  theta: {unit: rad}\nparameters", both))
+    return tmp_path / "system.yaml"
+
+
+def difference(over: int) -> Spoil:
+    return lambda log, name: log.assign(
+        omega=(log["theta"] - log["theta"].shift(over).bfill()) / (over * log["t"][1])
+    )
+
+
+def low_pass(log: pd.DataFrame, name: str) -> pd.DataFrame:
+    log = difference(1)(log, name)
+    return log.assign(omega=log["omega"].ewm(alpha=0.2, adjust=False).mean())
+
+
+def smoothed(log: pd.DataFrame, name: str) -> pd.DataFrame:
+    return log.assign(omega=savgol_filter(log["theta"], 21, 3, 1, log["t"][1]))
+
+
+def second_sensor(log: pd.DataFrame, name: str) -> pd.DataFrame:
+    log = smoothed(log, name)
+    late = log["omega"].shift(10).bfill()
+    return log.assign(omega=late + 0.02 * np.random.default_rng(len(name)).standard_normal(len(late)))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (difference(4), "omega is computed from theta: difference over 5 samples, 4 ms late."),
+        (smoothed, "omega is computed from theta: difference over 21 samples, without delay."),
+        (low_pass, "samples, 9 ms late."),
+    ],
+    ids=["difference", "smoothed", "low-pass"],
+)
+def test_a_computed_speed_is_noted(
+    spoil: Spoil, said: str, right: Path, two_outputs: Path, tmp_path: Path
+) -> None:
+    (fault,) = log_faults(*spoilt(right, tmp_path / "logs", spoil, two_outputs), HORIZON)
+    assert (fault.channels, fault.problem, fault.decides) == (("omega",), "copy", False)
+    assert said in fault.sentence
+
+
+def test_a_computed_speed_that_is_late_is_the_answer(right: Path, two_outputs: Path, tmp_path: Path) -> None:
+    fault = only(log_faults(*spoilt(right, tmp_path / "logs", difference(40), two_outputs), HORIZON))
+    assert (fault.channels, fault.problem) == (("omega",), "copy")
+    assert "(difference over 41 samples, 40 ms late)" in fault.sentence and fault.explains > 0.9
+
+
+def test_a_late_sensor_with_noise_of_its_own_is_no_copy(
+    right: Path, two_outputs: Path, tmp_path: Path
+) -> None:
+    assert log_faults(*spoilt(right, tmp_path / "logs", second_sensor, two_outputs), HORIZON) == ()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_later_of_two_same_columns_is_the_copy(turned: bool, right: Path) -> None:
+    rng = np.random.default_rng(0)
+    t = 0.01 * np.arange(400)
+    first = np.concatenate([np.sin(3.0 * t) + 1e-4 * rng.standard_normal(400) for _ in range(3)])
+    y = np.column_stack([first, np.roll(first, 3)])
+    known = read_logs(right, read_system(SYSTEM))
+    y, offsets = y[:, ::-1] if turned else y, np.arange(0, 1201, 400)
+    logs = replace(known, y=y, outputs=("a", "b"), ids=("1", "2", "3"), offsets=offsets, period=0.01)
+    (copy,) = copies(logs)
+    assert (copy.target, copy.source, copy.slope) == ((0, 1, False) if turned else (1, 0, False))
+    assert copy.delay == pytest.approx(0.03) and copy.gain == pytest.approx(1.0)
+
+
+def test_a_constant_input_is_noted(tmp_path: Path) -> None:
+    PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, torque=0.0).write(tmp_path / "free", 0)
+    (fault,) = log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", scaled("t", 1.0)), HORIZON)
+    assert (fault.channels, fault.problem, fault.decides) == (("torque",), "constant", False)
+    assert fault.sentence.startswith("torque is 0 in all samples of all experiments")
+
+
+def test_an_input_that_did_nothing(tmp_path: Path) -> None:
+    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=0.02).write(tmp_path / "free", 0)
+
+    def driven(log: pd.DataFrame, name: str) -> pd.DataFrame:
+        return log.assign(torque=np.sin(3.0 * log["t"] + len(name)))
+
+    fault = only(log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", driven), HORIZON))
+    assert (fault.channels, fault.problem) == (("torque",), "no_effect")
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        scaled("t", 1.0),
+        scaled("torque", 0.7),
+        scaled("torque", 0.2),
+        scaled("theta", 1.2),
+        shifted(0.1, "run3"),
+        lambda log, name: log.assign(theta=log["theta"] + 0.2),
+        lambda log, name: log.assign(torque=log["torque"] + 0.3),
+    ],
+    ids=["right", "gain", "weak", "sensor gain", "small offset", "sensor offset", "load"],
+)
+def test_true_effects_raise_no_alarm(spoil: Spoil, right: Path, tmp_path: Path) -> None:
+    assert log_faults(*spoilt(right, tmp_path, spoil), HORIZON) == ()
+
+
+def test_wrong_parameters_raise_no_alarm(right: Path, tmp_path: Path) -> None:
+    system = pendulum(tmp_path)
+    assert log_faults(system, read_logs(right, system), HORIZON) == ()
+    far = system.with_values({"J": 0.05, "mgl": 0.3, "b": 0.09})
+    assert log_faults(far, read_logs(right, far), HORIZON) == ()
+
+
+@pytest.mark.parametrize(("kind", "count"), [("single", 6), ("local", 3), ("null", 3), ("outside", 3)])
+def test_withheld_machines_raise_no_alarm(kind: str, count: int, tmp_path: Path) -> None:
+    WithheldCampaign(kind, count, 37).write(tmp_path / "cases", 0)
+    for case in sorted((tmp_path / "cases").glob("[!.]*")):
+        system = read_system(case / "system.yaml")
+        assert log_faults(system, read_logs(case / "logs", system), HORIZON) == (), case
+
+
+def test_one_file_under_four_names(right: Path) -> None:
+    system = read_system(SYSTEM)
+    logs = among(read_logs(right, system), [0, 0, 0, 0])
+    logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
+    fault = only(log_faults(system, logs, HORIZON))
+    assert (fault.problem, fault.experiments, fault.explains) == ("identical", ("a", "b", "c", "d"), None)
+    found = diagnosed(system, logs, HORIZON, 0, faults=(fault,))
+    assert (found.verdict, found.effects) == ("check_logs", ())
+    assert found.confidence > 0.9 and sentences(found)[1].startswith(
+        "The logs of a, b, c and d are identical"
+    )
+
+
+def test_some_copies_count_as_one_experiment(right: Path) -> None:
+    system = read_system(SYSTEM)
+    logs = among(read_logs(right, system), [0, 1, 2, 1])
+    logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
+    (fault,) = log_faults(system, logs, HORIZON)
+    assert fault.experiments == ("b", "d") and not fault.decides
+    assert different(logs).ids == ("a", "b", "c")
+    assert np.array_equal(different(logs).y, logs.y[: logs.offsets[3]])
+
+
+def test_the_questions_take_less_than_a_second(tmp_path: Path) -> None:
+    PendulumCampaign(runs=12, duration=2.0).write(tmp_path, 0)
+    system = read_system(SYSTEM)
+    logs = read_logs(tmp_path, system)
+    turned = replace(logs, u=-logs.u)
+    for each in (logs, turned):
+        log_faults(system, each, HORIZON)  # what is compiled once
+        before = time.process_time()
+        log_faults(system, each, HORIZON)
+        assert time.process_time() - before < 1.0

@@ -1,0 +1,113 @@
+"""A law of the library planted in a small machine and diagnosed from its logs to the page: what must hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+from playwright.sync_api import Browser
+
+from pipeline.__main__ import main
+from tests.diagnosis.planted import IDS, plant
+from tests.report.case import Page
+from tests.report.test_browser import CHECKS
+from tests.report.test_site import check_addresses
+from unmodelled.base.files import read_json
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.search import screen
+from unmodelled.effects.effect import Effect, PortEffect
+from unmodelled.effects.library import effects
+from unmodelled.logs.folder import read_logs
+from unmodelled.report.formula import formula
+from unmodelled.systems.reader import read_system
+
+FIGURES = ["gap", "lacking", "left_over", "experiments", "before_and_after", "candidates"]
+#: Diagnoses one of the laws and returns the folder with system.yaml, logs and out.
+Diagnosed = Callable[[str], Path]
+
+
+def laws() -> dict[str, Effect]:
+    """All laws by family and variant."""
+    return {" ".join(filter(None, (e.family, e.variant))): e for e in effects()}
+
+
+def along_travel(effect: Effect) -> bool:
+    """Whether the law depends on a position: about half of all do."""
+    return isinstance(effect, PortEffect) and "position" in effect.needs
+
+
+def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] = IDS) -> Iterator[Diagnosed]:
+    """A function that plants a law and runs the command line, once for each law.
+
+    Args:
+        alone: the search looks at this law only, which takes a tenth of the time; all else is as always.
+        ids: of the experiments.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+
+        @cache
+        def diagnosed(name: str) -> Path:
+            folder, effect = root / name.replace(" ", "-"), laws()[name]
+            plant(folder, effect, ids)
+            if alone:
+                patch.setattr(screen, "effects", lambda: (effect,))
+            given = {key: folder / place for key, place in GIVEN.items()}
+            assert main(["diagnose", *(f"{key}='{path}'" for key, path in given.items()), "-q"]) == 0
+            return folder
+
+        yield diagnosed
+
+
+GIVEN = {"system": "system.yaml", "logs": "logs", "out": "out"}
+
+
+def check_answer(folder: Path) -> dict[str, Any]:
+    """The file says what diagnosis.json says; nothing is lost and nothing diverges. Return diagnosis.json."""
+    content: dict[str, Any] = read_json(folder / "out" / "diagnosis.json")
+    assert not [note for note in content["notes"] if "could not" in note or "diverges" in note]
+    system = read_system(folder / "out" / "augmented_system.yaml")
+    logs = read_logs(folder / "logs", system)
+    held = [logs.ids.index(name) for name in content["gap"]["held_out"]]
+    found = free_runs(system, logs, 0.1, held).value
+    assert found == pytest.approx(content["gap"]["augmented"], rel=1e-6)
+    return content
+
+
+def check_page(folder: Path) -> None:
+    """The page has all equations of every law and all figures, which are well-formed."""
+    out = folder / "out"
+    text, content = (out / "index.html").read_text(), read_json(out / "diagnosis.json")
+    check_addresses(out, {"index.html": text})
+    images = [a for a in Page(text).addresses if a.startswith("data:image/svg+xml;base64,")]
+    drawn = [name for name in FIGURES if content["effects"] or name != "left_over"]
+    assert [row["id"] for row in read_json(out / "figures" / "figures.json")] == drawn
+    assert len(images) == len(drawn)
+    for name in drawn:
+        ElementTree.parse(out / "figures" / f"{name}.svg")
+    for effect in content["effects"]:
+        shown = ElementTree.fromstring(f"<div>{formula(effect['law'])}</div>")
+        assert len(shown) == 1 + effect["law"].count(" = ") + effect["law"].count(" <= ")
+        # the first line has what the law is equal to before it
+        first, *others = (ElementTree.tostring(row, encoding="unicode") for row in shown)
+        assert all(row in text for row in others)
+        assert f"<mo>=</mo>{first.partition('<mrow>')[2]}" in text
+
+
+def check_in_browser(browser: Browser, pages: list[Path]) -> None:
+    """Every page opens without a fault, and everything on it can be seen."""
+    wrong: list[str] = []
+    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
+        page = context.new_page()
+        page.add_init_script(CHECKS)
+        page.on("console", lambda m: wrong.append(f"{m.type}: {m.text}") if m.type == "error" else None)
+        page.on("pageerror", lambda error: wrong.append(str(error)))
+        for path in pages:
+            page.goto(path.as_uri())
+            for check in ("images", "overflows", "illegible"):
+                wrong += [f"{path}: {what}" for what in page.evaluate(f"checks.{check}()")]
+            assert page.locator(".effect math").count() > 0, path
+    assert not wrong, "\n".join(wrong)

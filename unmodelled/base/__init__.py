@@ -1,0 +1,1 @@
+"""What everything stands on: bad input, files, progress, processes, compiled functions."""

@@ -1,0 +1,127 @@
+"""What may be read: regular files whose content fits into the memory that is left, seen before reading."""
+
+from __future__ import annotations
+
+import resource
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+import psutil
+
+from unmodelled.base.errors import BadInput
+
+#: What is read may take one part in so many of the memory that is left. It is copied once when it becomes
+#: arrays and once when it is put on a uniform clock, and half of the memory is for the work itself.
+PARTS = 4
+#: Bytes that may be read however little memory is left; the libraries alone take a hundred times as much.
+ALWAYS = 4_000_000
+#: Bytes in memory per byte of a text, at most: cells of one character as a list of lists, or nested JSON
+#: lists, in CPython 3.11.
+OBJECTS = 100
+#: Bytes in memory per byte of a text that becomes an array of numbers: eight for two characters.
+NUMBERS = 4
+
+#: Where control groups (cgroups) of either version are mounted, and the group of this process is named.
+_GROUPS, _OWN = Path("/sys/fs/cgroup"), Path("/proc/self/cgroup")
+_KINDS = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def check_file(path: Path, factor: float = 1.0) -> None:
+    """Refuse a file without an end, and one that takes too much memory, before it is opened.
+
+    A file that does not exist is left to who opens it.
+
+    Args:
+        path: file, or a link to one.
+        factor: bytes in memory per byte of the file.
+
+    Raises:
+        BadInput: when `path` is a pipe, a device or a socket, or see `check_memory`.
+    """
+    try:
+        about = path.stat()
+    except (OSError, ValueError):
+        return
+    if kind := _KINDS.get(stat.S_IFMT(about.st_mode)):
+        raise BadInput(f"{path}: is {kind}, not a regular file: copy what it gives into a file")
+    if stat.S_ISREG(about.st_mode):
+        check_memory(path, factor * about.st_size)
+
+
+def check_memory(what: Path | str, needed: float) -> None:
+    """Refuse what takes more than its part of the memory that is left.
+
+    Args:
+        what: file, or a place in one. needed: bytes that its content takes in memory.
+
+    Raises:
+        BadInput: with both numbers, and what to do.
+    """
+    if needed > ALWAYS and needed > (allowed := _allowed(left := available())):
+        raise BadInput(
+            f"{what}: is too large: would take {_shown(needed)} of memory, {_shown(left)} are free and "
+            f"{_shown(allowed)} of them the most for it: give fewer rows or experiments, or free some memory"
+        )
+
+
+def limit_process() -> None:
+    """Give this process, which reads one file, no more memory than `check_memory` allows.
+
+    What takes more raises MemoryError.
+    """
+    most = int(psutil.Process().memory_info().vms + _allowed(available()))
+    resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _allowed(left: int) -> float:
+    return max(float(ALWAYS), (left - int(psutil.Process().memory_info().rss)) / PARTS)
+
+
+def available() -> int:
+    """The bytes that this process can still take: of the machine, its control group and its own limit."""
+    return max(0, min(int(psutil.virtual_memory().available), *_left_in_groups(), _left_to_process()))
+
+
+def _left_to_process() -> int:
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit == resource.RLIM_INFINITY:
+        return int(psutil.virtual_memory().total)
+    return limit - int(psutil.Process().memory_info().vms)
+
+
+def _left_in_groups() -> Iterator[int]:
+    """Of the control group and those around it; files that are kept in memory can be dropped."""
+    try:
+        lines = [line.split(":", 2) for line in _OWN.read_text().splitlines()]
+    except OSError:  # no Linux
+        lines = []
+    yield int(psutil.virtual_memory().total)
+    for _, controllers, own in lines:
+        if controllers == "":
+            root, names, cached = _GROUPS, ("memory.max", "memory.current"), ("inactive_file", "active_file")
+        elif controllers == "memory":
+            root, names = _GROUPS / "memory", ("memory.limit_in_bytes", "memory.usage_in_bytes")
+            cached = ("total_inactive_file", "total_active_file")
+        else:
+            continue
+        group = root / own.strip("/")
+        for folder in (group, *group.parents):
+            if not folder.is_relative_to(root):
+                break
+            try:
+                limit, used = ((folder / name).read_text().strip() for name in names)
+                kept = dict(line.split() for line in (folder / "memory.stat").read_text().splitlines())
+            except (OSError, ValueError):  # the outermost group has no limit
+                continue
+            if limit != "max":
+                yield int(limit) - int(used) + sum(int(kept.get(name, 0)) for name in cached)
+
+
+def _shown(size: float) -> str:
+    return f"{size / 1e9:.3g} GB" if size >= 1e8 else f"{size / 1e6:.3g} MB"

@@ -1,0 +1,254 @@
+"""Which verb made a folder: no verb replaces or adds to what another one, or a user, put there."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import json
+import os
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+from unmodelled.base.errors import BadInput
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+#: The file in a folder that says which verb made it, and which files the verb wrote if it replaces them all.
+MARKER = ".made_by"
+#: What Hydra and a sweep write about a run into the run's folder; it stays when the folder is replaced.
+RECORD = ".hydra"
+#: Name of a result, and of the process that is writing it, in what `files.hidden` calls it until it is whole.
+ON_ITS_WAY = re.compile(r"\.([^/]+)\.(\d+)\.[0-9a-f]{8}\.tmp")
+#: The same of a folder that grows over several runs (`jobs.growing_folder`).
+GROWING = re.compile(r"\.[^/]+\.growing\.tmp")
+#: Arguments of verbs that name what is written; all other paths are inputs.
+OUTPUTS = ("out", "reports")
+
+
+class Out(Enum):
+    """What the argument `out` of a verb names."""
+
+    FOLDER = "a folder of the verb's own"
+    FILE = "a file"
+    SHARED = "a folder in which some files and folders are the verb's own"
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a verb writes.
+
+    Attributes:
+        out: what its argument `out` names.
+        inside: inputs that are searched for results of many verbs, so that `out` may lie inside them.
+    """
+
+    out: Out = Out.FOLDER
+    inside: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class _Running:
+    """The verb at work: its name, its own folder if it has one, and its inputs by the names of their keys."""
+
+    verb: str = "a Python program"
+    place: Place = Place()
+    own: Path | None = None
+    inputs: Mapping[str, Path] = field(default_factory=dict)
+
+
+_NONE = _Running()
+_RUNNING = ContextVar("_RUNNING", default=_NONE)
+
+
+def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Make a function a verb: where its `out` may not be written, it is refused before any work is done.
+
+    Args:
+        out: what the argument `out` names, a folder of the verb's own by default.
+        inside: names of inputs that `out` may lie inside.
+    """
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        signature, place = inspect.signature(function), Place(out, frozenset(inside))
+        paths = path_arguments(signature.parameters)
+
+        @functools.wraps(function)
+        def run(*args: P.args, **kwargs: P.kwargs) -> R:
+            given = signature.bind(*args, **kwargs).arguments
+            found = {name: Path(given[name]) for name in paths if given.get(name) is not None}
+            inputs = {name: path for name, path in found.items() if name not in OUTPUTS}
+            own = found["out"].absolute() if "out" in found and place.out is Out.FOLDER else None
+            token = _RUNNING.set(_Running(function.__name__, place, own, inputs))
+            try:
+                if "out" in found:
+                    _check_out(found["out"], place.out)
+                return function(*args, **kwargs)
+            finally:
+                _RUNNING.reset(token)
+
+        run.__dict__["place"] = place
+        return run
+
+    return decorate
+
+
+def path_arguments(parameters: Mapping[str, inspect.Parameter]) -> list[str]:
+    """Names of the arguments of a verb that are paths, by their annotations."""
+    return [name for name, p in parameters.items() if str(p.annotation).split(" | ")[0] == "Path"]
+
+
+def check_writable(path: Path) -> None:
+    """Refuse, before any work is done, what cannot be written in the end.
+
+    Raises:
+        BadInput: when `path` would lie below a file, or where nobody may write.
+    """
+    try:
+        there = next(p for p in (path, *path.absolute().parents) if p.exists())
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
+    if there != path and not there.is_dir():
+        raise BadInput(f"{there}: is a file, so that the folder {path} cannot be written")
+    if not os.access(there, os.W_OK):
+        raise BadInput(f"{there}: cannot be written: no permission")
+
+
+def _check_out(path: Path, kind: Out) -> None:
+    check_named(path)
+    check_writable(path)
+    if kind is Out.FOLDER:
+        check_replaceable(path)
+        return
+    if kind is Out.FILE and path.is_dir():
+        raise BadInput(f"{path}: is a folder: give the name of a file")
+    _check_apart(path, may_hold_inputs=kind is Out.SHARED)
+
+
+def check_named(path: Path) -> None:
+    """Refuse what is no name that a file or a folder could have.
+
+    Raises:
+        BadInput: one line that names `path`.
+    """
+    if path.name in ("", "..") or "\0" in str(path):
+        raise BadInput(f"{str(path)!r}: is no name for a file or a folder to be written")
+
+
+def check_replaceable(path: Path) -> None:
+    """Refuse to replace the folder `path`, or to add to it, unless the running verb made it or it is empty.
+
+    Raises:
+        BadInput: when it is a link or a file, an input of the verb, holds one or lies inside one, was made by
+            another verb or by none, or holds a file that its verb did not write.
+    """
+    if _on_its_way(path):
+        return
+    if path.is_symlink():
+        raise BadInput(f"{path}: cannot be replaced: is not a folder but a link: give the folder itself")
+    if path.exists() and not path.is_dir():
+        raise BadInput(f"{path}: is a file, so that the folder {path} cannot be written: give another name")
+    _check_apart(path)
+    own, stamp = _RUNNING.get().verb, _stamp(path / MARKER)
+    try:
+        names = sorted(p.name for p in path.iterdir() if p.name != RECORD) if path.is_dir() else []
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be read: {error.strerror}") from None
+    if not names:
+        return
+    if stamp is None:
+        raise BadInput(
+            f"{path}: holds {names[0]!r} and has no file {MARKER}, so that no verb made it: "
+            "give another folder, or remove this one yourself"
+        )
+    maker, files = stamp
+    if maker != own:
+        raise BadInput(
+            f"{path}: was made by {maker}, not by {own}: give another folder, or remove this one yourself"
+        )
+    if foreign := sorted(set(_files_in(path)) - files) if files is not None else []:
+        raise BadInput(
+            f"{path}: would be replaced with {foreign[0]!r}, which {own} did not write: "
+            "move that elsewhere, or give another folder"
+        )
+
+
+def _check_apart(path: Path, may_hold_inputs: bool = False) -> None:
+    """Refuse a place for results that equals, holds or lies inside an input, links followed."""
+    running, result = _RUNNING.get(), Path(os.path.realpath(path))
+    for name, given in running.inputs.items():
+        try:
+            source = Path(os.path.realpath(given, strict=True))
+        except (OSError, ValueError):
+            continue  # the verb says what is wrong with it, if it reads it
+        how = ""
+        if source == result:
+            how = "is"
+        elif source in result.parents and name not in running.place.inside and given != Path():
+            how = "lies inside"  # the folder in which one works holds results and inputs
+        elif result in source.parents and not may_hold_inputs:
+            how = "holds"
+        if how:
+            raise BadInput(f"{path}: {how} the input {name}={given}: give another place for the results")
+
+
+def mark(new: Path, path: Path) -> None:
+    """Write into the folder `new`, which will replace `path`, who made it and the files that it holds."""
+    if not _on_its_way(path):
+        (new / MARKER).write_text(_text({"made_by": _RUNNING.get().verb, "files": sorted(_files_in(new))}))
+
+
+def missing_marker(path: Path) -> tuple[Path, str] | None:
+    """Return the marker that the running verb's own folder lacks before the file `path` is written there.
+
+    Its text lists no files: a verb that writes one file after the other into its folder removes none.
+
+    Returns:
+        Path and text of the marker; None where `path` lies elsewhere, or the folder has its marker.
+    """
+    running = _RUNNING.get()
+    if running.own is None or running.own not in path.absolute().parents or path.name == MARKER:
+        return None
+    marker = running.own / MARKER
+    return None if marker.exists() else (marker, _text({"made_by": running.verb}))
+
+
+def _text(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, indent=1, sort_keys=True) + "\n"
+
+
+def _stamp(marker: Path) -> tuple[str, frozenset[str] | None] | None:
+    """The verb of a marker and the files that it lists, if it does; None where there is no marker."""
+    try:
+        content = json.loads(marker.read_text()) if marker.is_file() else None
+    except (OSError, ValueError, RecursionError):
+        return None
+    match content:
+        case {"made_by": str(maker), "files": [*files]}:
+            return maker, frozenset(map(str, files))
+        case {"made_by": str(maker)}:
+            return maker, None
+    return None
+
+
+def _files_in(folder: Path) -> Iterator[str]:
+    """Files and links below `folder`, seen from it, save the marker and the record."""
+    for place, folders, files in os.walk(folder):
+        here = Path(place)
+        if here == folder:
+            folders[:] = [name for name in folders if name != RECORD]
+        links = [name for name in folders if (here / name).is_symlink()]
+        for found in (here / name for name in (*files, *links)):
+            if found != folder / MARKER:
+                yield found.relative_to(folder).as_posix()
+
+
+def _on_its_way(path: Path) -> bool:
+    """Whether `path` is, or lies inside, a folder that will be checked when it takes its place."""
+    names = (path.name, *(parent.name for parent in path.absolute().parents))
+    return any(ON_ITS_WAY.fullmatch(name) or GROWING.fullmatch(name) for name in names)

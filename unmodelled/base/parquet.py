@@ -1,0 +1,91 @@
+"""Tables as Parquet files that tell when they are damaged: every page has a check sum."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import check_file, check_memory
+
+#: Bytes of a cell in memory: a number, or the place of a text.
+_CELL = 8
+_TEXTS = (pa.string(), pa.large_string(), pa.binary(), pa.large_binary())
+
+
+def write_parquet(
+    table: pd.DataFrame | pa.Table, path: Path, dictionary: bool | Sequence[str] = True
+) -> None:
+    """Write a table, without the index of a DataFrame; `dictionary`: columns in which few values recur."""
+    if isinstance(table, pd.DataFrame):
+        table = pa.Table.from_pandas(table, preserve_index=False)
+    pq.write_table(table, path, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
+
+
+def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """A table, or some of its columns.
+
+    Raises:
+        BadInput: when the file is missing, damaged or no Parquet file, lacks a column, or takes more memory
+            than `check_memory` allows: a file of some kB can hold any number of equal cells.
+    """
+    check_file(path)
+    wanted = None if columns is None else list(columns)
+    try:
+        about = pq.read_metadata(path)
+        schema = about.schema.to_arrow_schema()
+        if lacking := [name for name in wanted or () if name not in schema.names]:
+            raise BadInput(f"{path}: has no column {lacking[0]}")
+        check_memory(f"{path} ({about.num_rows} rows)", _size(about, wanted))
+        texts = [f.name for f in schema if f.type in _TEXTS and schema.names.count(f.name) == 1]
+        # a text that recurs is read once, so that its length is known before there are copies of it
+        table = pq.read_table(path, columns=wanted, page_checksum_verification=True, read_dictionary=texts)
+        return _with_texts(path, table, schema)
+    except FileNotFoundError:
+        raise BadInput(f"{path}: no such file") from None
+    except MemoryError:
+        raise BadInput(
+            f"{path}: is too large for the memory that is left: give fewer rows or columns"
+        ) from None
+    except (pa.ArrowException, OSError, ValueError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise BadInput(f"{path}: not a Parquet file, or damaged ({reason[:100]})") from None
+
+
+def _size(about: pq.FileMetaData, wanted: Sequence[str] | None) -> int:
+    """Bytes of the wanted columns in memory; of a text its place."""
+    leaves = [about.schema.column(k) for k in range(about.num_columns)]
+    size = 0
+    for k, leaf in enumerate(leaves):
+        if wanted is None or any(leaf.path == name or leaf.path.startswith(f"{name}.") for name in wanted):
+            cells = sum(about.row_group(g).column(k).num_values for g in range(about.num_row_groups))
+            size += cells * max(_CELL, leaf.length)
+    return size
+
+
+def _with_texts(path: Path, table: pa.Table, schema: pa.Schema) -> pa.Table:
+    """The table with texts that were read as dictionaries as what they are in `schema`."""
+    for k, field in enumerate(table.schema):
+        kind = schema.field(field.name).type if schema.names.count(field.name) == 1 else field.type
+        if kind == field.type or kind not in _TEXTS:
+            continue
+        chunks = table.column(k).chunks
+        lengths = (pc.binary_length(c.dictionary).cast(pa.int64()).take(c.indices) for c in chunks)
+        check_memory(f"{path}: column {field.name}", sum(pc.sum(each).as_py() or 0 for each in lengths))
+        table = table.set_column(k, field.with_type(kind), table.column(k).cast(kind))
+    return table
+
+
+def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """Like `read_arrow`, as a DataFrame."""
+    table = read_arrow(path, columns)
+    try:
+        return table.to_pandas()
+    except (pa.ArrowException, ValueError, TypeError, KeyError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise BadInput(f"{path}: not a table of this program ({reason[:100]})") from None

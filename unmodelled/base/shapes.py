@@ -1,0 +1,93 @@
+"""What the content of a JSON file must look like for those who read it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+
+#: A type (float: any number), a set of words, a list of one shape for all items, a mapping with the keys that
+#: must be there ("*": for every key), or a tuple of alternatives.
+Shape = Any
+
+#: Of a provenance.json.
+ORIGIN = {"data": frozenset({"measured", "virtual"})}
+
+_NAMES: dict[Any, str] = {
+    **{str: "a text", float: "a number", bool: "true or false"},
+    **{None: "null", dict: "an object", list: "a list"},
+}
+
+
+def read_shaped(path: Path, shape: Shape) -> Any:
+    """The content of a JSON file, if it has `shape`.
+
+    Raises:
+        BadInput: when the file is missing or no JSON, or one line that names the place that is wrong.
+    """
+    content = read_json(path)
+    check_shape(path, content, shape)
+    return content
+
+
+def check_shape(path: Path, content: Any, shape: Shape) -> None:
+    """Refuse `content` of the file `path` if it has not `shape`.
+
+    Raises:
+        BadInput: one line that names the place that is wrong.
+    """
+    _check(path, "", content, shape)
+
+
+def _check(path: Path, place: str, content: Any, shape: Shape) -> None:
+    if not _fits(content, shape):
+        raise BadInput(f"{path}:{place and f' {place}:'} must be {_expected(shape)}, got {_shown(content)}")
+    if isinstance(shape, tuple):
+        shape = next(s for s in shape if _fits(content, s))
+    match shape:
+        case dict():
+            for key in dict.fromkeys([*shape, *(content if "*" in shape else ())]):
+                if key not in content and key != "*":
+                    raise BadInput(f"{path}:{place and f' {place}:'} {key} is missing")
+                if key in content:
+                    name = key if key.isprintable() and len(key) < 60 else "..."
+                    inner = shape.get(key, shape.get("*"))
+                    _check(path, f"{place}.{name}" if place else name, content[key], inner)
+        case [each]:
+            for k, inner in enumerate(content):
+                _check(path, f"{place}[{k}]", inner, each)
+
+
+def _fits(content: Any, shape: Shape) -> bool:
+    """Whether the outermost part of `content` has the shape."""
+    match shape:
+        case tuple():
+            return any(_fits(content, alternative) for alternative in shape)
+        case frozenset():
+            return isinstance(content, str) and content in shape
+        case dict() | list():
+            return isinstance(content, type(shape))
+        case None:
+            return content is None
+    return isinstance(content, int | float if shape is float else shape) and (
+        shape is bool or not isinstance(content, bool)
+    )
+
+
+def _expected(shape: Shape) -> str:
+    match shape:
+        case tuple():
+            return " or ".join(map(_expected, shape))
+        case frozenset():
+            return f"one of {', '.join(sorted(shape))}"
+        case dict() | list():
+            return _NAMES[type(shape)]
+    return _NAMES[shape]
+
+
+def _shown(content: Any) -> str:
+    if isinstance(content, dict | list) or content is None:
+        return _NAMES[None if content is None else type(content)]
+    return ascii(content)[:60]

@@ -1,0 +1,1 @@
+"""What a diagnosis says: its result, sentences, tables and the augmented system."""

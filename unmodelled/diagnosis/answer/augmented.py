@@ -1,0 +1,58 @@
+"""The diagnosed effects written back: the user's system file with laws, identified numbers and delays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from unmodelled.diagnosis.data.diagnosis import Diagnosis, Found
+from unmodelled.effects.columns import Member
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import Constant, Parameter, System
+from unmodelled.systems.writer import write_system
+
+FILE = "augmented_system.yaml"
+
+
+def write_augmented(diagnosis: Diagnosis, folder: Path) -> None:
+    """Write `augmented_system.yaml` into `folder`, and its tables as CSV files beside it.
+
+    Simulated along the experiments that were diagnosed, it has the gap of `diagnosis.augmented`: what effects
+    need to know of an experiment stands in it by id, so that the log folder stays as it is.
+
+    Raises:
+        BadInput: when a file cannot be written.
+    """
+    write_system(augmented_system(diagnosis), folder / FILE)
+
+
+def augmented_system(diagnosis: Diagnosis) -> System:
+    """The augmented system with values of all constants that experiments.csv does not have."""
+    model, own = diagnosis.augmented, {c.name for c in diagnosis.system.operating_point}
+    constants = tuple(
+        c if c.name in own else _given(c, model.logs, diagnosis.effects) for c in model.system.operating_point
+    )
+    parameters = tuple(_within_bounds(p) for p in model.system.parameters)
+    return replace(model.system, operating_point=constants, parameters=parameters)
+
+
+def _given(constant: Constant, logs: Logs, effects: tuple[Found, ...]) -> Constant:
+    """A constant that an effect added.
+
+    A new experiment belongs to no group that is known, and is otherwise like the mean of the others; where it
+    stands in an order nobody knows.
+    """
+    column = logs.c[:, logs.constants.index(constant.name)]
+    values = dict(zip(logs.ids, column.tolist(), strict=True))
+    if any(constant.name in found.added.per_experiment for found in effects):
+        return replace(constant, values=values, other=float(column.mean()))
+    member = any(isinstance(found.added.columns.get(constant.name), Member) for found in effects)
+    return replace(constant, values=values, other=0.0 if member else None)
+
+
+def _within_bounds(parameter: Parameter) -> Parameter:
+    """A fit ends at a bound but for rounding, and a system file that is beyond is not read."""
+    if parameter.bounds is None:
+        return parameter
+    low, high = parameter.bounds
+    return replace(parameter, value=min(max(parameter.value, low), high))

@@ -1,0 +1,196 @@
+"""Tables of a diagnosis that its figures and its page are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.files import replacing, write_json
+from unmodelled.base.parquet import write_parquet
+from unmodelled.diagnosis.answer.sentences import named
+from unmodelled.diagnosis.data.diagnosis import Diagnosis, Model
+from unmodelled.diagnosis.where.where import Where
+from unmodelled.diagnosis.where.windows import (
+    PORT,
+    about_channels,
+    laws,
+    main_coordinate,
+    shown_channels,
+    windows,
+)
+from unmodelled.effects.added import Added
+from unmodelled.effects.place import Place
+from unmodelled.evaluation.free_run import steps_of
+from unmodelled.evaluation.gap import LARGEST_ERROR
+
+Array = NDArray[np.float64]
+
+FOLDER, ABOUT = "tables", "about.json"
+#: What kinds of places are called.
+KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
+#: Stretches into which the time of an experiment is divided.
+STRETCHES = 25
+
+
+def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
+    """Write `folder`/tables.
+
+    - windows: what the physics without effects lacks, and what the augmented model still does, see `windows`.
+    - laws: the found laws along the coordinate that matters most, see `laws`.
+    - steps: kind, label, gap; from the known model, an effect at a time, to the augmented one, then the model
+      with networks and the floor.
+    - experiments: id, held_out, known, reidentified, augmented, floor: gaps.
+    - trajectory: of the worst held-out experiment, output, t, measured, known, augmented; nan where nothing
+      was simulated.
+    - candidates: label, named (whether it has the effects that were found), gap, against (the evidence, see
+      `Candidate`, without its sign).
+    - time: over (experiment: its time; window: time since its start), t, reidentified, augmented: root mean
+      square errors in standard deviations of the outputs.
+    - about.json: names, units and what is shown.
+
+    Raises:
+        BadInput: when a file cannot be written.
+    """
+    found = windows(diagnosis, where)
+    worst = _worst(diagnosis)
+    tables = {
+        "windows": found,
+        "laws": laws(diagnosis, where, found, shown_channels(diagnosis, where)),
+        "steps": _steps(diagnosis),
+        "experiments": _experiments(diagnosis, where),
+        "trajectory": _trajectory(diagnosis, worst),
+        "candidates": _candidates(diagnosis),
+        "time": pd.concat(_time(diagnosis), ignore_index=True),
+    }
+    for name, table in tables.items():
+        with replacing(folder / FOLDER / f"{name}.parquet") as temporary:
+            write_parquet(table, temporary)
+    write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, found, worst))
+
+
+def _about(diagnosis: Diagnosis, where: Where, found: pd.DataFrame, worst: str) -> dict[str, Any]:
+    channels = shown_channels(diagnosis, where)
+    noise = where.lacking.recording.noise
+    return {
+        "system": diagnosis.system.name,
+        "verdict": diagnosis.verdict,
+        "horizon": diagnosis.horizon,
+        "effects": [readable(each.added) for each in diagnosis.effects],
+        "channels": about_channels(where.lacking, channels),
+        "shown": [[name, main_coordinate(found, name)] for name in channels],
+        "regions": list(where.regions),
+        "worst": worst,
+        "data": str(diagnosis.logs.provenance.get("data", "")),
+        "units": _units(diagnosis, where, channels),
+        "outputs": [
+            {"name": output.name, "unit": output.unit, "noise": float(sigma)}
+            for output, sigma in zip(diagnosis.system.outputs, noise, strict=True)
+        ],
+    }
+
+
+def _units(diagnosis: Diagnosis, where: Where, channels: list[str]) -> dict[str, str]:
+    """By name, of parameters and of the signals that regions are told in."""
+    found = {parameter.name: parameter.unit for parameter in diagnosis.system.parameters}
+    found |= {item.name: item.unit for item in diagnosis.system.inputs}
+    for entry in about_channels(where.lacking, channels).values():
+        axes = (entry[key] for key in PORT if key in entry)
+        found |= {axis["name"]: axis["unit"] for axis in axes}
+    return found
+
+
+def _worst(diagnosis: Diagnosis) -> str:
+    each = diagnosis.known.gap.per_experiment
+    return max(each, key=lambda name: each[name])
+
+
+def _steps(diagnosis: Diagnosis) -> pd.DataFrame:
+    after = diagnosis.steps[len(diagnosis.steps) - len(diagnosis.effects) :]
+    rows = [
+        ("known", "as given", diagnosis.known.gap.value),
+        ("reidentified", "re-identified", diagnosis.reidentified.gap.value),
+        *(
+            ("effect", readable(found.added), model.gap.value)
+            for found, model in zip(diagnosis.effects, after, strict=True)
+        ),
+        ("neural", "network in every port", diagnosis.neural.gap.value),
+        ("floor", "noise of the sensors", diagnosis.floor),
+    ]
+    return pd.DataFrame(rows, columns=["kind", "label", "gap"])
+
+
+def _experiments(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
+    held = np.isin(np.arange(len(diagnosis.logs)), diagnosis.held_out)
+    return pd.DataFrame({"id": diagnosis.logs.ids, "held_out": held, **vars(where.every)})
+
+
+def _trajectory(diagnosis: Diagnosis, worst: str) -> pd.DataFrame:
+    logs = diagnosis.logs
+    rows = logs.rows(logs.ids.index(worst))
+    parts = [
+        pd.DataFrame(
+            {
+                "output": name,
+                "t": logs.t[rows],
+                "measured": logs.y[rows, j],
+                "known": diagnosis.known.gap.run.y[rows, j],
+                "augmented": diagnosis.augmented.gap.run.y[rows, j],
+            }
+        )
+        for j, name in enumerate(logs.outputs)
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+def _candidates(diagnosis: Diagnosis) -> pd.DataFrame:
+    own = _key(found.added for found in diagnosis.effects)
+    rows = [(_label(c.effects), _key(c.effects) == own, c.gap, abs(c.evidence)) for c in diagnosis.candidates]
+    return pd.DataFrame(rows, columns=["label", "named", "gap", "against"])
+
+
+def _key(effects: Iterable[Added]) -> frozenset[tuple[str, str, Place]]:
+    return frozenset((effect.family, effect.variant, effect.place) for effect in effects)
+
+
+def _label(effects: tuple[Added, ...]) -> str:
+    return " + ".join(readable(effect) for effect in effects) or "no effect"
+
+
+def readable(effect: Added) -> str:
+    """Its name in words."""
+    place = effect.place
+    head, rest = named(effect).split(f" at {place.channel}", 1)
+    at = f"{KINDS[place.kind]} {place.name}".strip()
+    return f"{head.replace('_', ' ')} at {at}{rest}"
+
+
+def _time(diagnosis: Diagnosis) -> Iterator[pd.DataFrame]:
+    """Errors over the time of an experiment, and over the time since the start of a window."""
+    logs, steps = diagnosis.logs, steps_of(diagnosis.horizon, diagnosis.logs)
+    rows = np.concatenate([np.arange(logs.offsets[i], logs.offsets[i + 1]) for i in diagnosis.held_out])
+    number = rows - logs.offsets[logs.owner[rows]]
+    longest = float(number.max() + 1)
+    stretch = np.minimum(number * STRETCHES // longest, STRETCHES - 1).astype(np.int64)
+    models = {"reidentified": diagnosis.reidentified, "augmented": diagnosis.augmented}
+    square = {name: _square(model)[rows] for name, model in models.items()}
+    age = np.where(number > 0, (number - 1) % steps + 1, 0)
+    for over, part in {"experiment": stretch, "window": age}.items():
+        t = logs.t[rows] if over == "experiment" else age * logs.period
+        table = pd.DataFrame({"part": part, "t": t, **square}).dropna()
+        means = table.groupby("part").mean()
+        yield means.assign(over=over, **{name: np.sqrt(means[name]) for name in models})
+
+
+def _square(model: Model) -> Array:
+    """(samples,) mean over the outputs of the square errors; nan where nothing was simulated."""
+    run, logs = model.gap.run, model.logs
+    error = (run.y - logs.y) / np.array([model.gap.scale[name] for name in logs.outputs])
+    cut = np.where(np.abs(error) <= LARGEST_ERROR, error, LARGEST_ERROR) ** 2
+    counted = np.where(run.counted, cut, 0.0).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(counted / run.counted.sum(axis=1))

@@ -1,0 +1,74 @@
+"""The exported file over whole experiments: a model that is right for a window may run away in a minute."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.diagnosis import Diagnosis, Found
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.evaluation.gap import LARGEST_ERROR
+from unmodelled.systems.reader import read_system
+
+#: Experiments that a note names.
+NAMED = 4
+
+
+def whole_run_notes(diagnosis: Diagnosis, file: Path) -> Iterator[str]:
+    """Say where a free run of the exported file diverges, and where a law goes beyond the data.
+
+    All experiments are simulated from their first state to their end, the held-out ones too.
+
+    Args:
+        diagnosis: its augmented model was written to `file`. file: a system file.
+
+    Raises:
+        BadInput: when `file` cannot be read back.
+    """
+    yield from (note for found in diagnosis.effects for note in _extent(diagnosis, found))
+    until = _diverged(diagnosis, file)
+    logs = diagnosis.logs
+    gone = sorted((i for i in range(len(logs)) if np.isfinite(until[i])), key=lambda i: float(until[i]))
+    if not gone:
+        return
+    held = {i: " (held out)" if i in diagnosis.held_out else "" for i in gone}
+    named = ", ".join(f"{logs.ids[i]}{held[i]} after {until[i]:.3g} s" for i in gone[:NAMED])
+    more = f" and {len(gone) - NAMED} more" if len(gone) > NAMED else ""
+    yield (
+        f"{file.name} diverges: in a free run over the whole experiment an output is more than "
+        f"{LARGEST_ERROR:g} standard deviations off in {len(gone)} of {len(logs)} experiments "
+        f"({named}{more}): simulate it for less than {until[gone[0]]:.3g} s from a measured state"
+    )
+
+
+def _diverged(diagnosis: Diagnosis, file: Path) -> NDArray[np.float64]:
+    """(experiments,) s from the start of each to where a free run is lost, inf where it never is."""
+    system, model = read_system(file), diagnosis.augmented
+    logs = model.logs
+    latest = max((output.delay for output in system.outputs), default=0.0)
+    longest = float(np.diff(logs.offsets).max()) * logs.period
+    recording = Recording.of(logs, longest, latest=latest)
+    simulation = Simulation(system, recording)
+    runs = simulation(simulation.values[None, None], substeps=model.gap.substeps)
+    with np.errstate(all="ignore"):
+        error = np.abs(runs.y[:, 0] - runs.measured[:, 0]) / recording.scale
+    lost = (~(error <= LARGEST_ERROR)).any(axis=2) & recording.counted
+    first = np.where(lost.any(axis=1), logs.period * (1.0 + lost.argmax(axis=1)), np.inf)
+    until = np.full(len(logs), np.inf)
+    until[recording.owner] = first
+    return until
+
+
+def _extent(diagnosis: Diagnosis, found: Found) -> Iterator[str]:
+    values = {p.name: p for p in diagnosis.augmented.system.parameters}
+    for name, edges in found.added.extent.items():
+        low, high = (values[edge].value for edge in edges)
+        yield (
+            f"{found.added.law} was fitted for {name} from {low:.3g} to {high:.3g} {values[edges[0]].unit}; "
+            "beyond, the exported file goes on straight, which no measurement supports: log more travel to "
+            "use it there"
+        )

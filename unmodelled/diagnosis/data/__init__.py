@@ -1,0 +1,1 @@
+"""What a diagnosis is given: recordings, sensors, loops, and checks of both."""

@@ -1,0 +1,139 @@
+"""Plain questions about logs: signs, units, inputs that do nothing, the unit of time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from unmodelled.diagnosis.data.corrected_logs import Correction
+from unmodelled.diagnosis.data.log_fault import LogFault
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+#: The channel of time in a log.
+TIME = "t"
+#: Base units whose channels a logger writes in the same unit: all angles and speeds in degrees, say.
+BASES = "rad", "m"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A fault of a channel that a factor corrects.
+
+    Attributes:
+        name: of the fault in diagnosis.json. factor: of the logged values. base: base unit of the channels
+            that can have the fault; "" for any. looks, done, cure: how a sentence says the fault, the
+            correction and the remedy.
+    """
+
+    name: str
+    factor: float
+    base: str
+    looks: str
+    done: str
+    cure: str
+
+
+_CONVERT = "Convert the column"
+PROBLEMS = (
+    Problem("sign", -1.0, "", "as if its sign were turned round", "multiplied by -1", "Turn the sign round"),
+    Problem("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180", _CONVERT),
+    Problem("radians", 180.0 / math.pi, "rad", "like turns of 57.3 rad", "multiplied by 180/pi", _CONVERT),
+    Problem("milli", 1e-3, "", "like thousandths of its unit", "multiplied by 1e-3", _CONVERT),
+    Problem("kilo", 1e3, "", "like thousands of its unit", "multiplied by 1e3", _CONVERT),
+)
+NO_EFFECT = Problem(
+    *("no_effect", 0.0, "", "as if it did nothing", "replaced by zero"),
+    "Check that the column is the input that drove the machine",
+)
+CLOCKS = (
+    Problem("milliseconds", 1e-3, "", "like milliseconds", "multiplied by 1e-3", _CONVERT),
+    Problem("microseconds", 1e-6, "", "like microseconds", "multiplied by 1e-6", _CONVERT),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """Whether a correction explains the gap.
+
+    Attributes:
+        problem: the fault. channels: names of outputs and inputs that have it.
+        correction: of all experiments.
+    """
+
+    problem: Problem
+    channels: tuple[str, ...]
+    correction: Correction
+
+
+def questions(system: System, logs: Logs) -> Iterator[Question]:
+    """Ask for every factor and every group of channels; the simplest answers come first.
+
+    An input that does nothing comes first: a thousandth of it hardly does anything either. Inputs come before
+    outputs: of a symmetric machine nobody can tell whose sign was turned round.
+    """
+    units = {item.name: item.unit for item in system.inputs}
+    units |= {item.name: item.unit for item in system.outputs}
+    for name in logs.inputs:
+        yield _scaled(NO_EFFECT, (name,), logs)
+    for channels in _groups(system):
+        for problem in PROBLEMS:
+            if not problem.base or {problem.base} == {_base(units[name]) for name in channels}:
+                yield _scaled(problem, channels, logs)
+
+
+def clocks(system: System, logs: Logs) -> Iterator[Question]:
+    """Ask for another unit of time, unless a delay would be as long as an experiment with it."""
+    none = Correction.none(logs)
+    delays = *(i.delay for i in system.inputs), *(o.delay for o in system.outputs)
+    longest = max(map(abs, delays))
+    shortest = logs.period * (float(np.diff(logs.offsets).min()) - 2.0)
+    for problem in CLOCKS:
+        if longest < problem.factor * shortest:
+            yield Question(problem, (TIME,), replace(none, clock=problem.factor * none.clock))
+
+
+def constants(logs: Logs) -> Iterator[LogFault]:
+    """Say which inputs are constant over all experiments; these faults decide nothing."""
+    for name, values in zip(logs.inputs, logs.u.T, strict=True):
+        if np.ptp(values) == 0.0:
+            yield LogFault(
+                *((name,), "constant", None, ()),
+                sentence=f"{name} is {values[0]:g} in all samples of all experiments: these data cannot show "
+                "what it does. Check that the column is the input that drove the machine.",
+                decides=False,
+            )
+
+
+def _groups(system: System) -> list[tuple[str, ...]]:
+    """Every channel alone, then a position with its speed, all inputs of one unit, all outputs of one base
+    unit, and both together.
+    """
+    inputs = {item.name: item.unit for item in system.inputs}
+    outputs = {item.name: item.unit for item in system.outputs}
+    found: list[tuple[str, ...]] = [(name,) for name in (*inputs, *outputs)]
+    for position, speed in zip(system.x, system.dynamics, strict=True):
+        if speed in system.x:
+            found.append(tuple(o.name for o in system.outputs if o.expression in (position, speed)))
+    found += [tuple(n for n, unit in inputs.items() if unit == same) for same in inputs.values()]
+    for base in BASES:
+        for among in (outputs, {**inputs, **outputs}):
+            found.append(tuple(n for n, u in among.items() if _base(u) == base))
+    return list(dict.fromkeys(names for names in found if names))
+
+
+def _base(unit: str) -> str:
+    """The unit of what a speed or an acceleration is the derivative of."""
+    return unit.split("/")[0].strip()
+
+
+def _scaled(problem: Problem, channels: tuple[str, ...], logs: Logs) -> Question:
+    none = Correction.none(logs)
+    gain, drive = (
+        np.where(np.isin(names, channels), problem.factor, ones)
+        for names, ones in ((logs.outputs, none.gain), (logs.inputs, none.drive))
+    )
+    return Question(problem, channels, replace(none, gain=gain, drive=drive))

@@ -1,0 +1,1 @@
+"""How well a structure explains recordings: free runs of it and the parameters that fit best."""

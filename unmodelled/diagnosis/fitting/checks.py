@@ -1,0 +1,90 @@
+"""What a diagnosis asks of a system and its logs beyond what reading them asks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.evaluation.free_run import steps_of
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+#: One experiment to learn from, and one that is held out.
+FEWEST = 2
+#: Samples that a window predicts.
+SHORTEST = 5
+#: Windows that tell whether a model diverges everywhere, and substeps per sample that leave no doubt.
+WINDOWS, FINE = 400, 8
+
+
+def check_seed(seed: int) -> None:
+    """Refuse what is no seed.
+
+    Raises:
+        BadInput: when it is not a whole number from 0 on.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
+
+
+def check(file: Path, system: System, folder: Path, logs: Logs, horizon: float) -> None:
+    """Refuse what a diagnosis can say nothing about.
+
+    Args:
+        file: of `system`. folder: of `logs`. horizon: of the windows, s.
+
+    Raises:
+        BadInput: when there is a single experiment, no place for an effect, no horizon, or a delay as long as
+            an experiment.
+    """
+    if len(logs) < FEWEST:
+        raise BadInput(
+            f"{folder / 'experiments.csv'}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST} or "
+            f"more, for one is held out to judge the others' verdict"
+        )
+    if not system.ports and not system.uncertain:
+        raise BadInput(
+            f"{file}: ports: there is none, and no parameter is marked identify: nothing can be diagnosed"
+        )
+    _recording(file, system, logs, horizon)
+
+
+def check_windows(file: Path, system: System, logs: Logs, horizon: float) -> None:
+    """Refuse windows that cannot be simulated; a fault of the logs is a better answer where there is one.
+
+    Args:
+        file: of `system`. horizon: of the windows, s.
+
+    Raises:
+        BadInput: when the horizon has too few samples, or the model diverges in every window.
+    """
+    if (steps := steps_of(horizon, logs)) < SHORTEST:
+        raise BadInput(
+            f"horizon: {horizon:g} s are {steps} samples of {logs.period:g} s; {SHORTEST} or more are needed"
+        )
+    _check_simulation(file, system, logs, horizon)
+
+
+def _check_simulation(file: Path, system: System, logs: Logs, horizon: float) -> None:
+    simulation = Simulation(system, _recording(file, system, logs, horizon).thinned(WINDOWS))
+    values = simulation.values[None, None]
+    diverged = simulation(values).diverged
+    if diverged.all():
+        diverged = simulation(values, substeps=FINE).diverged
+    if np.all(diverged):
+        raise BadInput(
+            f"{file}: dynamics: the simulation diverges within {horizon:g} s from every measured state; "
+            f"check signs, parameters and units"
+        )
+
+
+def _recording(file: Path, system: System, logs: Logs, horizon: float) -> Recording:
+    latest = max(output.delay for output in system.outputs)
+    try:
+        return Recording.of(logs, horizon, latest=latest)
+    except ValueError as error:
+        raise BadInput(f"{file}: outputs: {error}") from None

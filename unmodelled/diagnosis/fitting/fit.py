@@ -1,0 +1,135 @@
+"""Parameters of a system, fitted to free runs: robust nonlinear least squares over windows.
+
+The state at which a window starts is measured with noise. It is fitted too, with the measurement as its
+prior, so that a model without fault comes down to the noise of the sensors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.fitting.descent import Descent, advance, begun
+from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+
+Array = NDArray[np.float64]
+
+#: Iterations of every start before the best one goes on, and windows that they are tried on.
+SCOUTING, SCOUTED = 2, 40
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes:
+        values: of what all experiments share, SI. own: of every other unknown, by id of the experiment.
+        names: of the rows of `covariance`; those of an experiment as name@id.
+        covariance: of the fitted numbers, SI; inf where the data do not tell.
+        numbers: (experiments, 1, numbers) that `Simulation` takes.
+        start: (windows, measured states) by how much the states at the starts were corrected.
+        gap: from the measured starts, as the contract defines it. left: from the corrected ones.
+        scale: (outputs,) robust spread of the errors that are left, in the unit of the output.
+        loss: what was minimised. simulations: how many sets of numbers were simulated.
+        substeps: of the integration. converged: whether the loss stopped falling before the iterations were
+            used up.
+    """
+
+    values: Mapping[str, float]
+    own: Mapping[str, Mapping[str, float]]
+    names: tuple[str, ...]
+    covariance: Array
+    numbers: Array
+    start: Array
+    gap: Deviation
+    left: Deviation
+    scale: Array
+    loss: float
+    simulations: int
+    substeps: int
+    converged: bool
+
+
+def fit(
+    simulation: Simulation,
+    unknowns: Sequence[Unknown] | None = None,
+    starts: Sequence[Mapping[str, float]] = ({},),
+    iterations: int = 30,
+    substeps: int | None = None,
+) -> Fit:
+    """Fit `unknowns` to all windows of `simulation` by the method of Levenberg and Marquardt.
+
+    Args:
+        unknowns: the uncertain parameters of the system unless given.
+        starts: values to start from, those of the system where a name is missing. Of several, the one that is
+            best after some iterations on some of the windows goes on.
+        iterations: at most. substeps: steps of the integration per sample; as many as the first of the
+            starts needs unless given.
+    """
+    chosen = tuple(unknowns) if unknowns is not None else _uncertain(simulation)
+    if substeps is None:
+        every = Unknowns(simulation, chosen)
+        substeps, _ = substeps_needed(simulation, every.numbers(every.vector(starts[0])[None]))
+    first, simulations = _start(simulation, chosen, starts, substeps)
+    (descent,) = begun(Unknowns(simulation, chosen), [first], substeps)
+    for _ in range(iterations):
+        advance([descent])
+        if descent.converged:
+            break
+    return _result(descent, simulations)
+
+
+def _uncertain(simulation: Simulation) -> tuple[Unknown, ...]:
+    return tuple(Unknown.of(p) for p in simulation.system.parameters if p.identify)
+
+
+def _start(
+    simulation: Simulation, each: tuple[Unknown, ...], starts: Sequence[Mapping[str, float]], substeps: int
+) -> tuple[Array, int]:
+    """The best of some starts after some iterations, and how many sets of numbers that took."""
+    if len(starts) == 1:
+        return Unknowns(simulation, each).vector(starts[0]), 0
+    few = Unknowns(simulation.over(simulation.recording.thinned(SCOUTED)), each)
+    scouts = begun(few, [few.vector(start) for start in starts], substeps)
+    for _ in range(SCOUTING):
+        advance(scouts)
+    errors = scouts[0].errors
+    r = errors(np.stack([s.z for s in scouts]), np.stack([s.moved for s in scouts], axis=1))
+    square = np.mean(r.swapaxes(1, 2)[few.simulation.recording.counted] ** 2, axis=0)
+    # a logarithm, so that no output dominates by its unit or its noise
+    return scouts[int(np.argmin(np.log(1.0 + square).sum(-1)))].z, errors.simulations
+
+
+def _result(descent: Descent, simulations: int) -> Fit:
+    errors, unknowns = descent.errors, descent.errors.unknowns
+    simulation, recording = unknowns.simulation, unknowns.simulation.recording
+    around = errors(*errors.around(descent.z, descent.moved))
+    normal, scale = descent.normal(around)
+    r = around[:, 0]
+    numbers, unit = unknowns.numbers(descent.z[None]), recording.noise / recording.scale
+    ids = [recording.logs.ids[i] for i in sorted(recording.runs)]
+    values = descent.z * unknowns.scale
+    parts = [values[unknowns.unknown == k] for k in range(len(unknowns.each))]
+    named = list(zip(unknowns.each, parts, strict=True))
+    return Fit(
+        values={u.name: float(part[0]) for u, part in named if not u.own},
+        own={u.name: dict(zip(ids, part.tolist(), strict=True)) for u, part in named if u.own},
+        names=tuple(
+            f"{u.name}@{i}" if u.own else u.name for u in unknowns.each for i in (ids if u.own else [""])
+        ),
+        covariance=normal.covariance() * np.outer(unknowns.scale, unknowns.scale),
+        numbers=numbers,
+        start=descent.moved * errors.sigma,
+        gap=gap(simulation, numbers, errors.substeps),
+        left=Deviation.of(recording, (r * unit) ** 2),
+        scale=scale * recording.noise,
+        loss=descent.loss,
+        simulations=simulations + errors.simulations + 1,
+        substeps=errors.substeps,
+        converged=descent.converged and bool(np.mean(np.abs(r) >= errors.largest) < 0.5),
+    )

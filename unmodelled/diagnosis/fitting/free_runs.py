@@ -1,0 +1,170 @@
+"""The gap of a system by its free runs on the expression machine, for every verb that reports one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.fitting.deviation import Deviation, errors, substeps_needed
+from unmodelled.diagnosis.fitting.floor import floor
+from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
+from unmodelled.evaluation.free_run import WHOLE, FreeRun, steps_of
+from unmodelled.evaluation.gap import DIVERGED, LARGEST_ERROR, SUBSTEPS, Gap, Off
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+
+def free_runs(
+    system: System,
+    logs: Logs,
+    horizon: float,
+    runs: Sequence[int] | None = None,
+    sensors: Sensors | None = None,
+) -> Gap:
+    """Compare free runs of `horizon` seconds with the measured outputs.
+
+    The integration is by Runge and Kutta's method of order four, inputs run straight from sample to sample,
+    and steps are halved until halving them again changes the outputs by less than a tenth of the sensors'
+    noise.
+
+    Args:
+        system: with its values of the parameters, laws of its ports included.
+        logs: with the states and constants of `system`, see `Logs.for_system`.
+        horizon: s, rounded to samples. runs: which experiments; all unless given.
+        sensors: those of the logs, where they are known already.
+
+    Raises:
+        BadInput: when the horizon is not positive, or a delay is as long as an experiment.
+    """
+    if logs.states != tuple(s.name for s in system.states):
+        raise ValueError(f"logs must have the states of {system.name}, see Logs.for_system")
+    runs = tuple(range(len(logs)) if runs is None else runs)
+    latest = _latest(system, logs, runs)
+    recording = Recording.of(logs, horizon, runs, latest, sensors)
+    simulation = Simulation(system, recording)
+    values = simulation.values[None, None]
+    substeps, unconverged = substeps_needed(simulation, values, SUBSTEPS[-1])
+    found = simulation(values, substeps=substeps)
+    error = errors(found, recording.scale)
+    deviation, least = Deviation.of(recording, error**2), floor(simulation, values, substeps)
+    whole = _whole(recording, latest)
+    units, about = _units(simulation, found, whole, simulation.over(whole)(values, substeps=substeps))
+    return Gap(
+        value=deviation.value,
+        per_experiment=deviation.per_experiment,
+        per_output=deviation.per_output,
+        floor=least.value,
+        floors=least.per_experiment,
+        scale=dict(zip(logs.outputs, recording.scale.tolist(), strict=True)),
+        units=units,
+        substeps=substeps,
+        run=_in_rows(system, recording, steps_of(horizon, logs), found, error),
+        notes=(
+            *_about_horizon(logs, horizon, runs),
+            *_about_errors(recording, error),
+            *filter(None, [unconverged]),
+            *about,
+        ),
+    )
+
+
+def _latest(system: System, logs: Logs, runs: Sequence[int]) -> float:
+    """The longest delay of an output, s."""
+    for output in system.outputs:
+        for i in runs:
+            samples = int(np.diff(logs.offsets)[i])
+            if math.floor(output.delay / logs.period + WHOLE) > samples - 2:
+                raise BadInput(
+                    f"system {system.name}: outputs.{output.name}.delay: {output.delay:g} s is too long for "
+                    f"experiment {logs.ids[i]} of {logs.period * (samples - 1):g} s"
+                )
+    return max((output.delay for output in system.outputs), default=0.0)
+
+
+def _whole(recording: Recording, latest: float) -> Recording:
+    """Every experiment as one window."""
+    logs = recording.logs
+    longest = logs.period * float(np.diff(logs.offsets).max())
+    return Recording.of(logs, longest, recording.runs, latest, recording.sensors)
+
+
+def _units(
+    simulation: Simulation, found: Runs, longest: Recording, whole: Runs
+) -> tuple[dict[str, Off], list[str]]:
+    """Errors in units of the outputs, at the ends of windows and over whole runs; notes on what diverges.
+
+    Args:
+        found: free runs of the windows. longest: every experiment as one window. whole: free runs of those.
+    """
+    recording = simulation.recording
+    scale, owner = recording.scale, longest.owner
+    with np.errstate(all="ignore"):
+        near, far = ((each.y[:, 0] - each.measured[:, 0]) / scale for each in (found, whole))
+    longer = np.asarray(recording.steps == recording.steps.max())
+    full = longer | np.isin(recording.start, recording.logs.offsets)
+    ends = near[full, recording.steps[full] - 1]
+    beyond = ~(np.abs(far) <= DIVERGED)
+    diverged = np.asarray((beyond & longest.counted[:, :, None]).any(axis=1))
+    units, notes = {}, []
+    for j, output in enumerate(simulation.system.outputs):
+        at_horizon = ends[:, j] if (np.abs(ends[:, j]) <= DIVERGED).all() else None
+        over_all = None if diverged[:, j].any() else far[:, :, j][longest.counted]
+        units[output.name] = Off(output.unit, *(_rms_of(each, scale[j]) for each in (at_horizon, over_all)))
+        if over_all is None:
+            where = ", ".join(recording.logs.ids[i] for i in sorted(owner[diverged[:, j]]))
+            notes.append(f"{output.name}: the simulation of whole runs diverges in {where}")
+    return units, notes
+
+
+def _rms_of(error: Array | None, scale: float) -> float | None:
+    return None if error is None else scale * float(np.sqrt(np.mean(error**2)))
+
+
+def _about_horizon(logs: Logs, horizon: float, runs: Sequence[int]) -> list[str]:
+    seconds = steps_of(horizon, logs) * logs.period
+    if horizon > max(float(np.diff(logs.offsets)[i]) for i in runs) * logs.period:
+        return [f"the horizon of {horizon:g} s is longer than every experiment: each is simulated as a whole"]
+    if abs(seconds - horizon) > 0.01 * horizon:
+        samples = f"a whole number of samples, {seconds / logs.period:.0f} of {logs.period:g} s"
+        return [f"the horizon of {horizon:g} s was rounded to {samples}"]
+    return []
+
+
+def _about_errors(recording: Recording, error: Array) -> list[str]:
+    beyond = (np.abs(error) >= LARGEST_ERROR)[recording.counted].sum(axis=0)
+    return [
+        f"{name}: {count} of {recording.steps.sum()} simulated samples diverged or lie more than "
+        f"{LARGEST_ERROR:g} standard deviations off, and count as {LARGEST_ERROR:g}"
+        for name, count in zip(recording.logs.outputs, beyond.tolist(), strict=True)
+        if count
+    ]
+
+
+def _in_rows(system: System, recording: Recording, steps: int, found: Runs, error: Array) -> FreeRun:
+    """Simulated outputs, from their errors (windows, most steps, outputs), beside the samples that show them.
+
+    Args:
+        steps: of a full window.
+    """
+    logs, some = recording.logs, recording.counted
+    simulated = found.measured[:, 0] + error * recording.scale
+    y = np.full(logs.y.shape, np.nan)
+    counted = np.zeros(logs.y.shape, np.bool_)
+    window = np.zeros(len(logs.y), np.int64)
+    first = np.isin(recording.start, logs.offsets)
+    for j, output in enumerate(system.outputs):
+        rows = recording.rows[some] + math.floor(output.delay / logs.period + WHOLE)
+        y[rows, j], counted[rows, j] = simulated[some][:, j], True
+        if output.delay == 0.0:
+            y[recording.start[first], j] = found.first[first, 0, j]
+    for i in recording.runs:
+        window[logs.rows(i)] = np.maximum(np.arange(np.diff(logs.offsets)[i]) - 1, 0) // steps
+    return FreeRun(y, counted, window)

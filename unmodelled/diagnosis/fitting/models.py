@@ -1,0 +1,80 @@
+"""A fitted hypothesis as a model of its own, with its numbers, judged on the held-out experiments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.diagnosis import Model
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.added import with_numbers
+from unmodelled.effects.columns import extended, in_columns
+from unmodelled.evaluation.gap import Gap
+from unmodelled.logs.inputs import acting
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+
+def known(study: Study) -> Model:
+    """The system as it was given."""
+    return Model("known", study.system, study.logs, judged(study.system, study.logs, study))
+
+
+def model(label: str, fitted: Fitted) -> Model:
+    """A hypothesis with its fitted numbers."""
+    study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
+    system = _shared(fitted)
+    logs = study.logs
+    for effect in effects:
+        logs = extended(logs, effect.columns)
+    own = own_values(fitted)
+    if own:
+        system = in_columns(system, own)
+        logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
+    logs = _read(system, logs, study.system).for_system(system)
+    return Model(label, system, logs, judged(system, logs, study))
+
+
+def judged(system: System, logs: Logs, study: Study) -> Gap:
+    """Its gap on the held-out experiments."""
+    return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
+
+
+def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
+    """By name and id: the numbers that every experiment has for itself, of the held-out ones too.
+
+    These can be known from the experiment itself only: they are fitted there, with all that is shared as it
+    is.
+    """
+    if not fitted.fit.own:
+        return {}
+    study, system = fitted.hypothesis.study, _shared(fitted)
+    unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
+    logs = _read(system, study.logs, study.system)
+    held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
+    found = fit(Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps).own
+    return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
+
+
+def _shared(fitted: Fitted) -> System:
+    """The system with the numbers and delays that all experiments share."""
+    hypothesis, values = fitted.hypothesis, fitted.fit.values
+    system = with_numbers(hypothesis.full, hypothesis.effects, values)
+    late = {u: values[name] for name, u in hypothesis.timing.items()}
+    inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)
+    return replace(system, inputs=tuple(inputs))
+
+
+def _read(system: System, logs: Logs, before: System) -> Logs:
+    """Logs with the inputs as they act with the delays of `system`."""
+    delays = [new.delay - old.delay for new, old in zip(system.inputs, before.inputs, strict=True)]
+    return replace(logs, u=acting(system, logs.ids, logs.u, logs.offsets, logs.period, delays))

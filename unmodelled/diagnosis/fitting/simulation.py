@@ -1,0 +1,177 @@
+"""Free runs of a system over the windows of a recording, for many sets of parameters at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data import loops
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.tables import Reader, Tables
+from unmodelled.engine.machine.machine import Windows, simulated
+from unmodelled.engine.machine.machine_program import Equations, Program, assembled
+from unmodelled.evaluation.free_run import WHOLE
+from unmodelled.logs.observer import SUBSTEPS, observer
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Simulated and measured outputs of all windows.
+
+    Attributes:
+        y: (windows, sets, most steps, outputs) simulated, from the second sample of a window on; nan after
+            its end, nan or inf where it diverged.
+        measured: (windows, sets or 1, most steps, outputs) at the same moments.
+        counted: (windows, most steps) those before the end of a window.
+        later: (sets or 1, outputs) by how many samples those that are compared come later than without delay.
+        first: (windows, sets, outputs) what an output without delay shows at the start of a window.
+    """
+
+    y: Array
+    measured: Array
+    counted: NDArray[np.bool_]
+    later: Indices
+    first: Array
+
+    @property
+    def diverged(self) -> NDArray[np.bool_]:
+        """(windows, sets) where some output has no finite value."""
+        return np.asarray((~np.isfinite(self.y).all(-1) & self.counted[:, None]).any(-1))
+
+
+class Simulation:
+    """A system over the windows of a recording.
+
+    A set of numbers is the parameters of the system, in its order, and then the delays. A window starts at
+    the states that the outputs show under this set; a state that no output shows is integrated from the start
+    of the experiment, with the others imposed.
+
+    Args:
+        system: laws of its ports included.
+        recording: the windows; its logs have the inputs and outputs of `system`.
+        delays: names of further numbers -> names of the inputs or outputs that they delay, in s. They count
+            from the delays that the system has; the recording must leave them room, see `Recording.of`.
+        c: (experiments, constants) operating points; those of the logs unless given.
+
+    Attributes:
+        measured, hidden: numbers of the states that outputs show, and of the others.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        recording: Recording,
+        delays: Mapping[str, str] | None = None,
+        c: Array | None = None,
+    ) -> None:
+        self.system, self.recording, self.delays = system, recording, dict(delays or {})
+        self.c = recording.logs.c if c is None else c
+        self.program = assembled(Equations.of(system, [o.expression for o in system.outputs]))
+        inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
+        self.reader = Reader(system, recording, self._delayed(inputs), self._delayed(outputs), self.c)
+        self.measured = [reading.state for reading in self.reader.readings]
+        self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
+
+    def over(self, recording: Recording) -> Simulation:
+        """The same system over other windows of the same experiments."""
+        return Simulation(self.system, recording, self.delays, self.c)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the numbers of a set."""
+        return (*(p.name for p in self.system.parameters), *self.delays)
+
+    @property
+    def values(self) -> Array:
+        """(numbers,) of the system as it is."""
+        return np.array([*self.system.values, *(0.0 for _ in self.delays)])
+
+    def __call__(self, values: Array, moved: Array | None = None, substeps: int = 1) -> Runs:
+        """Simulate all windows.
+
+        Args:
+            values: (experiments or 1, sets, numbers).
+            moved: (windows, sets, measured states) what is added to the states at the start.
+            substeps: steps of Runge and Kutta's method per sample.
+        """
+        record, sets = self.recording, values.shape[1]
+        everywhere = np.broadcast_to(values, (len(record.logs), *values.shape[1:]))
+        tables = self.reader(everywhere)
+        p = everywhere[:, :, : len(self.system.parameters)]
+        x0 = np.empty((len(record.start), sets, len(self.system.states)))
+        x0[:, :, self.measured] = _of_sets(tables.x, tables.member, record.start)
+        if moved is not None:
+            x0[:, :, self.measured] += moved
+        if self.hidden:
+            x0[:, :, self.hidden] = self._integrated(tables, p)
+        windows = Windows(
+            tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
+            *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
+        )
+        y = simulated(self.program, windows, p, self.c, x0, substeps, record.logs.period)
+        return self._shown(y, self.reader.delays(values[0]) / record.logs.period)
+
+    def _shown(self, y: Array, late: Array) -> Runs:
+        """What is shown of simulated outputs (windows, sets, samples, outputs) `late` (sets, outputs) samples
+        after it happens."""
+        record, outputs = self.recording, np.arange(y.shape[3])
+        if not late.any():
+            same = np.zeros((1, len(outputs)), np.int64)
+            return Runs(y[:, :, 1:], record.logs.y[record.rows][:, None], record.counted, same, y[:, :, 0])
+        if not (late.min() >= 0.0 and late.max() <= record.latest + WHOLE):
+            raise ValueError(f"delays must be from 0 to {record.latest:g} samples, got {late.tolist()}")
+        # sets that hardly differ are compared at the same samples, or they would differ by their noise
+        whole = np.floor(late + (0.25 if len(late) > 1 else WHOLE))
+        whole = np.minimum(whole, np.floor(record.latest + WHOLE))
+        whole = np.where(np.abs(late - late[0]) < 0.5, whole[0], whole)
+        rest = np.where(np.abs(late - whole) > WHOLE, late - whole, 0.0)
+        later = whole.astype(np.int64)
+        rows = record.rows[:, None, :, None] + later[:, None]
+        shown = loops.read_late(y, rest, record.steps) if rest.any() else y[:, :, 1:]
+        return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
+
+    @cached_property
+    def _observer(self) -> Program:
+        """The states that no output shows, driven by the inputs and all other states."""
+        return observer(self.system, self.hidden)
+
+    def _integrated(self, tables: Tables, p: Array) -> Array:
+        """Hidden states (windows, sets, hidden states) at the starts of the windows.
+
+        They depend on a few of the numbers only: sets that are alike in those are integrated once.
+        """
+        record, logs = self.recording, self.recording.logs
+        runs = np.array(record.runs, np.int64)
+        first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
+        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
+        _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
+        windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
+        initial = [self.system.states[k].initial for k in self.hidden]
+        x0 = np.broadcast_to(initial, (len(runs), len(different), len(initial)))
+        place = np.searchsorted(runs, record.owner)
+        for substeps in SUBSTEPS:
+            z = simulated(self._observer, windows, p[:, different], self.c, x0, substeps, logs.period)
+            z = z[place, :, record.start - logs.offsets[record.owner]]
+            if np.isfinite(z).all():
+                break
+        return z[:, alike.ravel()]
+
+    def _delayed(self, names: Sequence[str]) -> dict[int, int]:
+        """Number of an input or output -> column of its delay."""
+        columns = {name: len(self.system.parameters) + k for k, name in enumerate(self.delays.values())}
+        return {j: columns[name] for j, name in enumerate(names) if name in columns}
+
+
+def _of_sets(table: Array, member: Indices, rows: Indices) -> Array:
+    """Rows of the table of every set, (rows, sets, ...); one for all sets where there is only one."""
+    if len(table) == 1:
+        return np.asarray(table[0][rows][:, None])
+    return np.asarray(table[member][:, rows].swapaxes(0, 1))

@@ -1,0 +1,155 @@
+"""Outputs that are computed from another output's samples: delayed, filtered or differenced."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+from scipy.linalg import lstsq
+from threadpoolctl import threadpool_limits
+
+from unmodelled.diagnosis.data.log_fault import LogFault
+from unmodelled.diagnosis.data.log_questions import Problem, Question
+from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.engine.differentiate import noise
+from unmodelled.logs.logs import Logs
+
+Array = NDArray[np.float64]
+
+#: Samples before and after that a filter reads at most: a low-pass remembers longer than a smoothing filter
+#: looks ahead. Neither is more than this share of the shortest experiment.
+BEFORE, AFTER, SHARE = 60, 20, 0.2
+#: Samples that are predicted, at most; for every tap at least so many.
+ENOUGH, PER_TAP = 4000, 3
+#: Smallest direction of the source's samples that counts, as a share of the largest.
+CONDITION = 1e-10
+#: Residual of the filter, as a share of what the source's noise would leave if it were not in the copy.
+COPIED = 0.1
+#: A sum of taps is zero below this share of the sum of their sizes; smaller taps than that of the largest do
+#: not count for how far the filter reaches.
+ZERO, SMALL = 0.01, 0.05
+
+
+@dataclass(frozen=True)
+class Copy:
+    """An output that is computed from another one.
+
+    Attributes:
+        target, source: their numbers. slope: whether it is the derivative of the source.
+        gain: of the source, or of its derivative. delay: s. span: samples that the filter reads.
+    """
+
+    target: int
+    source: int
+    slope: bool
+    gain: float
+    delay: float
+    span: int
+
+
+def copies(logs: Logs) -> tuple[Copy, ...]:
+    """Find outputs that a short linear filter of another output predicts down to rounding.
+
+    A second sensor does not have the noise of the first one: what a filter makes of that noise is left over.
+    Of two that predict each other, the later one is the copy.
+    """
+    found: dict[int, Copy] = {}
+    with threadpool_limits(1):  # in matrices as small as these, threads mostly wait for each other
+        every = [copy for source in range(len(logs.outputs)) for copy in _copies_of(logs, source)]
+    for copy in every:
+        back = found.get(copy.source)
+        if copy.target in found or (
+            back is not None and back.source == copy.target and back.delay >= copy.delay
+        ):
+            continue
+        if back is not None and back.source == copy.target:
+            del found[copy.source]
+        found[copy.target] = copy
+    return tuple(found.values())
+
+
+def _copies_of(logs: Logs, source: int) -> Iterator[Copy]:
+    """Outputs that are computed from one of them."""
+    targets = [j for j in range(len(logs.outputs)) if j != source]
+    filters = _filters(logs, source, targets)
+    parts = [logs.y[logs.rows(i), source] for i in range(len(logs))]
+    white = float(np.sqrt(np.mean([noise(part) ** 2 for part in parts]))) if filters else 0.0
+    for target, taps, residual in filters:
+        if residual < COPIED * white * float(np.linalg.norm(taps)):
+            yield from filter(None, [_copy(logs, source, target, taps)])
+
+
+def _reach(logs: Logs) -> tuple[int, int]:
+    """Samples before and after that a filter reads."""
+    longest = int(SHARE * np.diff(logs.offsets).min())
+    return min(BEFORE, longest), min(AFTER, longest)
+
+
+def _copy(logs: Logs, source: int, target: int, taps: Array) -> Copy | None:
+    """What a filter does, from how it answers a constant, a ramp and a parabola."""
+    k = np.arange(len(taps)) - _reach(logs)[1]  # samples by which a tap is late
+    period = logs.period
+    large = np.flatnonzero(np.abs(taps) > SMALL * np.abs(taps).max())
+    span = int(large[-1] - large[0] + 1)
+    total, first, second = float(taps.sum()), float(k @ taps), float(k**2 @ taps)
+    if abs(total) > ZERO * np.abs(taps).sum():
+        return Copy(target, source, False, total, period * first / total, span)
+    if abs(first) > ZERO * np.abs(k * taps).sum():
+        return Copy(target, source, True, -period * first, 0.5 * period * second / first, span)
+    return None
+
+
+def _filters(logs: Logs, source: int, targets: Sequence[int]) -> list[tuple[int, Array, float]]:
+    """Targets, the taps that predict them from the source, early to late, and the standard deviation left."""
+    before, after = _reach(logs)
+    width, every = before + 1 + after, -(-len(logs.y) // ENOUGH)
+    known, wanted = [], []
+    for i in range(len(logs)):
+        y = logs.y[logs.rows(i)]
+        # a late tap reads an early sample
+        known.append(sliding_window_view(y[:, source], width)[::every, ::-1])
+        wanted.append(y[before : len(y) - after : every, targets])
+    x, y = np.concatenate(known), np.concatenate(wanted)
+    if not targets or len(y) < PER_TAP * width:
+        return []
+    x, y = x - logs.y[:, source].mean(), y - y.mean(axis=0)
+    x = np.column_stack([x, np.full(len(x), x.std())])
+    found = lstsq(x, y, cond=CONDITION, lapack_driver="gelsy")[0]
+    left = np.sqrt(np.sum((y - x @ found) ** 2, axis=0) / (len(y) - width - 1))
+    return [(j, found[:-1, n], float(left[n])) for n, j in enumerate(targets)]
+
+
+def computed(trials: Trials, copy: Copy) -> Question:
+    """Ask whether what the copy is computed from, undelayed and unfiltered, explains the gap."""
+    logs = trials.logs
+    column = trials.sensors.slope(copy.source, 0.0) if copy.slope else logs.y[:, copy.source]
+    of = logs.outputs[copy.source]
+    problem = Problem(
+        *("copy", 1.0, "", f"computed from {of} ({_how(copy)})"),
+        f"replaced by {'the smoothed derivative of ' * copy.slope}{of}",
+        "Leave it out of the outputs of the system file",
+    )
+    correction = replace(trials.none, columns={copy.target: copy.gain * column})
+    return Question(problem, (logs.outputs[copy.target],), correction)
+
+
+def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
+    """Say of every copy what it is; these faults decide nothing."""
+    for copy in found:
+        name, of = logs.outputs[copy.target], logs.outputs[copy.source]
+        yield LogFault(
+            *((name,), "copy", None, ()),
+            sentence=f"{name} is computed from {of}: {_how(copy)}. It is no second sensor: leave it out of "
+            "the outputs of the system file if its delay matters.",
+            decides=False,
+        )
+
+
+def _how(copy: Copy) -> str:
+    kind = "difference" if copy.slope else "filter"
+    over = f"{kind} over {copy.span} samples, " if copy.span > 1 else ""
+    late = f"{abs(1e3 * copy.delay):.3g} ms {'late' if copy.delay >= 0.0 else 'early'}"
+    return over + (late if abs(copy.delay) > 1e-6 else "without delay")

@@ -1,0 +1,236 @@
+"""Faults of logs that explain the gap: units, signs, offsets, clocks, copies.
+
+One principle answers all questions: the known physics, quickly re-identified, runs free under the corrected
+logs. What the mean square error falls by is what the fault explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.duplicates import different, duplicates
+from unmodelled.diagnosis.data.log_fault import LogFault
+from unmodelled.diagnosis.data.log_questions import NO_EFFECT, Question, clocks, constants, questions
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.search.log_copies import Copy, computed, copies, notes
+from unmodelled.diagnosis.search.log_fits import CLOCK, fitted, with_inertia
+from unmodelled.diagnosis.search.log_trials import SAMPLES, Trials
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Share of the squared gap that a fault explains at least: no effect of the withheld machines comes near it
+#: by one of the factors that are asked for.
+EXPLAINED = 0.9
+#: The same of a fault in some experiments only, of the squared gap of all of them.
+EXPLAINED_IN_SOME = 0.5
+#: A correction of which the file's parameters explain less is not looked at with fitted ones.
+SUSPECT = 0.25
+#: The corrected model's squared error, as a share of that of a prediction without a model, at most.
+GOOD = 0.5
+#: Root mean square error below which no fault of the logs is looked for, in within-run deviations.
+MATERIAL = 0.005
+#: Horizons that are tried one after the other, in given ones: within a short one a right model may be hardly
+#: better than none.
+LONGER = 1.0, 4.0
+#: An error of all inertia leaves so many times as much of the squared error as a clock that is off.
+RIVAL = 2.0
+#: How many corrections are re-identified, and a ratio of squared errors that says nothing.
+TRIED, ALIKE = 3, 1.1
+#: A gain that is worse than none where an input does nothing.
+LITTLE = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class _Suspect:
+    """A correction of some experiments that may explain the gap.
+
+    Attributes:
+        question: with the correction of the `runs` (experiments,) alone. steps: samples of a window.
+        before, after: (experiments,) mean square errors.
+    """
+
+    question: Question
+    runs: Mask
+    steps: int
+    before: Array
+    after: Array
+
+    @property
+    def explains(self) -> float:
+        """Share of the mean square error of all experiments."""
+        whole = float(self.before.sum())
+        return 1.0 - float(self.after.sum()) / whole if whole > 0.0 else 0.0
+
+    @property
+    def everywhere(self) -> bool:
+        return bool(self.runs.all())
+
+    @property
+    def enough(self) -> bool:
+        """Whether the fault is the answer, or next to nothing is left where it is."""
+        own = 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
+        return own >= EXPLAINED and self.explains >= (EXPLAINED if self.everywhere else EXPLAINED_IN_SOME)
+
+
+def log_faults(system: System, logs: Logs, horizon: float) -> tuple[LogFault, ...]:
+    """Ask whether a fault of the logs explains most of the gap.
+
+    Args:
+        system: the known physics. logs: the experiments, with the states of `system`.
+        horizon: of the free-run windows, s; a longer one is tried where it does not show a fault.
+
+    Returns:
+        Copies of experiments, constant inputs and computed outputs, then the fault that explains the gap if
+        there is one.
+    """
+    found = different(logs)
+    copied = copies(found)
+    answer = _answer(system, found, copied, horizon)
+    said = [
+        note
+        for note in (*constants(found), *notes(found, copied))
+        if not answer or (note.problem, note.channels) != (answer[0].problem, answer[0].channels)
+    ]
+    return *duplicates(logs), *said, *answer
+
+
+def _answer(system: System, logs: Logs, copied: Sequence[Copy], horizon: float) -> tuple[LogFault, ...]:
+    """The fault that explains the gap, or nothing."""
+    sensors = Sensors(logs)
+    for longer in LONGER:
+        trials = Trials(system, logs, longer * horizon, sensors)
+        suspects = [*_suspects(trials, copied), *(_fits(trials) if longer == 1.0 else ())]
+        few = sorted(s.explains for s in suspects)[-TRIED:]
+        tried = (_identified(trials, s) for s in suspects if s.explains >= few[0])
+        right = [s for s in tried if s.enough and _good(trials, s)]
+        if right:
+            best, *alike = _best(trials, right)
+            return (_fault(trials, best, alike),)
+    return ()
+
+
+def _suspects(trials: Trials, copied: Sequence[Copy]) -> Iterator[_Suspect]:
+    logs, steps = trials.logs, trials.steps(trials.none)
+    before = trials.square(trials.none, steps)
+    if before.max() < MATERIAL**2:
+        return
+    for question in (*questions(trials.system, logs), *(computed(trials, copy) for copy in copied)):
+        after = trials.square(question.correction, steps)
+        for runs in _where(before, after):
+            suspect = _only(question, runs, steps, before, after)
+            if suspect.explains > SUSPECT and _possible(trials, suspect):
+                yield suspect
+    if before.sum() > trials.coasting(steps).sum():  # else its clock cannot be a thousand times off
+        for question in clocks(trials.system, logs):
+            # a right clock, a thousand times faster, would make one window of every experiment
+            steps = min(trials.steps(question.correction), max(1, SAMPLES // len(logs)))
+            before, after = (trials.square(c, steps) for c in (trials.none, question.correction))
+            yield _Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
+
+
+def _fits(trials: Trials) -> Iterator[_Suspect]:
+    """Corrections of which the size is fitted; over a long horizon they fit what strays for other reasons."""
+    steps = trials.steps(trials.none)
+    before = trials.square(trials.none, steps)
+    if before.max() < MATERIAL**2:
+        return
+    for question in fitted(trials, steps, before):
+        after = trials.square(question.correction, steps)
+        runs = question.correction.corrected
+        suspect = _only(question, runs, steps, before, after)
+        if suspect.explains > SUSPECT:
+            yield suspect
+
+
+def _where(before: Array, after: Array) -> Iterator[Mask]:
+    """All experiments, or the few for which the correction does nearly all."""
+    yield np.ones(len(before), np.bool_)
+    some = after < (1.0 - EXPLAINED) * before
+    if 0 < some.sum() < 0.5 * len(some):
+        yield some
+
+
+def _only(question: Question, runs: Mask, steps: int, before: Array, after: Array) -> _Suspect:
+    mine = Question(question.problem, question.channels, question.correction.only(runs))
+    return _Suspect(mine, runs, steps, before, np.where(runs, after, before))
+
+
+def _possible(trials: Trials, suspect: _Suspect) -> bool:
+    """Whether an input that seems to do nothing is not one that does little.
+
+    The error is a parabola of the input's gain: where its lowest point is near zero, a little of the input or
+    of its opposite is worse than none.
+    """
+    if suspect.question.problem is not NO_EFFECT:
+        return True
+    correction = suspect.question.correction
+    little = (np.where(correction.drive == 0.0, gain, correction.drive) for gain in (LITTLE, -LITTLE))
+    squares = [trials.square(replace(correction, drive=drive), suspect.steps) for drive in little]
+    return all(suspect.after[suspect.runs].sum() < square[suspect.runs].sum() for square in squares)
+
+
+def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
+    """Suspects that leave next to the least, in the order of the questions: the first is the simplest."""
+    left = [s.after.sum() / trials.coasting(s.steps).sum() for s in right]
+    return [s for s, each in zip(right, left, strict=True) if each <= ALIKE * min(left)]
+
+
+def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
+    """The same with the uncertain parameters fitted, with and without the correction."""
+    before, after = (trials.identified(c, suspect.steps) for c in (trials.none, suspect.question.correction))
+    return replace(suspect, before=before, after=after)
+
+
+def _good(trials: Trials, suspect: _Suspect) -> bool:
+    """Whether the corrected model predicts what the machine does, rather than being less wrong."""
+    left = float(suspect.after[suspect.runs].sum())
+    coasting = trials.coasting(suspect.steps)[suspect.runs].sum()
+    return left <= GOOD * float(coasting) and not _inertia(trials, suspect)
+
+
+def _inertia(trials: Trials, suspect: _Suspect) -> bool:
+    """Whether an error of the inertia explains as much as a clock of all experiments that is off."""
+    if suspect.question.problem.name != CLOCK or not suspect.everywhere:
+        return False
+    other = Trials(with_inertia(trials.system), trials.logs, trials.horizon, trials.sensors)
+    left = other.identified(other.none, suspect.steps)
+    return float(left.sum()) < RIVAL * float(suspect.after.sum())
+
+
+def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:
+    ids = trials.logs.ids
+    return LogFault(
+        channels=best.question.channels,
+        problem=best.question.problem.name,
+        explains=best.explains,
+        experiments=() if best.everywhere else tuple(ids[i] for i in np.flatnonzero(best.runs)),
+        sentence=_sentence(trials, best, alike),
+        decides=True,
+        indistinguishable=tuple((s.question.channels, s.question.problem.name) for s in alike),
+    )
+
+
+def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
+    """What an engineer would say, with the errors in within-run deviations."""
+    logs, question = trials.logs, best.question
+    channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
+    of = "" if best.everywhere else f" of {_listed([logs.ids[i] for i in runs])}"
+    found = f"{_listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
+    old, new = (np.sqrt(square[best.runs].mean()) for square in (best.before, best.after))
+    falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations"
+    said = f"{found}: {problem.done}, {falls}."
+    if alike:
+        others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
+        said += f" These data cannot tell it from {' or '.join(others)}."
+    return f"{said} {problem.cure}, then diagnose again."
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

@@ -1,0 +1,132 @@
+"""Faults of logs of which the size is fitted: an offset of one experiment, a clock that runs fast or slow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from unmodelled.diagnosis.data.corrected_logs import Correction
+from unmodelled.diagnosis.data.duplicates import among
+from unmodelled.diagnosis.data.log_questions import TIME, Problem, Question
+from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.systems.model import Parameter, System, symbol
+
+Array = NDArray[np.float64]
+
+#: Name of the problem.
+CLOCK = "clock"
+#: Experiments that say what is usual, and how many times their squared error one with a fault has.
+FEWEST, OUTSTANDING = 3, 4.0
+#: Offsets that are tried around the one that brings the mean to that of the others, in within-run deviations.
+OFFSETS = np.linspace(-3.0, 3.0, 13)
+#: Logarithms of the factors of time that are tried: somewhat more than half to twice.
+FACTORS = np.linspace(-0.75, 0.75, 7)
+#: Evaluations that find the lowest point near the best of those, and its tolerance in their distance.
+EVALUATIONS, TOLERANCE = 15, 1e-4
+#: Factors by which known inertia may be wrong; beyond them a wrong clock is more likely.
+INERTIA = 0.5, 2.0
+#: A clock is told in per cent up to here, beyond it as a factor.
+PER_CENT = 0.2
+
+
+def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
+    """Fit the time of all experiments, then the offsets and the time of one experiment that stands out.
+
+    Args:
+        trials: the system and its logs. steps: samples of a window. before: (experiments,) mean square errors
+            of the logs as they are.
+
+    Returns:
+        Questions with the best correction of each kind.
+    """
+    yield _of_time(trials, _factor(trials, steps), np.ones(len(before), np.bool_))
+    worst = int(np.argmax(before))
+    others = np.arange(len(before)) != worst
+    if len(before) < FEWEST or before[worst] < OUTSTANDING * np.median(before[others]):
+        return
+    alone = Trials(trials.system, among(trials.logs, [worst]), trials.horizon)
+    if (moved := _offset(trials, alone, steps, worst)) is not None:
+        yield moved
+    yield _of_time(trials, _factor(alone, steps), ~others)
+
+
+def _factor(trials: Trials, steps: int) -> float:
+    """The factor of the time of all experiments with which the error is least."""
+    every = np.ones(len(trials.logs))
+
+    def square(logarithm: float) -> float:
+        correction = replace(trials.none, clock=np.exp(logarithm) * every)
+        return float(trials.square(correction, steps).sum())
+
+    return float(np.exp(_lowest(square, FACTORS)[0]))
+
+
+def with_inertia(system: System) -> System:
+    """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
+
+    A clock that is off looks like that, but for damping.
+    """
+    name = "factor_of_all_accelerations"
+    free = Parameter(name, "1", 1.0, identify=True, bounds=INERTIA)
+    dynamics = tuple(f if f in system.x else symbol(name) * f for f in system.dynamics)
+    return replace(system, dynamics=dynamics, parameters=(*system.parameters, free))
+
+
+def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question:
+    fast = 1.0 / factor
+    way = "fast" if fast > 1.0 else "slow"
+    times = f"{100.0 * abs(fast - 1.0):.2g} %"
+    if abs(fast - 1.0) > PER_CENT:
+        times = f"{max(fast, factor):.3g} times too"
+    problem = Problem(
+        *(CLOCK, factor, "", f"as if its clock ran {times} {way}", f"multiplied by {factor:.5g}"),
+        "Check the sampling rate of the logger",
+    )
+    return Question(problem, (TIME,), replace(trials.none, clock=np.where(runs, factor, 1.0)))
+
+
+def _offset(trials: Trials, alone: Trials, steps: int, run: int) -> Question | None:
+    """The offset of one output that suits an experiment best.
+
+    None where it is smaller than what the output does within the experiment.
+    """
+    logs, others = trials.logs, np.arange(len(trials.logs)) != run
+    means = np.array([logs.y[logs.rows(i)].mean(axis=0) for i in range(len(logs))])
+    centre = np.median(means[others], axis=0) - means[run]
+    size = np.maximum(trials.deviations[run], np.median(trials.deviations, axis=0))
+
+    def square(j: int) -> Callable[[float], float]:
+        return lambda by: float(alone.square(_shifted(alone, 0, j, by), steps)[0])
+
+    found = [_lowest(square(j), centre[j] + OFFSETS * size[j]) for j in range(len(logs.outputs))]
+    j = int(np.argmin([lowest for _, lowest in found]))
+    by = found[j][0]
+    if abs(by) < trials.deviations[run, j]:
+        return None
+    shift = f"{-by:.6g} {trials.system.outputs[j].unit}"
+    cure = "Subtract the offset from the column"
+    problem = Problem("offset", 1.0, "", f"shifted by {shift}", f"less {shift}", cure)
+    return Question(problem, (logs.outputs[j],), _shifted(trials, run, j, by))
+
+
+def _shifted(trials: Trials, run: int, j: int, by: float) -> Correction:
+    shift = np.zeros_like(trials.none.offset)
+    shift[run, j] = by
+    return replace(trials.none, offset=shift)
+
+
+def _lowest(square: Callable[[float], float], tried: Array) -> tuple[float, float]:
+    """The argument near the best of those tried (evenly spaced) with the least value, and that value."""
+    squares = [square(float(each)) for each in tried]
+    k, step = int(np.argmin(squares)), float(tried[1] - tried[0])
+    best = minimize_scalar(
+        square,
+        bounds=(tried[k] - step, tried[k] + step),
+        method="bounded",
+        options={"maxiter": EVALUATIONS, "xatol": TOLERANCE * step},
+    )
+    return min((float(best.x), float(best.fun)), (float(tried[k]), squares[k]), key=lambda each: each[1])

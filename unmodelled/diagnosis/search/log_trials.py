@@ -1,0 +1,159 @@
+"""The error of the known physics under corrected logs, experiment by experiment."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from unmodelled.diagnosis.data.corrected_logs import Correction
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.fitting.deviation import substeps_needed
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+from unmodelled.evaluation.free_run import steps_of
+from unmodelled.evaluation.gap import LARGEST_ERROR
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+#: Simulated samples that a question looks at, about, and the fewest windows of an experiment.
+SAMPLES, FEWEST = 6000, 4
+#: Of a quick re-identification: evaluations at most, and steps of differences in plausible sizes.
+EVALUATIONS, STEP = 8, 1e-4
+#: Most steps of integration per sample.
+MOST_SUBSTEPS = 4
+
+
+class Trials:
+    """Free runs of one system under many corrections of its logs.
+
+    Errors are in within-run deviations, each experiment's own or the median of all if that is larger: the
+    scale of most experiments does not depend on one that is logged wrongly.
+
+    Args:
+        system: the known physics. logs: as given. horizon: of the free-run windows, s.
+        sensors: of the logs, where they are known already.
+    """
+
+    def __init__(self, system: System, logs: Logs, horizon: float, sensors: Sensors | None = None) -> None:
+        self.system, self.logs, self.horizon = system, logs, horizon
+        self.sensors = sensors or Sensors(logs)
+        self.none = Correction.none(logs)
+        self._uncorrected: dict[int, Array] = {}
+
+    @cached_property
+    def deviations(self) -> Array:
+        """(experiments, outputs) standard deviation within every experiment."""
+        return np.array([self.logs.y[self.logs.rows(i)].std(axis=0) for i in range(len(self.logs))])
+
+    @cached_property
+    def substeps(self) -> int:
+        """Integration steps per sample."""
+        simulation = self._simulation(self.none, self.steps(self.none))
+        return substeps_needed(simulation, simulation.values[None, None], MOST_SUBSTEPS)[0]
+
+    def steps(self, correction: Correction) -> int:
+        """Samples of a window on the corrected clock."""
+        return steps_of(self.horizon, correction.logs(self.system, self.logs))
+
+    def square(self, correction: Correction, steps: int) -> Array:
+        """(experiments,) mean square error over windows of so many samples, and over outputs."""
+        simulation = self._simulation(correction, steps)
+        return self._error(simulation, correction, simulation.values[None, None])
+
+    def coasting(self, steps: int) -> Array:
+        """(experiments,) the same of predictions without a model: outputs stay, or go on as they do.
+
+        A correction that takes inputs and forces away comes down to this, whatever the machine is.
+        """
+        recording, y = self._recording(self.none, steps), self.logs.y
+        v = np.stack([self.sensors.slope(j, 0.0) for j in range(y.shape[1])], axis=1)
+        after = (self.logs.t[recording.rows] - self.logs.t[recording.start][:, None])[:, :, None]
+        moved = y[recording.rows] - y[recording.start][:, None]
+        gone = moved - v[recording.start][:, None] * after
+        still, on = (
+            self._mean(recording, self._in_deviations(off[:, None], recording, self.none)[:, 0] ** 2)
+            for off in (moved, gone)
+        )
+        return np.minimum(still, on)
+
+    def identified(self, correction: Correction, steps: int) -> Array:
+        """(experiments,) the same with the uncertain parameters quickly fitted to all of them."""
+        if correction is not self.none:
+            return self._identified(correction, steps)
+        if steps not in self._uncorrected:
+            self._uncorrected[steps] = self._identified(correction, steps)
+        return self._uncorrected[steps]
+
+    def _identified(self, correction: Correction, steps: int) -> Array:
+        simulation = self._simulation(correction, steps)
+        unknowns = Unknowns(simulation, tuple(Unknown.of(p) for p in self.system.parameters if p.identify))
+        z = unknowns.vector({})
+        low, high = unknowns.bounds
+        free = low < high
+
+        def numbers(free_values: Array) -> Array:
+            """(experiments, sets, numbers) from the values (sets, free entries)."""
+            sets = np.tile(z, (len(free_values), 1))
+            sets[:, free] = free_values
+            return unknowns.numbers(sets)
+
+        def errors(free_values: Array) -> Array:
+            """(windows * samples * outputs, sets)"""
+            found = self._off(simulation, correction, numbers(free_values))
+            found = found * simulation.recording.counted[:, None, :, None]
+            return np.asarray(found.swapaxes(0, 1).reshape(len(free_values), -1).T)
+
+        def slopes(values: Array) -> Array:
+            step = np.where(values + STEP <= high[free], STEP, -STEP)
+            found = errors(np.concatenate([values[None], values + np.diag(step)]))
+            return np.asarray((found[:, 1:] - found[:, :1]) / step)
+
+        if free.any():
+            best = least_squares(
+                lambda values: errors(values[None])[:, 0],
+                *(z[free], slopes, (low[free], high[free])),
+                max_nfev=EVALUATIONS,
+            )
+            z[free] = best.x
+        return self._error(simulation, correction, unknowns.numbers(z[None]))
+
+    def _error(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
+        """(experiments,) mean square error of one set of numbers."""
+        square = self._off(simulation, correction, numbers)[:, 0] ** 2
+        return self._mean(simulation.recording, square)
+
+    def _off(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
+        """(windows, sets, most steps, outputs) errors in within-run deviations, cut where they are large."""
+        found = simulation(numbers, substeps=self.substeps)
+        return self._in_deviations(found.y - found.measured, simulation.recording, correction)
+
+    def _in_deviations(self, error: Array, recording: Recording, correction: Correction) -> Array:
+        size = np.abs(correction.gain) * self.deviations
+        size = np.maximum(size, np.median(size, axis=0))  # an experiment near rest would outweigh the others
+        size = np.where(size > 0.0, size, 1.0)[recording.owner][:, None, None]
+        with np.errstate(all="ignore"):
+            error = error / size
+        error = np.where(np.isnan(error), LARGEST_ERROR, error)
+        return np.clip(error, -LARGEST_ERROR, LARGEST_ERROR)
+
+    def _mean(self, recording: Recording, square: Array) -> Array:
+        """(experiments,) of squares (windows, most steps, outputs)."""
+        sums = np.einsum("wkj,wk->w", square, recording.counted) / square.shape[2]
+        total, count = (np.bincount(recording.owner, w, len(self.logs)) for w in (sums, recording.steps))
+        return np.asarray(total / count)
+
+    def _simulation(self, correction: Correction, steps: int) -> Simulation:
+        return Simulation(self.system, self._recording(correction, steps))
+
+    def _recording(self, correction: Correction, steps: int) -> Recording:
+        logs = correction.logs(self.system, self.logs)
+        latest = max(output.delay for output in self.system.outputs)
+        sensors = self.sensors if correction is self.none else correction.sensors(logs, self.sensors)
+        recording = Recording.of(logs, steps * logs.period, latest=latest, sensors=sensors)
+        return recording.thinned(max(FEWEST * len(logs), SAMPLES // steps))

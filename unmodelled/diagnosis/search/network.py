@@ -1,0 +1,122 @@
+"""A network in every port: what a flexible model could still explain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.tangent import Tangent
+from unmodelled.effects.added import Added
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales, Spread
+from unmodelled.effects.substitution import with_law
+from unmodelled.systems.model import Parameter, Port, System, symbol
+
+Array = NDArray[np.float64]
+
+#: Hidden units that are drawn for the network in one port.
+HIDDEN = 20
+#: Of the effort that the known physics lacks: the largest weight of one, so that none cancel each other.
+LARGEST = 2.0
+#: Their plausible size, of which that is taken which suits experiments that are left out; parts of them.
+PRIORS, FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
+#: Of their unit, how much is tried; iterations of the fit.
+AMOUNT, ITERATIONS = 0.1, 10
+#: How steep they are where inputs reach from -1 to 1: from nearly straight to nearly a step.
+STEEPNESS = 0.5, 30.0
+#: Further units that are steep at rest, where whatever rubs has its step.
+AT_REST = 3.0, 10.0, 30.0
+
+
+def network(base: Fitted, fitted: Recording, screened: Recording, seed: int) -> Fitted:
+    """A network in every port of a fitted model, beside whatever the model has.
+
+    Args:
+        base: the model. fitted: what it was fitted to. screened: some of its windows, for the choice of how
+            large weights may be. seed: of the hidden layers.
+    """
+    tries = [with_networks(base.hypothesis, seed, prior) for prior in PRIORS]
+    first, tangent = tries[0], Tangent(base, screened)
+    names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
+    scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
+    slopes = tangent.slopes(first, [{n: AMOUNT * scales[n]} for n in names])
+    reach = np.full(len(names), LARGEST / AMOUNT)
+    products = tangent.products(slopes, np.stack([-reach, reach]))
+    shared = np.zeros(tangent.shared)
+    gains = [
+        replace(products, precision=np.append(shared, np.full(len(names), (AMOUNT / p) ** 2))).gain(FOLDS)
+        for p in PRIORS
+    ]
+    return Fitted.of(tries[int(np.argmax(gains))], fitted, [dict(base.fit.values)], ITERATIONS)
+
+
+def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
+    """`base` with a network of position (and sine and cosine of an angle), velocity and inputs in every port.
+
+    The hidden layer is drawn once and only the output layer is fitted (a random-feature network), so that its
+    fit has no local minima and the same seed gives the same network.
+
+    Args:
+        prior: plausible size of its weights, of the effort that the known physics lacks.
+    """
+    for number, port in enumerate(base.system.ports):
+        added = _network(
+            base.system, port, base.study.scales, prior, np.random.default_rng([seed, 1, number])
+        )
+        base = Hypothesis(base.study, added.system, (*base.effects, added))
+    return base
+
+
+def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.random.Generator) -> Added:
+    seen = [*port.coordinates, *(i.name for i in system.inputs)]
+    angles = {state.name for state in system.states if state.unit == "rad"} & {port.position}
+    scaled = [_scaled(system.expression(name), scales.of[name]) for name in seen]
+    # much of what depends on an angle is the same a turn later
+    scaled += [
+        wave(system.expression(name)) for name in sorted(map(str, angles)) for wave in (sp.sin, sp.cos)
+    ]
+    weights, biases = _drawn(len(scaled), rng)
+    units = [
+        sp.tanh(sum((float(w) * q for w, q in zip(row, scaled, strict=True)), sp.Float(bias)))
+        for row, bias in zip(weights.tolist(), biases.tolist(), strict=True)
+    ]
+    if port.velocity:
+        v, half = system.expression(port.velocity), scales.of[port.velocity].half
+        units += [sp.tanh(sp.Float(steep / half) * v) for steep in AT_REST]
+    names = tuple(f"network_{port.name}_{k + 1}" for k in range(len(units)))
+    size = scales.effort[port.name]
+    bounds = (-LARGEST * size, LARGEST * size)
+    law = sum((symbol(n) * unit for n, unit in zip(names, units, strict=True)), sp.S.Zero)
+    grown = with_law(system, port, law, " + ".join(names))
+    numbers = tuple(Parameter(name, port.unit, 0.0, True, bounds) for name in names)
+    return Added(
+        *("network", "", Place("port", port.name)),
+        replace(grown, parameters=(*grown.parameters, *numbers)),
+        law=f"network of {', '.join(seen)}",
+        amplitudes=names,
+        regressors=tuple(units),
+        bounds=dict.fromkeys(names, bounds),
+        scales=dict.fromkeys(names, size),
+        priors=dict.fromkeys(names, prior * size),
+        units=dict.fromkeys(names, port.unit),
+    )
+
+
+def _scaled(expression: sp.Expr, spread: Spread) -> sp.Expr:
+    return (expression - spread.middle) / spread.half
+
+
+def _drawn(inputs: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Weights (HIDDEN, inputs) in any direction, and biases (HIDDEN,) that put the steps within reach."""
+    directions = rng.standard_normal((HIDDEN, inputs))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    # half of the units look along one input only: laws of a single coordinate are the rule
+    directions[::2] = np.eye(inputs)[np.arange(len(directions[::2])) % inputs]
+    steep = np.geomspace(*STEEPNESS, HIDDEN)[rng.permutation(HIDDEN)]
+    return steep[:, None] * directions, steep * rng.uniform(-0.8, 0.8, HIDDEN)

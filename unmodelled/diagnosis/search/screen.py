@@ -1,0 +1,191 @@
+"""Which effects are worth a fit: a linear look at all of them, along the free runs of a fitted model.
+
+A small amount of an effect changes the free-run errors of every window in proportion. Least squares of the
+errors by these changes, base parameters and starts of the windows going along, says how far the loss would
+fall: the score test of an output-error model. It takes one simulation a starting point and differentiates no
+measurement, and it treats ports, actuators, sensors and effects with memory alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.workers import threads_of
+from unmodelled.diagnosis.data.levels import levels
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.choose import PARSIMONY
+from unmodelled.diagnosis.search.regression import Products
+from unmodelled.diagnosis.search.tangent import Tangent
+from unmodelled.effects.added import Added
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Of its plausible size: how much of an effect is tried.
+AMOUNT = 0.1
+#: Starting points of an effect that are looked at, and that a fit is to start from; parts of the experiments.
+POINTS, STARTS, FOLDS = 48, 3, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """One candidate at one starting point of its shapes.
+
+    Attributes:
+        values: of its shapes. names: of its amplitudes, or of a delay. size: (names,) what was tried, SI.
+        products: of the model's own unknowns and of `names`, in units of `size`.
+    """
+
+    values: dict[str, float]
+    names: tuple[str, ...]
+    size: Array
+    products: Products
+
+    def start(self, added: Added, amounts: Array) -> dict[str, float]:
+        """Values to start a fit from, of coefficients (names,) in units of `size`."""
+        found = dict(self.values)
+        for name, amount, size in zip(self.names, amounts.tolist(), self.size.tolist(), strict=True):
+            if name in added.delays:
+                found[name] = max(amount, 0.5) * size
+            elif name not in added.shares:
+                found[name] = amount * size
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Screened:
+    """A candidate on top of a fitted model.
+
+    Attributes:
+        base: the model. effect, place: what is added to it.
+        gain: by how much the cross-validated loss falls.
+        tries: starting points, the best first, and coefficients there.
+    """
+
+    base: Fitted
+    effect: Effect
+    place: Place
+    gain: float
+    tries: tuple[tuple[Point, Array], ...]
+
+    @cached_property
+    def hypothesis(self) -> Hypothesis:
+        """The model with the effect."""
+        return self.base.hypothesis.plus(self.effect, self.place)
+
+    @property
+    def key(self) -> frozenset[tuple[str, str, Place]]:
+        """Of `hypothesis`."""
+        return self.base.hypothesis.key | {(self.effect.family, self.effect.variant, self.place)}
+
+    @property
+    def complexity(self) -> float:
+        """Of `hypothesis`."""
+        hypothesis = self.base.hypothesis
+        return hypothesis.complexity + hypothesis.complexity_of(self.effect.complexity, self.place)
+
+    @property
+    def starts(self) -> tuple[dict[str, float], ...]:
+        """Values to start a fit from, the best first."""
+        added, base = self.hypothesis.effects[-1], self.base.fit.values
+        found = [{**base, **point.start(added, amounts)} for point, amounts in self.tries]
+        if added.memory:
+            # what remembers is hardly in proportion to a small amount of it
+            more = [point.start(added, np.ones(len(amounts)) / AMOUNT) for point, amounts in self.tries]
+            found += [{**base, **start} for start in more]
+        return tuple(found)
+
+
+def screen(base: Fitted, recording: Recording, workers: int) -> list[Screened]:
+    """All candidates on top of a fitted model, the most promising first.
+
+    Args:
+        base: the model. recording: some of the windows that it was fitted to.
+        workers: threads.
+    """
+    look = _Look(base, recording)
+    asked = [(e, p) for e in effects() for p in _free(base.hypothesis, e)]
+    with threads_of(workers) as pool:
+        found = [one for several in pool.map(lambda one: list(look.screened(*one)), asked) for one in several]
+    price = PARSIMONY * int(recording.steps.sum()) * len(recording.noise)
+    return sorted(found, key=lambda one: price * one.complexity - one.gain)
+
+
+def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
+    """Where it can be added: numbers of other effects have no effects of their own."""
+    taken = {e.place.channel for e in base.effects if e.family == effect.family}
+    known = set(effect.places(base.study.system))
+    for place in effect.places(base.system):
+        if place in known and place.channel not in taken:
+            yield place
+
+
+class _Look:
+    """Candidates on top of a fitted model."""
+
+    def __init__(self, base: Fitted, recording: Recording) -> None:
+        self.base, self.tangent = base, Tangent(base, recording)
+        experiments = base.hypothesis.study.logs.experiments
+        self.levels = list(levels(experiments.iloc[np.unique(recording.owner)]))
+        alone = self.tangent.products(self.tangent.own_slopes[:, :0], np.empty((2, 0)))
+        self.without, self.without_in_sample = alone.gain(FOLDS), alone.solved()[1]
+
+    def screened(self, effect: Effect, place: Place) -> Iterator[Screened]:
+        """A candidate in all experiments and at every level."""
+        hypothesis = self.base.hypothesis.plus(effect, place)
+        points = list(self._points(hypothesis))
+        if hypothesis.effects[-1].per_experiment:
+            (point,) = points
+            gain = point.products.split(self.tangent.shared).solved()[1] - self.without_in_sample
+            yield Screened(self.base, effect, place, gain, ((point, np.zeros(len(point.names))),))
+            return
+        yield self._screened(effect, place, points, None)
+        for factor, level, members in self.levels if place.kind == "port" else ():
+            yield self._screened(effect, Place("port", place.name, factor, level), points, members)
+
+    def _screened(
+        self, effect: Effect, place: Place, points: Sequence[Point], members: Indices | None
+    ) -> Screened:
+        parts = [point.products.only(self.tangent.shared, members) for point in points]
+        solved = [part.solved() for part in parts]
+        best = sorted(range(len(points)), key=lambda k: -solved[k][1])[:STARTS]
+        tries = tuple((points[k], solved[k][0][self.tangent.shared :]) for k in best)
+        return Screened(self.base, effect, place, parts[best[0]].gain(FOLDS) - self.without, tries)
+
+    def _points(self, hypothesis: Hypothesis) -> Iterator[Point]:
+        """The last effect at all its starting points."""
+        added = hypothesis.effects[-1]
+        names = added.amplitudes or tuple(added.delays)
+        highest = {u.name: u.high for u in hypothesis.unknowns}
+        within = [dict.fromkeys(min(v, highest[n]) for v in values) for n, values in added.shapes.items()]
+        grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
+        chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(POINTS, len(grid))).astype(int)]
+        sizes = np.array([[_amount(added, n, values) for n in names] for values in chosen])
+        sets = [
+            {**values, n: size}
+            for values, row in zip(chosen, sizes, strict=True)
+            for n, size in zip(names, row, strict=True)
+        ]
+        slopes = self.tangent.slopes(hypothesis, sets)
+        bounds = np.array([(0.0, 1.0) if n in added.delays else added.bounds[n] for n in names]).T
+        for k, (values, size) in enumerate(zip(chosen, sizes, strict=True)):
+            own = slopes[:, k * len(names) : (k + 1) * len(names)]
+            products = self.tangent.products(own, bounds if added.delays else bounds / size)
+            yield Point(values, names, size, products)
+
+
+def _amount(added: Added, name: str, values: dict[str, float]) -> float:
+    if name in added.delays:
+        return values[name]
+    return 1.0 if name in added.shares else AMOUNT * added.scales[name]

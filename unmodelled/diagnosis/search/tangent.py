@@ -1,0 +1,92 @@
+"""How the free runs of a fitted model change with a little of something that it does not have."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data import loops
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.fitting.residuals import Errors, spread, weights
+from unmodelled.diagnosis.fitting.unknowns import Unknowns
+from unmodelled.diagnosis.search.regression import Products
+
+Array = NDArray[np.float64]
+
+
+class Tangent:
+    """Errors of a fitted model over some windows, and their derivatives.
+
+    Args:
+        base: the model. recording: some of the windows that it was fitted to.
+
+    Attributes:
+        shared: how many unknowns the model itself has; they go along with whatever is looked at.
+    """
+
+    def __init__(self, base: Fitted, recording: Recording) -> None:
+        self.base, self.recording = base, recording
+        self.unknowns = Unknowns(base.hypothesis.simulation(recording), base.hypothesis.unknowns)
+        self.shared = len(self.unknowns.each)
+        self.moved, sigma = base.moved(recording)
+        self.z = base.vector(self.unknowns)
+        self.errors = Errors(self.unknowns, sigma, base.fit.substeps)
+        around = self.errors(*self.errors.around(self.z, self.moved))
+        self.r = around[:, 0]
+        self.own_slopes = self.errors.slopes(self.z, around)
+        self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
+
+    def slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
+        """(windows, sets, most steps, outputs) change of the errors by numbers of a larger model."""
+        simulation = hypothesis.simulation(self.recording)
+        known = self.unknowns.simulation.names
+        fitted = self.unknowns.numbers(self.z[None])
+        own = dict(zip((p.name for p in hypothesis.system.parameters), hypothesis.system.values, strict=True))
+        values = np.zeros((len(fitted), len(sets), len(simulation.names)))
+        for k, name in enumerate(simulation.names):
+            if name in known:
+                values[:, :, k] = fitted[:, :, known.index(name)]
+            else:
+                values[:, :, k] = [given.get(name, own.get(name, 0.0)) for given in sets]
+        moved = np.repeat((self.moved * self.errors.sigma)[:, None], len(sets), axis=1)
+        runs = simulation(values, moved, self.base.fit.substeps)
+        recording, largest = self.recording, self.errors.largest
+        r = loops.cut_errors(runs.y, runs.measured, recording.noise, largest, recording.steps)
+        both = np.concatenate([self.r[:, None], self._aligned(r, runs.later)], axis=1)
+        return np.asarray(loops.slopes(both, largest, np.ones((len(r), len(sets)))))
+
+    def _aligned(self, r: Array, later: NDArray[np.int64]) -> Array:
+        """Errors (windows, sets, most steps, outputs) where the same samples have their errors without delay:
+        other samples would bring noise of their own, which explains some of theirs.
+        """
+        found = np.array(r)
+        for k, j in zip(*np.nonzero(later), strict=True):
+            late = later[k, j]
+            found[:, k, late:, j] = np.where(self.recording.counted[:, late:], r[:, k, :-late, j], 0.0)
+            found[:, k, :late, j] = self.r[:, :late, j]
+        return found
+
+    def products(self, slopes: Array, bounds: Array) -> Products:
+        """Of the model's own unknowns and then of others.
+
+        Args:
+            slopes: of the others, (windows, n, most steps, outputs). bounds: of the others, (2, n).
+        """
+        count, unknowns, first = len(self.r), self.unknowns, self.shared
+        columns = np.concatenate([self.own_slopes[:, :first], slopes], axis=1) * self.root[:, None]
+        starts = self.own_slopes[:, first:] * self.root[:, None]
+        limits = np.stack(unknowns.bounds) - self.z
+        shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
+        low, high = np.concatenate([shared, bounds], axis=1)
+        return Products.of(
+            columns.reshape(count, columns.shape[1], -1),
+            (self.r * self.root).reshape(count, -1),
+            starts.reshape(count, starts.shape[1], -1),
+            self.moved,
+            self.recording.owner,
+            (low, high),
+        )

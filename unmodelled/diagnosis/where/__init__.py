@@ -1,0 +1,1 @@
+"""Where the gap enters: channels, experiments and regions of operation."""

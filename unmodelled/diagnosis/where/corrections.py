@@ -1,0 +1,175 @@
+"""What a model lacks, window by window: the effort, input or output that would have to be added there.
+
+In a window of a few samples a correction is taken for a constant. How the simulated outputs answer to it, and
+how far they are off, tell its size by least squares; nothing measured is differentiated. The states at the
+start of a window are noisy and give way too, with what is known of their noise as a prior.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.diagnosis import Model
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.fitting.floor import start_noise
+from unmodelled.diagnosis.fitting.normal import Normal
+from unmodelled.diagnosis.fitting.residuals import Errors
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+from unmodelled.diagnosis.where.coordinates import Coordinates
+from unmodelled.effects.actuator_offset import ActuatorOffset
+from unmodelled.effects.constant_load import ConstantLoad
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.place import Kind, Place
+from unmodelled.effects.scales import Scales
+from unmodelled.effects.sensor_offset import SensorOffset
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: The shortest windows, in s and in samples.
+SHORTEST, FEWEST = 0.01, 8
+#: Windows are long enough when a correction is, in its mean square, so many times its variance from noise.
+CLEAR = 4.0
+#: A window whose noise is so many times the usual one tells nothing about a place.
+BLIND = 3.0
+#: Experiments that are enough to tell what is common to them; fewer are cut into so many stretches in all.
+SOME, STRETCHES = 4, 16
+#: Steps by which corrections are differentiated, in their plausible sizes, are `residuals.STEP` times this.
+SIZE = 100.0
+
+CONSTANTS: Mapping[Kind, Effect] = {
+    "port": ConstantLoad(),
+    "actuator": ActuatorOffset(),
+    "sensor": SensorOffset(),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Corrections:
+    """Corrections at the places of a model over the windows of a recording.
+
+    Attributes:
+        model: that lacks them. recording: the windows. places: all ports, inputs and outputs.
+        curvature, gradient: (windows, n, n) and (windows, n) of half the square errors of a window, in
+            standard deviations of the noise, by the corrections at the places and then by the uncertain
+            parameters, SI; the starts follow.
+    """
+
+    model: Model
+    recording: Recording
+    places: tuple[Place, ...]
+    curvature: Array
+    gradient: Array
+
+    @classmethod
+    def of(cls, model: Model, horizon: float, sensors: Sensors) -> Corrections:
+        """In windows as short as the noise permits, at most `horizon` s; `sensors` are those of its logs."""
+        logs, places = model.logs, channels(model.system)
+        system, unknowns = _with_constants(model.system, logs, places)
+        samples = max(FEWEST, round(SHORTEST / logs.period))
+        latest = max(output.delay for output in system.outputs)
+        while True:
+            recording = Recording.of(logs, logs.period * samples, latest=latest, sensors=sensors)
+            normal = _normal(system, unknowns, recording, model.gap.substeps)
+            found, samples = cls(model, recording, places, *normal), 2 * samples
+            if found.clear or logs.period * samples > horizon:
+                return found
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """Where the windows lie."""
+        return Coordinates(self.model, self.recording)
+
+    @cached_property
+    def value(self) -> Array:
+        """(windows, places) the correction at each place if it were the only one; nan without influence."""
+        with np.errstate(all="ignore"):
+            return np.asarray(-self.gradient[:, : len(self.places)] / self.weight)
+
+    @cached_property
+    def error(self) -> Array:
+        """(windows, places) standard error of `value`."""
+        with np.errstate(all="ignore"):
+            return np.asarray(1.0 / np.sqrt(self.weight))
+
+    @property
+    def weight(self) -> Array:
+        """(windows, places) one over the variance of `value`."""
+        return np.diagonal(self.curvature, axis1=1, axis2=2)[:, : len(self.places)]
+
+    @cached_property
+    def seen(self) -> NDArray[np.bool_]:
+        """(windows, places) where the outputs say something about a correction."""
+        error = np.where(np.isfinite(self.error), self.error, np.inf)
+        return np.asarray((error <= BLIND * np.median(error, axis=0)) & np.isfinite(error))
+
+    @property
+    def group(self) -> Indices:
+        """(windows,) parts that do not depend on each other: experiments, or stretches where they are few."""
+        recording = self.recording
+        if len(recording.runs) >= SOME:
+            return recording.owner
+        order = np.argsort(np.argsort(recording.start))
+        return np.asarray(order * STRETCHES // len(order))
+
+    @property
+    def clear(self) -> bool:
+        """Whether the corrections of some port or input stand out from the noise."""
+        return any(self._stands_out(k) for k, place in enumerate(self.places) if place.kind != "sensor")
+
+    def _stands_out(self, place: int) -> bool:
+        seen = self.seen[:, place]
+        if not seen.any():
+            return False
+        noise = float(np.mean(self.error[seen, place] ** 2))
+        return float(np.mean(self.value[seen, place] ** 2)) > (1.0 + CLEAR) * noise
+
+
+def channels(system: System) -> tuple[Place, ...]:
+    """All ports, inputs and outputs."""
+    return (
+        *(Place("port", port.name) for port in system.ports),
+        *(Place("actuator", item.name) for item in system.inputs),
+        *(Place("sensor", item.name) for item in system.outputs),
+    )
+
+
+def _with_constants(
+    system: System, logs: Logs, places: Sequence[Place]
+) -> tuple[System, tuple[Unknown, ...]]:
+    """The system with a constant at every place; these constants, and the uncertain parameters."""
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    uncertain = [Unknown.of(p) for p in system.parameters if p.identify]
+    constants = []
+    for place in places:
+        added = CONSTANTS[place.kind].add(system, place, scales)
+        (name,) = added.amplitudes
+        constants.append(Unknown(name, -np.inf, np.inf, SIZE * added.scales[name]))
+        system = added.system
+    return system, (*constants, *uncertain)
+
+
+def _normal(
+    system: System, each: tuple[Unknown, ...], recording: Recording, substeps: int
+) -> tuple[Array, Array]:
+    """Curvature and gradient, see `Corrections`."""
+    unknowns = Unknowns(Simulation(system, recording), each)
+    here = unknowns.vector({})
+    sigma = start_noise(unknowns.simulation, unknowns.numbers(here[None]))
+    errors, still = Errors(unknowns, sigma, substeps), np.zeros_like(sigma)
+    around = errors(*errors.around(here, still))
+    r = around[:, 0]
+    slopes, ones = errors.slopes(here, around), np.ones_like(r)
+    normal = Normal.of(r, slopes, ones, still, unknowns.entry, unknowns.precision)
+    curvature, gradient, _ = normal.reduced()
+    size = unknowns.scale
+    return curvature / np.outer(size, size), gradient / size

@@ -1,0 +1,45 @@
+"""An actuator that does nothing at small inputs."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.grids import geometric
+from unmodelled.effects.law import Law, Shape, share
+from unmodelled.effects.place import Site
+
+
+class _DeadZone(ActuatorEffect):
+    family = "actuator_dead_zone"
+
+    @property
+    @abstractmethod
+    def lost(self) -> str:
+        """What is lost of the input."""
+
+    def law(self, at: Site) -> Law:
+        largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
+        shapes = {"u_d": Shape("u", geometric(0.01 * largest, 0.5 * largest, 6), (1e-4 * largest, largest))}
+        return Law(f"u - {self.lost}", {"c_u": share(f"-{self.lost}")}, shapes)
+
+
+class DeadZone(_DeadZone):
+    """The same width on both sides; beyond, it gives what the input exceeds it by."""
+
+    complexity = 2.0
+
+    @property
+    def lost(self) -> str:
+        return "clip(u, -u_d, u_d)"
+
+
+class RoundedDeadZone(_DeadZone):
+    """One that is left gradually."""
+
+    variant = "rounded"
+    complexity = 2.2
+
+    @property
+    def lost(self) -> str:
+        return "u_d*tanh(u/u_d)"

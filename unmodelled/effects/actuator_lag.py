@@ -1,0 +1,24 @@
+"""An actuator that follows its input slowly."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.grids import geometric
+from unmodelled.effects.law import Law, Memory, Shape, share
+from unmodelled.effects.place import Site
+
+
+class ActuatorLag(ActuatorEffect):
+    """Of first order."""
+
+    family = "actuator_lag"
+    complexity = 2.0
+
+    def law(self, at: Site) -> Law:
+        grid = geometric(at.period, 0.1 * at.duration, 6)
+        return Law(
+            "u_f, T_u*d(u_f)/dt = u - u_f",
+            {"c_u": share("u_f - u")},
+            {"T_u": Shape("t", grid, (0.5 * at.period, at.duration))},
+            memory={"u_f": Memory("u", "(u - u_f)/T_u")},
+        )

@@ -1,0 +1,47 @@
+"""An actuator that cannot do all that is asked."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.grids import geometric
+from unmodelled.effects.law import Law, Shape, share
+from unmodelled.effects.place import Site
+
+#: How many limits are tried, from this part of the largest input on.
+_LIMITS, _LEAST = 6, 0.15
+
+
+class _Saturation(ActuatorEffect):
+    family = "actuator_saturation"
+
+    @abstractmethod
+    def limited(self) -> tuple[str, float]:
+        """What is left of the input, and the highest limit that has an influence, in largest inputs."""
+
+    def law(self, at: Site) -> Law:
+        limited, most = self.limited()
+        largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
+        grid = geometric(_LEAST * largest, 0.9 * most * largest, _LIMITS)
+        shapes = {"u_max": Shape("u", grid, (0.01 * largest, most * largest))}
+        return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
+
+
+class HardSaturation(_Saturation):
+    """The same limit on both sides."""
+
+    complexity = 2.0
+
+    def limited(self) -> tuple[str, float]:
+        return "clip(u, -u_max, u_max)", 1.0
+
+
+class SoftSaturation(_Saturation):
+    """A limit that is approached gradually."""
+
+    variant = "soft"
+    complexity = 2.2
+
+    def limited(self) -> tuple[str, float]:
+        return "u_max*tanh(u/u_max)", 4.0

@@ -1,0 +1,18 @@
+"""A load that is always the same."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Law, signed
+from unmodelled.effects.place import Site
+
+
+class ConstantLoad(PortEffect):
+    """Whatever the motion."""
+
+    family = "constant_load"
+    complexity = 1.0
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        return Law("F_0", {"F_0": signed("1", at.effort)})

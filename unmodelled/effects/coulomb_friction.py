@@ -1,0 +1,53 @@
+"""Dry friction that does not depend on speed."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import creep, geometric
+from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class CoulombFriction(PortEffect):
+    """The same in both directions."""
+
+    family = "coulomb_friction"
+    complexity = 1.0
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        return Law("F_c*sign(v)", {"F_c": positive("tanh(v/v_c)", at.effort)}, {"v_c": creep(at)})
+
+
+class GradualFriction(PortEffect):
+    """It comes about gradually, as where many contacts slide one after the other."""
+
+    family = "coulomb_friction"
+    variant = "gradual"
+    complexity = 1.8
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        speed = at["v"].rms
+        shape = Shape("v", geometric(0.003 * speed, speed, 4), (1e-4 * speed, 10.0 * speed))
+        rise = "atan(v/v_g)*2/pi"
+        return Law(f"F_c*{rise}", {"F_c": positive(rise, at.effort)}, {"v_g": shape})
+
+
+class CoulombFrictionByDirection(PortEffect):
+    """Another level for each direction."""
+
+    family = "coulomb_friction"
+    variant = "by_direction"
+    complexity = 2.5
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        amplitudes = {
+            "F_p": positive("max(tanh(v/v_c), 0)", at.effort),
+            "F_n": positive("min(tanh(v/v_c), 0)", at.effort),
+        }
+        return Law("where(v > 0, F_p, -F_n)", amplitudes, {"v_c": creep(at)})

@@ -1,0 +1,80 @@
+"""Stops at the ends of the travel."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Fixed, Law, Shape, positive
+from unmodelled.effects.place import Site
+
+#: Where a stop may begin, in parts of the half travel before its end.
+_DEPTHS = (0.01, 0.03, 0.1, 0.3, 0.6)
+#: Of the half travel: the depth that forces are given for.
+_DENT = 0.1
+
+
+class _EndStop(PortEffect):
+    """Hunt and Crossley's contact: a force that grows with a power of the depth, 1.5 after Hertz, and damping
+    in proportion to the depth.
+    """
+
+    family = "end_stop"
+    needs = ("position", "velocity")
+    power = "lost over a cycle"
+
+    @property
+    @abstractmethod
+    def ends(self) -> tuple[str, ...]:
+        """Names of the positions where it begins."""
+
+    def law(self, at: Site) -> Law:
+        low, high, half = at["x"].low, at["x"].high, at["x"].half
+        starts = {
+            "x_l": Shape("x", tuple(low + depth * half for depth in _DEPTHS), (low - half, high)),
+            "x_h": Shape("x", tuple(high - depth * half for depth in _DEPTHS), (low, high + half)),
+        }
+        depth = {"x_l": "max(x_l - x, 0)/x_d", "x_h": "max(x - x_h, 0)/x_d"}
+        sign = {"x_l": "-", "x_h": ""}
+        force = " + ".join(f"{sign[end]}({depth[end]})**n" for end in self.ends)
+        damped = f"({' + '.join(depth[end] for end in self.ends)})*v"
+        amplitudes = {
+            "F_s": positive(f"({force})", at.effort),
+            "d": positive(damped, at.effort / at["v"].rms),
+        }
+        shapes = {end: starts[end] for end in self.ends} | {"n": Shape("1", (1.2,), (1.0, 3.0))}
+        fixed = {"x_d": Fixed("x", _DENT * half)}
+        return Law(f"F_s*({force}) + d*{damped}", amplitudes, shapes, fixed)
+
+
+class UpperStop(_EndStop):
+    """At the upper end."""
+
+    variant = "upper"
+    complexity = 3.0
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        return ("x_h",)
+
+
+class LowerStop(_EndStop):
+    """At the lower end."""
+
+    variant = "lower"
+    complexity = 3.0
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        return ("x_l",)
+
+
+class BothStops(_EndStop):
+    """At both ends, alike."""
+
+    variant = "both"
+    complexity = 4.0
+
+    @property
+    def ends(self) -> tuple[str, ...]:
+        return ("x_l", "x_h")

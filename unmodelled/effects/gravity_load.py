@@ -1,0 +1,30 @@
+"""The weight of something that turns about an axis off its centre."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Law, signed
+from unmodelled.effects.place import Site
+from unmodelled.systems import units
+from unmodelled.systems.model import Port, System
+from unmodelled.systems.units import parse_unit
+
+
+class GravityLoad(PortEffect):
+    """One wave per turn, about a direction that is not known. Only where the effort is a torque.
+
+    Along a straight line a weight is a constant load.
+    """
+
+    family = "gravity_load"
+    complexity = 2.0
+    needs = ("position",)
+    power = "stored"
+
+    def suits(self, system: System, port: Port) -> bool:
+        torque = parse_unit(port.unit).dimension in (parse_unit("N m").dimension, units.ONE)
+        return torque and super().suits(system, port)
+
+    def law(self, at: Site) -> Law:
+        amplitudes = {"W_s": signed("sin(x)", at.effort), "W_c": signed("cos(x)", at.effort)}
+        return Law("W_s*sin(x) + W_c*cos(x)", amplitudes)

@@ -1,0 +1,81 @@
+"""Friction that builds up over a distance before sliding (presliding), and so remembers."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import geometric, presliding, relaxation
+from unmodelled.effects.law import Amplitude, Law, Memory, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class _Hysteresis(PortEffect):
+    """An effort F_h*z, where z goes towards the direction of motion over the distance x_h.
+
+    All rates are those of the text over x_h + tau*abs(v): z follows within one sample at any speed, so that a
+    simulation stays stable where the distance is short.
+    """
+
+    family = "hysteresis"
+    needs = ("velocity",)
+    power = "lost over a cycle"
+
+    @abstractmethod
+    def build_up(self) -> str:
+        """dz/dt times the distance."""
+
+    def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
+        """Other amplitudes and shapes."""
+        return {}, {}
+
+    def law(self, at: Site) -> Law:
+        amplitudes, shapes = self.further(at)
+        rate = f"({self.build_up()})/(x_h + tau*abs(v))"
+        more = "".join(f" + {name}*({amplitude.adds})" for name, amplitude in amplitudes.items())
+        return Law(
+            f"F_h*z{more}, x_h*d(z)/dt = {self.build_up()}",
+            {"F_h": positive("z", at.effort), **amplitudes},
+            {"x_h": presliding(at), **shapes},
+            {"tau": relaxation(at)},
+            {"z": Memory("1", rate)},
+        )
+
+
+class Dahl(_Hysteresis):
+    """Dahl's model of exponent one."""
+
+    variant = "dahl"
+    complexity = 3.0
+
+    def build_up(self) -> str:
+        return "v - abs(v)*z"
+
+
+class BoucWen(_Hysteresis):
+    """Bouc and Wen's model of exponent two, its loop as steep on the way back as at the start."""
+
+    variant = "bouc_wen"
+    complexity = 3.5
+
+    def build_up(self) -> str:
+        return "v - 0.5*(abs(v)*z*abs(z) + v*z**2)"
+
+
+class LuGre(_Hysteresis):
+    """Bristles with a Stribeck level and damping of their own."""
+
+    variant = "lugre"
+    complexity = 5.0
+
+    def build_up(self) -> str:
+        return "v - abs(v)*z/(1 + s_b*exp(-(v/v_s)**2))"
+
+    def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
+        speed = at["v"].rms
+        damping = f"x_h*({self.build_up()})/(x_h + tau*abs(v))"
+        shapes = {
+            "s_b": Shape("1", (0.5,), (0.0, 5.0)),
+            "v_s": Shape("v", geometric(0.02 * speed, 0.5 * speed, 3), (1e-3 * speed, 5.0 * speed)),
+        }
+        return {"d_h": positive(damping, 0.1 * at.effort / speed)}, shapes

@@ -1,0 +1,18 @@
+"""An input that acts late."""
+
+from __future__ import annotations
+
+from unmodelled.effects.delay import Delay
+from unmodelled.effects.place import Place
+from unmodelled.systems.model import System
+
+
+class InputDelay(Delay):
+    """By the same time always."""
+
+    family = "input_delay"
+    name = "T_d"
+    law = "{0}(t - {1})"
+
+    def places(self, system: System) -> tuple[Place, ...]:
+        return tuple(Place("actuator", item.name) for item in system.inputs)

@@ -1,0 +1,33 @@
+"""A spring."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Law, signed
+from unmodelled.effects.place import Site
+
+
+class LinearSpring(PortEffect):
+    """At rest where the position is zero; a negative stiffness pushes away from there, as a magnet does."""
+
+    family = "linear_spring"
+    complexity = 1.0
+    needs = ("position",)
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        return Law("k*x", {"k": signed("x", at.effort / at["x"].rms)})
+
+
+class PreloadedSpring(PortEffect):
+    """With a force F_0 where the position is zero."""
+
+    family = "linear_spring"
+    variant = "preloaded"
+    complexity = 2.0
+    needs = ("position",)
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        amplitudes = {"k": signed("x", at.effort / at["x"].rms), "F_0": signed("1", at.effort)}
+        return Law("k*x + F_0", amplitudes)

@@ -1,0 +1,104 @@
+"""Springs that are no straight line."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import geometric, inside
+from unmodelled.effects.law import Fixed, Law, Shape, positive, signed
+from unmodelled.effects.place import Site
+
+
+class _Spring(PortEffect):
+    family = "nonlinear_spring"
+    needs = ("position",)
+    power = "stored"
+
+
+class HardeningSpring(_Spring):
+    """Duffing's: a stiffness that grows, or falls, with the square of position."""
+
+    variant = "hardening"
+    complexity = 2.0
+
+    def law(self, at: Site) -> Law:
+        size = at["x"].rms
+        amplitudes = {"k": signed("x", at.effort / size), "k_3": signed("x**3", at.effort / size**3)}
+        return Law("k*x + k_3*x**3", amplitudes, fitted_along="x")
+
+
+class PolynomialSpring(_Spring):
+    """Any smooth curve: a polynomial of order four about the middle of the travel."""
+
+    variant = "polynomial"
+    complexity = 4.0
+
+    def law(self, at: Site) -> Law:
+        s = "((x - x_m)/x_r)"
+        powers = {f"F_{k}": "1" if k == 0 else s if k == 1 else f"{s}**{k}" for k in range(5)}
+        return Law(
+            " + ".join(name if power == "1" else f"{name}*{power}" for name, power in powers.items()),
+            {name: signed(power, at.effort) for name, power in powers.items()},
+            fixed={"x_m": Fixed("x", at["x"].middle), "x_r": Fixed("x", at["x"].half)},
+            fitted_along="x",
+        )
+
+
+class _OneSided(_Spring):
+    """A spring that is touched beyond a position: straight for n = 1, else stiffer deep down."""
+
+    complexity = 2.9
+
+    @property
+    @abstractmethod
+    def touched(self) -> tuple[str, str]:
+        """Sign of its force, and how far beyond the position it is, in a tenth of the half travel."""
+
+    def law(self, at: Site) -> Law:
+        low, high, half = at["x"].low, at["x"].high, at["x"].half
+        shapes = {
+            "x_0": Shape("x", inside(low, high, 5), (low - half, high + half)),
+            "n": Shape("1", (1.1,), (1.0, 3.0)),
+        }
+        sign, depth = self.touched
+        adds = f"({sign}({depth})**n)"
+        return Law(f"F_s*{adds}", {"F_s": positive(adds, at.effort)}, shapes, {"x_d": Fixed("x", 0.1 * half)})
+
+
+class OneSidedSpringAbove(_OneSided):
+    """Touched from below."""
+
+    variant = "one_sided_above"
+
+    @property
+    def touched(self) -> tuple[str, str]:
+        return "", "max(x - x_0, 0)/x_d"
+
+
+class OneSidedSpringBelow(_OneSided):
+    """Touched from above."""
+
+    variant = "one_sided_below"
+
+    @property
+    def touched(self) -> tuple[str, str]:
+        return "-", "max(x_0 - x, 0)/x_d"
+
+
+class SpringWithPlay(_Spring):
+    """Touched on both sides of a gap of 2*delta about x_0."""
+
+    variant = "play"
+    complexity = 3.0
+
+    def law(self, at: Site) -> Law:
+        half, middle = at["x"].half, at["x"].middle
+        beyond = "(x - x_0 - clip(x - x_0, -delta, delta))"
+        shapes = {
+            "delta": Shape("x", geometric(0.03 * half, 0.6 * half, 4), (0.0, half)),
+            "x_0": Shape(
+                "x", tuple(middle + s * half for s in (-0.5, 0.0, 0.5)), (at["x"].low, at["x"].high)
+            ),
+        }
+        return Law(f"k*{beyond}", {"k": positive(beyond, at.effort / half)}, shapes)

@@ -1,0 +1,168 @@
+"""Where an effect acts, and what is known of the quantities there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import sympy as sp
+
+from unmodelled.effects.motion import is_inertial
+from unmodelled.effects.scales import Scales, Spread
+from unmodelled.systems import units
+from unmodelled.systems.model import System, symbol
+from unmodelled.systems.units import SECOND, Dimension, parse_unit
+
+Kind = Literal["port", "actuator", "sensor", "parameter"]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an effect acts.
+
+    Attributes:
+        kind: of place. name: of the port, input, output or parameter.
+        factor, level: it acts only in experiments where this constant of the operating point, or this column
+            of experiments.csv such as `group`, has this value.
+    """
+
+    kind: Kind
+    name: str
+    factor: str | None = None
+    level: float | str | None = None
+
+    @property
+    def channel(self) -> str:
+        """Its name in a diagnosis: that of the port, actuator:<input>, sensor:<output>, parameter:<name>."""
+        return self.name if self.kind == "port" else f"{self.kind}:{self.name}"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a local name of a law stands for.
+
+    Attributes:
+        text: in terms of names of the system file. expression: the same. unit: its text.
+        dimension: None where nothing in the file has a unit. spread: its values.
+    """
+
+    text: str
+    expression: sp.Expr
+    unit: str
+    dimension: Dimension | None
+    spread: Spread
+
+
+@dataclass(frozen=True)
+class Site:
+    """A place in a system, and sizes there.
+
+    Attributes:
+        system: the system. place: the place.
+        unit: of what the law adds up to. dimension: the same; None where nothing in the file has a unit.
+        quantities: by local name, see `law`.
+        effort: plausible size of what the law adds up to, SI.
+        mobility: of a port, its acceleration per effort.
+        period: of the samples, s. duration: of the longest experiment, s.
+    """
+
+    system: System
+    place: Place
+    unit: str
+    dimension: Dimension | None
+    quantities: Mapping[str, Quantity]
+    effort: float
+    period: float
+    duration: float
+    mobility: float = 0.0
+
+    def __getitem__(self, local: str) -> Spread:
+        """The values of a quantity."""
+        return self.quantities[local].spread
+
+    def __contains__(self, local: str) -> bool:
+        return local in self.quantities
+
+
+def site(system: System, place: Place, scales: Scales) -> Site:
+    """What is known of `place`.
+
+    Raises:
+        KeyError: when the system has no such place.
+    """
+    makers = {"port": _port, "actuator": _input, "sensor": _output, "parameter": _parameter}
+    return makers[place.kind](system, place, scales)
+
+
+def _port(system: System, place: Place, scales: Scales) -> Site:
+    port = system.port(place.name)
+    effort, size = _dimension(system, port.unit), scales.effort[port.name]
+    mobility = scales.mobility[port.name]
+    states = {s.name: s.unit for s in system.states}
+    found = {}
+    for local, name in (("x", port.position), ("v", port.velocity)):
+        if name is not None:
+            unit = states.get(name) or _motion_unit(local, effort)
+            found[local] = _quantity(system, name, system.expression(name), unit, scales.of[name])
+    if is_inertial(system, port):
+        rms = mobility * size
+        unit, spread = _motion_unit("a", effort), Spread(-rms, rms, rms)
+        found["a"] = _quantity(system, "a", sp.Dummy("a", real=True), unit, spread)
+    return Site(system, place, port.unit, effort, found, size, scales.period, scales.duration, mobility)
+
+
+def _motion_unit(local: str, effort: Dimension | None) -> str:
+    """Unit of position, velocity or acceleration: effort times velocity is a power."""
+    if effort is None:
+        return "1"
+    velocity = units.times(parse_unit("W").dimension, units.power(effort, Fraction(-1)))
+    if units.times(velocity, SECOND) == units.ONE:
+        return {"x": "rad", "v": "rad/s", "a": "rad/s^2"}[local]
+    return units.describe(
+        units.times(velocity, units.power(SECOND, Fraction({"x": 1, "v": 0, "a": -1}[local])))
+    )
+
+
+def _input(system: System, place: Place, scales: Scales) -> Site:
+    item = {i.name: i for i in system.inputs}[place.name]
+    quantity = _quantity(system, item.name, symbol(item.name), item.unit, scales.of[item.name])
+    return _single(system, place, scales, "u", quantity)
+
+
+def _output(system: System, place: Place, scales: Scales) -> Site:
+    item = {o.name: o for o in system.outputs}[place.name]
+    written = system.text.get(f"outputs.{item.name}.expression")
+    text = item.name if written is None else f"({written})"
+    quantity = _quantity(system, text, item.expression, item.unit, scales.outputs[item.name])
+    return _single(system, place, scales, "y", quantity)
+
+
+def _parameter(system: System, place: Place, scales: Scales) -> Site:
+    item = {p.name: p for p in system.parameters}[place.name]
+    low, high = item.limits
+    size = abs(item.value) or (0.5 * (high - low) if high - low < float("inf") else 1.0)
+    spread = Spread(item.value, item.value, size)
+    quantity = _quantity(system, item.name, symbol(item.name), item.unit, spread)
+    return _single(system, place, scales, "p", quantity)
+
+
+def _single(system: System, place: Place, scales: Scales, local: str, quantity: Quantity) -> Site:
+    return Site(
+        *(system, place, quantity.unit, quantity.dimension, {local: quantity}),
+        *(quantity.spread.rms, scales.period, scales.duration),
+    )
+
+
+def _quantity(system: System, text: str, expression: sp.Expr, unit: str, spread: Spread) -> Quantity:
+    return Quantity(text, expression, unit, _dimension(system, unit), spread)
+
+
+def _dimension(system: System, unit: str) -> Dimension | None:
+    """Of a unit; None where nothing in the file has one."""
+    lists = (system.states, system.inputs, system.outputs, system.operating_point, system.parameters)
+    known = [item.unit for items in lists for item in items] + [p.unit for p in system.ports]
+    if all(parse_unit(u).dimension == units.ONE for u in known):
+        return None
+    return parse_unit(unit).dimension

@@ -1,0 +1,110 @@
+"""Friction that is not the same everywhere: a bent guide, a tight spot, an eccentric seal."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from math import pi
+from typing import ClassVar
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import creep, inside, waves
+from unmodelled.effects.law import Fixed, Law, Shape, positive
+from unmodelled.effects.place import Site
+
+#: Directions of the tightest spot of a turn, where fitting starts.
+_PHASES = tuple(k * pi / 4 for k in range(8))
+
+
+#: F(x) as text; by what, never negative, each of its amplitudes is multiplied; shapes and fixed numbers.
+Level = tuple[str, dict[str, str], dict[str, Shape], dict[str, Fixed]]
+
+
+class _PositionDependentFriction(PortEffect):
+    """Dry friction F(x)*sign(v), or viscous friction F(x)*v."""
+
+    family = "position_dependent_friction"
+    needs = ("position", "velocity")
+    power = "lost"
+    dry: ClassVar[bool] = True
+
+    @abstractmethod
+    def level(self, at: Site) -> Level:
+        """F(x)."""
+
+    def law(self, at: Site) -> Law:
+        direction, speed = ("sign(v)", "tanh(v/v_c)") if self.dry else ("v", "v")
+        scale = at.effort if self.dry else at.effort / at["v"].rms
+        text, factors, shapes, fixed = self.level(at)
+        amplitudes = {name: positive(f"{factor}{speed}", scale) for name, factor in factors.items()}
+        return Law(
+            f"({text})*{direction}", amplitudes, shapes | ({"v_c": creep(at)} if self.dry else {}), fixed
+        )
+
+
+class FrictionAlongTravel(_PositionDependentFriction):
+    """A parabola of three levels: at both ends of the travel and, as its control point, in the middle."""
+
+    variant = "along_travel"
+    complexity = 3.5
+
+    def level(self, at: Site) -> Level:
+        s = "(x - x_a)/(x_b - x_a)"
+        text = f"F_a*(1 - {s})**2 + 2*F_m*{s}*(1 - {s}) + F_b*({s})**2"
+        s = f"clip({s}, 0, 1)"
+        factors = {"F_a": f"(1 - {s})**2*", "F_m": f"2*{s}*(1 - {s})*", "F_b": f"{s}**2*"}
+        return text, factors, {}, {"x_a": Fixed("x", at["x"].low), "x_b": Fixed("x", at["x"].high)}
+
+
+class ViscousFrictionAlongTravel(FrictionAlongTravel):
+    """The same of a viscous coefficient."""
+
+    variant = "viscous_along_travel"
+    complexity = 3.6
+    dry = False
+
+
+class PeriodicFriction(_PositionDependentFriction):
+    """A level and a wave on top of it."""
+
+    variant = "periodic"
+    complexity = 4.0
+
+    def level(self, at: Site) -> Level:
+        wave, grid = "0.5*(1 + cos(k_x*x - phi))", waves(at, 6)
+        shapes = {
+            "k_x": Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1])),
+            "phi": Shape("1", _PHASES, (-2.0 * pi, 4.0 * pi)),
+        }
+        return f"F_0 + F_1*{wave}", {"F_0": "", "F_1": f"{wave}*"}, shapes, {}
+
+
+class FrictionOverAnArc(_PositionDependentFriction):
+    """A level, and more over a part of every turn or wave: all of it for c near -1, little for c near 1."""
+
+    variant = "arc"
+    complexity = 4.2
+
+    def level(self, at: Site) -> Level:
+        wave, grid = "max((cos(k_x*x - phi) - c)/(1 - c), 0)", waves(at, 2)
+        shapes = {
+            "k_x": Shape("1/x", grid, (0.5 * grid[0], 1.5 * grid[-1])),
+            "phi": Shape("1", _PHASES, (-2.0 * pi, 4.0 * pi)),
+            "c": Shape("1", (0.1,), (-0.95, 0.95)),
+        }
+        return f"F_0 + F_1*{wave}", {"F_0": "", "F_1": f"{wave}*"}, shapes, {}
+
+
+class TightSpot(_PositionDependentFriction):
+    """Friction around one position."""
+
+    variant = "tight_spot"
+    complexity = 3.0
+
+    def level(self, at: Site) -> Level:
+        where, half = at["x"], at["x"].half
+        shapes = {
+            "x_s": Shape("x", inside(where.low, where.high, 8), (where.low, where.high)),
+            "w": Shape("x", (0.1 * half, 0.3 * half), (0.01 * half, 2.0 * half)),
+        }
+        spot = "exp(-((x - x_s)/w)**2)"
+        return f"F_1*{spot}", {"F_1": f"{spot}*"}, shapes, {}

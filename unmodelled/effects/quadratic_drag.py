@@ -1,0 +1,19 @@
+"""Drag of a turbulent fluid."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Law, positive
+from unmodelled.effects.place import Site
+
+
+class QuadraticDrag(PortEffect):
+    """In proportion to the square of speed, against it."""
+
+    family = "quadratic_drag"
+    complexity = 1.5
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        return Law("c_d*v*abs(v)", {"c_d": positive("v*abs(v)", at.effort / at["v"].rms ** 2)})

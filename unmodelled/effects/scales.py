@@ -1,0 +1,153 @@
+"""How large things are along measured experiments: what starting grids and smoothing are chosen from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.effects.motion import mobility
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+
+Array = NDArray[np.float64]
+
+#: Samples over which a measured slope is taken; one is too noisy.
+LAG = 10
+#: Samples that tell these scales well enough.
+ENOUGH = 20_000
+#: Of all the effort that moves a port: what it lacks is taken to be at least this.
+LEAST = 1e-3
+_TINY = 1e-12
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The values of one quantity: lowest, highest, root mean square; SI."""
+
+    low: float
+    high: float
+    rms: float
+
+    @classmethod
+    def of(cls, values: Array) -> Spread:
+        """Of an array of any shape; values that are not finite do not count."""
+        finite = values[np.isfinite(values)]
+        if not len(finite):
+            return cls(0.0, 0.0, _TINY)
+        return cls(float(finite.min()), float(finite.max()), max(float(np.sqrt(np.mean(finite**2))), _TINY))
+
+    @property
+    def middle(self) -> float:
+        """Halfway between lowest and highest."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def half(self) -> float:
+        """Half the distance between lowest and highest, never zero."""
+        return max(0.5 * (self.high - self.low), _TINY)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Sizes along measured experiments, SI.
+
+    Attributes:
+        of: of every state, input and signal, by name. outputs: of what every output shows, by name.
+        effort: per port, rms of the effort that the known physics lacks there.
+        mobility: per port, the largest magnitude of the derivative of its acceleration by its effort.
+        period: of the samples, s. duration: of the longest experiment, s.
+    """
+
+    of: Mapping[str, Spread]
+    outputs: Mapping[str, Spread]
+    effort: Mapping[str, float]
+    mobility: Mapping[str, float]
+    period: float
+    duration: float
+
+    @classmethod
+    def measured(
+        cls, system: System, period: float, offsets: NDArray[np.int64], t: Array, x: Array, u: Array, c: Array
+    ) -> Scales:
+        """Of experiments on one clock, laid out as in `Logs`.
+
+        Args:
+            system: the known physics. period: s. offsets: (n + 1,) experiment `i` owns the samples
+                `offsets[i]:offsets[i + 1]`.
+            t: (M,) s. x: (M, states). u: (M, inputs). c: (n, constants).
+        """
+        samples = _Samples(system, period, offsets, t, x, u, c)
+        names = [*(s.name for s in system.states), *(i.name for i in system.inputs)]
+        columns = np.concatenate([x, u], axis=1).T
+        signals = samples.values(system.signals.values())
+        outputs = samples.values(o.expression for o in system.outputs)
+        sizes = {name: Spread.of(column) for name, column in zip(names, columns, strict=True)}
+        sizes |= {name: Spread.of(column) for name, column in zip(system.signals, signals, strict=True)}
+        return cls(
+            of=sizes,
+            outputs={o.name: Spread.of(y) for o, y in zip(system.outputs, outputs, strict=True)},
+            effort=samples.efforts(),
+            mobility=samples.mobilities(),
+            period=period,
+            duration=period * float(np.diff(offsets).max() - 1),
+        )
+
+
+@dataclass(frozen=True)
+class _Samples:
+    system: System
+    period: float
+    offsets: NDArray[np.int64]
+    t: Array
+    x: Array
+    u: Array
+    c: Array
+
+    def values(self, expressions: Iterable[sp.Expr], rows: NDArray[np.int64] | None = None) -> Array:
+        """(k, samples) of `expressions` at some of the samples, efforts zero."""
+        some = self._some() if rows is None else rows
+        owner = np.searchsorted(self.offsets, some, "right") - 1
+        function = numpy_system_function(self.system, list(expressions), efforts_zero=True)
+        known = np.array(self.system.values)
+        return function(self.t[some], self.x[some], self.u[some], np.empty(0), known, self.c[owner]).T
+
+    def _some(self) -> NDArray[np.int64]:
+        return np.arange(0, len(self.t), -(-len(self.t) // ENOUGH))
+
+    def mobilities(self) -> dict[str, float]:
+        ports = self.system.ports
+        found = self.values([mobility(self.system, port) for port in ports])
+        return {
+            p.name: float(np.max(np.abs(row[np.isfinite(row)]), initial=0.0))
+            for p, row in zip(ports, found, strict=True)
+        }
+
+    def efforts(self) -> dict[str, float]:
+        """Least squares of what the measured slopes have beyond the known physics, port by port.
+
+        States count relative to their slopes, so that units do not matter; moments when a port has little
+        influence count little.
+        """
+        system, states = self.system, len(self.system.states)
+        lag = int(min(LAG, np.diff(self.offsets).min() - 1))
+        first = np.concatenate(
+            [np.arange(a, b - lag) for a, b in zip(self.offsets[:-1], self.offsets[1:], strict=True)]
+        )
+        first = first[:: -(-len(first) // ENOUGH)]
+        slope = ((self.x[first + lag] - self.x[first]) / (lag * self.period)).T
+        known = np.mean([self.values(system.closed, first + k) for k in (0, lag // 2, lag)], axis=0)
+        slopes = [sp.diff(f, e) for e in system.e for f in system.closed]
+        influence = self.values(slopes, first + lag // 2).reshape(-1, states, len(first))
+        weight = 1.0 / np.array([Spread.of(row).rms for row in slope])[:, None] ** 2
+        found = {}
+        for port, b in zip(system.ports, influence, strict=True):
+            power = Spread.of(np.sum(weight * b**2, axis=0)).rms
+            lacking, moving = (
+                Spread.of(np.sum(weight * b * r, axis=0)).rms / power for r in (slope - known, slope)
+            )
+            found[port.name] = max(lacking, LEAST * moving, _TINY)
+        return found

@@ -1,0 +1,18 @@
+"""A sensor that shows what was."""
+
+from __future__ import annotations
+
+from unmodelled.effects.delay import Delay
+from unmodelled.effects.place import Place
+from unmodelled.systems.model import System
+
+
+class SensorDelay(Delay):
+    """By the same time always."""
+
+    family = "sensor_delay"
+    name = "T_d"
+    law = "{0}(t - {1})"
+
+    def places(self, system: System) -> tuple[Place, ...]:
+        return tuple(Place("sensor", item.name) for item in system.outputs)

@@ -1,0 +1,30 @@
+"""Dry friction that falls from breakaway to a lower level as speed grows."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import creep, geometric
+from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class StribeckFriction(PortEffect):
+    """A Gaussian fall over the Stribeck speed; F_b is what breakaway takes beyond the Coulomb level."""
+
+    family = "stribeck_friction"
+    complexity = 3.0
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        sticking = creep(at)
+        slow = 2.0 * sticking.grid[0]
+        grid = geometric(slow, max(at["v"].rms, 2.0 * slow), 4)
+        return Law(
+            "(F_c + F_b*exp(-(v/v_s)**2))*sign(v)",
+            {
+                "F_c": positive("tanh(v/v_c)", at.effort),
+                "F_b": positive("exp(-(v/v_s)**2)*tanh(v/v_c)", at.effort),
+            },
+            {"v_s": Shape("v", grid, (0.5 * grid[0], 5.0 * grid[-1])), "v_c": sticking},
+        )

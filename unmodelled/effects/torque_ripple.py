@@ -1,0 +1,47 @@
+"""Waves of position: cogging, eccentricity, gear mesh."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import waves
+from unmodelled.effects.law import Law, Shape, signed
+from unmodelled.effects.place import Site
+
+#: Spatial frequencies that are tried.
+_MOST = 64
+
+
+class TorqueRipple(PortEffect):
+    """One wave, at least a whole one over the travel. Add it again for another."""
+
+    family = "torque_ripple"
+    complexity = 3.0
+    needs = ("position",)
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        grid = waves(at, _MOST, whole=True)
+        amplitudes = {"A_s": signed("sin(k_x*x)", at.effort), "A_c": signed("cos(k_x*x)", at.effort)}
+        frequency = Shape("1/x", grid, (grid[0], 1.5 * grid[-1]))
+        return Law("A_s*sin(k_x*x) + A_c*cos(k_x*x)", amplitudes, {"k_x": frequency})
+
+
+class TorqueRippleWithOvertones(PortEffect):
+    """A wave and those of twice and three times its frequency."""
+
+    family = "torque_ripple"
+    variant = "with_overtones"
+    complexity = 6.0
+    needs = ("position",)
+    power = "stored"
+
+    def law(self, at: Site) -> Law:
+        grid = waves(at, _MOST // 3, whole=True)
+        parts = {"A_s": "sin(k_x*x)", "A_c": "cos(k_x*x)"}
+        for letter, k in (("B", 2), ("C", 3)):
+            parts |= {f"{letter}_s": f"sin({k}*k_x*x)", f"{letter}_c": f"cos({k}*k_x*x)"}
+        return Law(
+            " + ".join(f"{name}*{wave}" for name, wave in parts.items()),
+            {name: signed(wave, at.effort) for name, wave in parts.items()},
+            {"k_x": Shape("1/x", grid, (grid[0], 1.5 * grid[-1]))},
+        )

@@ -1,0 +1,91 @@
+"""A law in terms of the system that it is put into: names, units and expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+from unmodelled.effects.law import Fixed, Law, Memory, Shape
+from unmodelled.effects.naming import fresh, renamed
+from unmodelled.effects.place import Site
+from unmodelled.systems import grammar, units
+from unmodelled.systems.model import symbol
+from unmodelled.systems.quantities import Quantity
+from unmodelled.systems.scope import Scope, Value
+from unmodelled.systems.units import Dimension
+
+
+@dataclass(frozen=True)
+class Translation:
+    """`law` at `site`; `more` are other new names that putting it there takes."""
+
+    site: Site
+    law: Law
+    more: tuple[str, ...] = ()
+
+    @cached_property
+    def names(self) -> dict[str, str]:
+        """Of what the law declares, and of `more`: what the system can call it."""
+        return fresh(self.site.system, (*self.law.names, *self.more), self.site.place.name)
+
+    def text(self, local: str, **others: str) -> str:
+        """An expression in local names, in those of the system; `others` go before."""
+        known = {name: quantity.text for name, quantity in self.site.quantities.items()}
+        return renamed(local, {**known, **self.names, **others})
+
+    @cached_property
+    def adds(self) -> dict[str, Value]:
+        """What one unit of every amplitude adds, and of every slope beyond the data."""
+        return {name: self.value(number.adds) for name, number in self.law.terms.items()}
+
+    def value(self, local: str) -> Value:
+        """An expression in local names."""
+        return grammar.evaluate(local, self._scope, f"the law {self.law.text}")
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Of everything that the law declares."""
+        site, known = self.site, self.site.quantities
+        found = {name: _described(dimension) for name, dimension in self._dimensions.items()}
+        found |= {n: known[number.like].unit for n, number in self._numbers.items() if number.like in known}
+        for name, value in self.adds.items():
+            own = value.expression == 1 or value.quantity.dimension == units.ONE != site.dimension
+            quotient = _quotient(site.dimension, value.quantity.dimension)
+            found[name] = site.unit if own else _described(quotient)
+        return found
+
+    @property
+    def _numbers(self) -> Mapping[str, Shape | Fixed | Memory]:
+        return {**self.law.shapes, **self.law.fixed, **self.law.memory}
+
+    @cached_property
+    def _dimensions(self) -> dict[str, Dimension | None]:
+        if self.site.dimension is None:
+            return dict.fromkeys((*self._numbers, *self.law.columns))
+        scope = Scope(self._coordinates)
+        likes = {name: grammar.evaluate(number.like, scope, name) for name, number in self._numbers.items()}
+        known = {name: value.quantity.dimension for name, value in likes.items()}
+        return {**known, **dict.fromkeys(self.law.columns, units.ONE)}
+
+    @property
+    def _coordinates(self) -> dict[str, Value]:
+        known = self.site.quantities
+        return {local: Value(q.expression, Quantity(q.dimension)) for local, q in known.items()}
+
+    @cached_property
+    def _scope(self) -> Scope:
+        declared = {
+            name: Value(symbol(self.names[name]), Quantity(dimension, constant=True))
+            for name, dimension in self._dimensions.items()
+        }
+        return Scope({**self._coordinates, **declared})
+
+
+def _quotient(a: Dimension | None, b: Dimension | None) -> Dimension | None:
+    return a if a is None or b is None else units.times(a, units.power(b, Fraction(-1)))
+
+
+def _described(dimension: Dimension | None) -> str:
+    return "1" if dimension is None else units.describe(dimension)

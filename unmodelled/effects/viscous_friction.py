@@ -1,0 +1,52 @@
+"""Friction in proportion to speed."""
+
+from __future__ import annotations
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.grids import geometric
+from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class ViscousFriction(PortEffect):
+    """The same in both directions."""
+
+    family = "viscous_friction"
+    complexity = 1.0
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        return Law("d*v", {"d": positive("v", at.effort / at["v"].rms)})
+
+
+class ShearThinning(PortEffect):
+    """Eyring's law: less and less in proportion beyond the speed v_e, as in thin films of oil."""
+
+    family = "viscous_friction"
+    variant = "shear_thinning"
+    complexity = 1.8
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        speed = at["v"].rms
+        # the inverse hyperbolic sine
+        thinned = "v_e*log(v/v_e + sqrt((v/v_e)**2 + 1))"
+        shape = Shape("v", geometric(0.05 * speed, 2.0 * speed, 4), (1e-3 * speed, 20.0 * speed))
+        return Law(f"d*{thinned}", {"d": positive(thinned, at.effort / speed)}, {"v_e": shape})
+
+
+class ViscousFrictionByDirection(PortEffect):
+    """Another coefficient for each direction."""
+
+    family = "viscous_friction"
+    variant = "by_direction"
+    complexity = 2.5
+    needs = ("velocity",)
+    power = "lost"
+
+    def law(self, at: Site) -> Law:
+        scale = at.effort / at["v"].rms
+        amplitudes = {"d_p": positive("max(v, 0)", scale), "d_n": positive("min(v, 0)", scale)}
+        return Law("d_p*max(v, 0) + d_n*min(v, 0)", amplitudes)

@@ -1,0 +1,1 @@
+"""Event times of many samples of a system's parameters, side by side, from generated code."""

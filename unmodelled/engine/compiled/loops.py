@@ -1,0 +1,276 @@
+"""What every kernel does, whatever the system: integration and back-propagation through time.
+
+The physics comes as two compiled functions of a block, `evaluate(w, p)` and `pull(w, p)` (see `source.py`),
+so that these loops are compiled once and for all. `stages` (S, 3) are coefficient on the stage before,
+weight, and time of every stage of an explicit Runge-Kutta method.
+"""
+
+# mypy: ignore-errors
+
+import numpy as np
+from numba import types
+
+from unmodelled.engine.compiled.layout import LANES, Array, Block, LayoutType, entry, jit
+
+f, i = types.float64, types.int64
+Rows, Cubes, Indices = types.float64[:, ::1], types.float64[:, :, ::1], types.int64[::1]
+#: U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
+COMMON = (Rows, Rows, Array, i, i, f, f, Rows, Array, Array, Array, Array)
+
+#: An index of this type cannot count from the end: what runs over such indices fills vector registers.
+place = np.uint64
+WIDE, ONE = place(LANES), place(1)
+
+
+@jit()
+def copy(to, start, values, base, n):
+    # slices of arrays take long to compile
+    there, here = place(start), place(base)
+    for a in range(place(n)):
+        to[there + a] = values[here + a]
+
+
+@jit()
+def fill(w, row, values):
+    for j in range(len(values)):
+        w[row * LANES + j] = values[j]
+
+
+@jit()
+def load_inputs(w, at, U, first, k, share, hold, period, T):
+    """Inputs and time of all lanes `share` of a period after sample k; `hold` 1 goes straight to the next
+    sample.
+    """
+    u, t, sample = place(at.u) * WIDE, place(at.t) * WIDE, place(k)
+    for j in range(place(at.inputs)):
+        for lane in range(WIDE):
+            row = place(first[lane]) + sample
+            now = U[row, j]
+            w[u + j * WIDE + lane] = now if hold == 0.0 else now + hold * share * (U[row + ONE, j] - now)
+    for lane in range(WIDE):
+        w[t + lane] = T[place(first[lane]) + sample] + share * period
+
+
+@jit()
+def load_constants(w, at, C, first, owner):
+    for j in range(at.constants):
+        for lane in range(LANES):
+            w[(at.c + j) * LANES + lane] = C[owner[first[lane]], j]
+
+
+@jit()
+def load_state(w, at, x, K, factor):
+    """The state of a stage: x plus `factor` times the stage before."""
+    n = at.states * LANES
+    if factor == 0.0:
+        copy(w, at.x * LANES, x, 0, n)
+    else:
+        here = place(at.x) * WIDE
+        for a in range(place(n)):
+            w[here + a] = x[a] + factor * K[a]
+
+
+@jit()
+def keep(w, at, to, start):
+    """Keep the state and the networks' efforts of a stage, all that `pull` needs of it."""
+    n, m = at.states * LANES, at.networks * LANES
+    copy(to, start, w, at.x * LANES, n)
+    copy(to, start + n, w, at.z * LANES, m)
+
+
+@jit()
+def new_trace(at, steps, substeps, stages):
+    """Room for what `forward` keeps of every stage of a block."""
+    return np.empty(steps * substeps * len(stages) * (at.states + at.networks) * LANES)
+
+
+@jit()
+def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, hold, stages, p):
+    """Roll a block out: X (steps + 1, states, LANES) flat, its first sample given; Z (steps, networks,
+    LANES) flat; `trace` where it is not empty.
+    """
+    n, m, S = at.states * LANES, at.networks * LANES, len(stages)
+    part, dx = period / substeps, place(at.dx) * WIDE
+    K, last, total = np.zeros(n), np.empty(n), np.empty(n)
+    for k in range(steps):
+        copy(last, 0, X, k * n, n)
+        for sub in range(substeps):
+            for a in range(n):
+                total[a] = 0.0
+            for s in range(S):
+                load_state(w, at, last, K, part * stages[s, 0])
+                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
+                evaluate(w, p)
+                if len(trace):
+                    keep(w, at, trace, ((k * substeps + sub) * S + s) * (n + m))
+                if s == 0 and sub == 0:
+                    copy(Z, k * m, w, at.z * LANES, m)
+                for a in range(place(n)):
+                    K[a] = w[dx + a]
+                    total[a] += stages[s, 1] * K[a]
+            for a in range(n):
+                last[a] += part * total[a]
+        copy(X, (k + 1) * n, last, 0, n)
+
+
+@jit()
+def backward(pull, at, w, trace, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
+    """Back-propagation through time: G (like X) holds the loss's gradient by every sample; its first becomes
+    x0's.
+
+    `trace` is as `forward` left it. GZ (like Z) is the loss's own gradient by the networks' efforts.
+    gp and gw of the block grow.
+    """
+    n, m, S = at.states * LANES, at.networks * LANES, len(stages)
+    part = period / substeps
+    lam, grow = np.empty(n), np.empty(S * n)
+    gx, gz = place(at.gx) * WIDE, place(at.gz) * WIDE
+    for k in range(steps - 1, -1, -1):
+        copy(lam, 0, G, (k + 1) * n, n)
+        for sub in range(substeps - 1, -1, -1):
+            for s in range(S):
+                there = place(s * n)
+                for a in range(place(n)):
+                    grow[there + a] = part * stages[s, 1] * lam[a]
+            for s in range(S - 1, -1, -1):
+                kept = ((k * substeps + sub) * S + s) * (n + m)
+                copy(w, at.x * LANES, trace, kept, n)
+                copy(w, at.z * LANES, trace, kept + n, m)
+                load_inputs(w, at, U, first, k, (sub + stages[s, 2]) / substeps, hold, period, T)
+                own, here = s == 0 and sub == 0, place(k * m)
+                for a in range(place(m)):
+                    w[gz + a] = GZ[here + a] if own else 0.0
+                copy(w, at.lam * LANES, grow, s * n, n)
+                pull(w, p)
+                for a in range(place(n)):
+                    lam[a] += w[gx + a]
+                if s > 0:
+                    before = place((s - 1) * n)
+                    for a in range(place(n)):
+                        grow[before + a] += part * stages[s, 0] * w[gx + a]
+        here = place(k * n)
+        for a in range(place(n)):
+            G[here + a] += lam[a]
+
+
+@jit()
+def collect(w, at, gp, gW):
+    """Add gp and gw of the block to the gradients, and clear them."""
+    for j in range(at.trained):
+        for a in range((at.gp + j) * LANES, (at.gp + j + 1) * LANES):
+            gp[j] += w[a]
+            w[a] = 0.0
+    for j in range(at.size):
+        gW[j] += w[at.gw * LANES + j]
+        w[at.gw * LANES + j] = 0.0
+
+
+@jit()
+def new_block(at, weights, scale, gain):
+    w = np.zeros(at.rows * LANES)
+    fill(w, at.weights, weights)
+    fill(w, at.scale, scale)
+    fill(w, at.gain, gain)
+    return w
+
+
+@jit()
+def gather(flat, values, block, steps):
+    """values (windows, steps, k) into lanes; lanes without a window get the last one again."""
+    B, _, width = values.shape
+    for lane in range(LANES):
+        b = min(block + lane, B - 1)
+        for k in range(steps):
+            for j in range(width):
+                flat[(k * width + j) * LANES + lane] = values[b, k, j]
+
+
+@jit()
+def scatter(values, flat, block, steps):
+    """The inverse of `gather`."""
+    B, _, width = values.shape
+    for lane in range(min(LANES, B - block)):
+        for k in range(steps):
+            for j in range(width):
+                values[block + lane, k, j] = flat[(k * width + j) * LANES + lane]
+
+
+@entry(types.Tuple((Cubes, Cubes))(Block, LayoutType, Cubes, Indices, Indices, *COMMON))
+def simulate(
+    evaluate, at, x0, start, owner, U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
+):
+    """Trajectories (windows, steps + 1, states) and networks' efforts (windows, steps, networks).
+
+    x0 (windows, 1, states); start (windows,) the sample whose inputs each window begins with; owner
+    (samples,) its experiment, the row of C.
+    """
+    B = len(start)
+    X, Z = np.empty((B, steps + 1, at.states)), np.empty((B, steps, at.networks))
+    w = new_block(at, weights, scale, gain)
+    xs, zs = np.empty((steps + 1) * at.states * LANES), np.empty(steps * at.networks * LANES)
+    trace, first = np.empty(0), np.empty(LANES, np.int64)
+    for block in range(0, B, LANES):
+        for lane in range(LANES):
+            first[lane] = start[min(block + lane, B - 1)]
+        gather(xs, x0, block, 1)
+        load_constants(w, at, C, first, owner)
+        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+        scatter(X, xs, block, steps + 1)
+        scatter(Z, zs, block, steps)
+    return X, Z
+
+
+@entry(
+    types.Tuple((Cubes, Array, Array))(
+        Block, Block, LayoutType, Cubes, Cubes, Cubes, Indices, Indices, *COMMON
+    )
+)
+def pullback(
+    evaluate,
+    pull,
+    at,
+    x0,
+    GX,
+    GZ,
+    start,
+    owner,
+    U,
+    C,
+    T,
+    steps,
+    substeps,
+    period,
+    hold,
+    stages,
+    p,
+    weights,
+    scale,
+    gain,
+):
+    """Gradients by x0 (windows, 1, states), trained parameters and weights, from those by what `simulate`
+    gives.
+    """
+    B = len(start)
+    gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)
+    w = new_block(at, weights, scale, gain)
+    xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
+    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
+    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
+    for block in range(0, B, LANES):
+        for lane in range(LANES):
+            first[lane] = start[min(block + lane, B - 1)]
+        gather(xs, x0, block, 1)
+        gather(gs, GX, block, steps + 1)
+        gather(gz, GZ, block, steps)
+        for lane in range(B - block, LANES):
+            for a in range(lane, len(gs), LANES):
+                gs[a] = 0.0
+            for a in range(lane, len(gz), LANES):
+                gz[a] = 0.0
+        load_constants(w, at, C, first, owner)
+        # once more: the stages of all windows at once would take much memory
+        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+        backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        collect(w, at, gp, gW)
+        scatter(gx0, gs, block, 1)
+    return gx0, gp, gW

@@ -1,0 +1,68 @@
+"""Physics plus efforts: which networks sit in which ports of a system, and which parameters are trained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from unmodelled.systems.model import System, symbol
+
+
+@dataclass(frozen=True)
+class Network:
+    """A one-hidden-layer ReLU network that supplies (part of) the effort of a port, eq. 4.4.
+
+    Attributes:
+        port: name of the port.
+        inputs: q = g(x, u; p), eq. 4.3, free of efforts.
+        hidden: number of hidden units.
+        label: what the report calls its effort, "F" or "F_c".
+    """
+
+    port: str
+    inputs: tuple[sp.Expr, ...]
+    hidden: int
+    label: str = ""
+
+    @property
+    def size(self) -> int:
+        """Number of weights: W_h (inputs, hidden), b_h, W_o, b_o."""
+        return self.hidden * (len(self.inputs) + 2) + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Augmented:
+    """A system, networks in its ports, and the parameters that are trained with them. Compared by identity.
+
+    Attributes:
+        system: the known physics.
+        networks: their efforts add up where they share a port.
+        trainable: names of parameters.
+    """
+
+    system: System
+    networks: tuple[Network, ...] = ()
+    trainable: tuple[str, ...] = ()
+
+    @cached_property
+    def p(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of the trained parameters."""
+        return tuple(symbol(name) for name in self.trainable)
+
+    @cached_property
+    def index(self) -> tuple[int, ...]:
+        """Where the trained parameters stand among all parameters."""
+        names = [p.name for p in self.system.parameters]
+        return tuple(names.index(name) for name in self.trainable)
+
+    @cached_property
+    def inputs(self) -> tuple[sp.Expr, ...]:
+        """Inputs of all networks, one after the other."""
+        return tuple(q for network in self.networks for q in network.inputs)
+
+    @property
+    def size(self) -> int:
+        """Number of weights of all networks."""
+        return sum(network.size for network in self.networks)

@@ -1,0 +1,173 @@
+"""Training inside the compiled loop: gradient of a mini-batch, step of Adam, next mini-batch."""
+
+# mypy: ignore-errors
+
+import math
+
+import numpy as np
+from numba import types
+
+from unmodelled.engine.compiled.layout import LANES, Array, Block, LayoutType, entry, jit
+from unmodelled.engine.compiled.loops import (
+    COMMON,
+    ONE,
+    WIDE,
+    Indices,
+    Rows,
+    backward,
+    collect,
+    f,
+    fill,
+    forward,
+    i,
+    load_constants,
+    new_block,
+    new_trace,
+    place,
+)
+
+
+@jit()
+def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty):
+    """Loss of a block by eq. 4.9; its gradients go to gs and gz.
+
+    Only the first `left` lanes count.
+    """
+    loss, counted, n, m = 0.0, place(left), place(at.states), place(at.networks)
+    for a in range(n * WIDE):
+        gs[a] = 0.0
+    for k in range(ONE, place(steps) + ONE):
+        for j in range(n):
+            for lane in range(WIDE):
+                a = (k * n + j) * WIDE + lane
+                weight = C_x[j] * share if lane < counted else 0.0
+                error = xs[a] - Xd[place(first[lane]) + k, j]
+                gs[a] = 2.0 * weight * error
+                loss += weight * error * error
+    for k in range(place(steps)):
+        for j in range(m):
+            for lane in range(WIDE):
+                a = (k * m + j) * WIDE + lane
+                weight = penalty[j] * share if lane < counted else 0.0
+                loss += weight * zs[a] * zs[a]
+                gz[a] = 2.0 * weight * zs[a]
+    return loss
+
+
+@jit()
+def adam(value, gradient, m, v, rate, count):
+    """One step of Adam with its usual constants."""
+    root = math.sqrt(1.0 - 0.999**count)
+    a = rate * root / (1.0 - 0.9**count)
+    for j in range(len(value)):
+        m[j] += 0.1 * (gradient[j] - m[j])
+        v[j] += 0.001 * (gradient[j] * gradient[j] - v[j])
+        value[j] -= a * m[j] / (math.sqrt(v[j]) + 1e-8 * root)
+
+
+@jit()
+def limit_norm(gp, gW, unit, clip):
+    """Turn gp into the gradient by the scaled parameters, and shorten the whole gradient to the norm
+    `clip`.
+    """
+    total = 0.0
+    for j in range(len(gp)):
+        gp[j] *= unit[j]
+        total += gp[j] * gp[j]
+    for j in range(len(gW)):
+        total += gW[j] * gW[j]
+    if total > clip * clip:
+        for j in range(len(gp)):
+            gp[j] *= clip / math.sqrt(total)
+        for j in range(len(gW)):
+            gW[j] *= clip / math.sqrt(total)
+
+
+@entry(
+    Array(
+        *(Block, Block, LayoutType, Rows.copy(dtype=types.int64), Array, Array, i, f, Indices, Rows),
+        *COMMON,
+        *(Indices, Array, Array, Array, Array, Array, Array, Rows, Rows),
+    )
+)
+def train(
+    evaluate,
+    pull,
+    at,
+    starts,
+    rates,
+    physics_rates,
+    count,
+    clip,
+    owner,
+    Xd,
+    U,
+    C,
+    T,
+    steps,
+    substeps,
+    period,
+    hold,
+    stages,
+    p,
+    weights,
+    scale,
+    gain,
+    index,
+    unit,
+    low,
+    high,
+    C_x,
+    penalty,
+    xi,
+    moments_p,
+    moments_W,
+):
+    """Loss of every mini-batch (batches,); p, weights, xi and the moments of Adam are changed.
+
+    Args (beyond those of `simulate`):
+        starts: (batches, windows) first measured samples. rates, physics_rates: (batches,) of Adam for the
+            weights and for xi. count: mini-batches before these. clip: largest norm of a gradient.
+        Xd: (samples, states) measured. index, unit, low, high: (trained,) p[index] = unit * xi within [low,
+            high].
+        C_x: (states,) diagonal of C, eq. 4.9. penalty: (networks,) price of a network's mean squared effort.
+
+    Stops at a loss that is not finite; the losses after it are NaN.
+    """
+    w = new_block(at, weights, scale, gain)
+    xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
+    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
+    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
+    gp, gW = np.empty(at.trained), np.empty(at.size)
+    losses = np.full(len(starts), np.nan)
+    B = starts.shape[1]
+    for b in range(len(starts)):
+        fill(w, at.weights, weights)
+        for j in range(at.trained):
+            gp[j] = 0.0
+        for j in range(at.size):
+            gW[j] = 0.0
+        loss = 0.0
+        for block in range(0, B, LANES):
+            for lane in range(LANES):
+                first[lane] = starts[b, min(block + lane, B - 1)]
+                for j in range(at.states):
+                    xs[j * LANES + lane] = Xd[first[lane], j]
+            load_constants(w, at, C, first, owner)
+            forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+            left = min(LANES, B - block)
+            loss += adjoint_of_loss(
+                at, xs, gs, zs, gz, first, Xd, left, steps, 1.0 / (B * steps), C_x, penalty
+            )
+            backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+            collect(w, at, gp, gW)
+        losses[b] = loss
+        if not math.isfinite(loss):
+            break
+        limit_norm(gp, gW, unit, clip)
+        adam(weights, gW, moments_W[0], moments_W[1], rates[b], count + b + 1)
+        adam(xi, gp, moments_p[0], moments_p[1], physics_rates[b], count + b + 1)
+        for j in range(at.trained):
+            xi[j] = min(max(xi[j], low[j] / unit[j]), high[j] / unit[j])
+            p[index[j]] = unit[j] * xi[j]
+    return losses

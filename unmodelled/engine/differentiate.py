@@ -1,0 +1,173 @@
+"""Smoothing differentiation of sampled positions, with a width chosen from the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import comb, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Of the fitted polynomial; order 4 has the same derivative in the middle and is noisier at the ends.
+ORDER = 3
+#: Samples that choose the width.
+ENOUGH = 300_000
+#: Of double precision.
+EPSILON = float(np.finfo(np.float64).eps)
+#: How many times as far as on a plateau a signal moves between two of them, how many moves and steps from the
+#: lowest plateau to the highest there are at least, and how many samples a move takes at most.
+PLATEAU, PLATEAUS, LEVELS, AT_ONCE = 100.0, 10, 4, 2
+
+
+def noise(y: Array) -> float:
+    """Standard deviation of the white or quantisation noise on one smooth signal.
+
+    Differences of order k remove a smooth signal and multiply the variance of white noise by C(2k, k). The
+    order with the lowest estimate is taken; the median makes it robust to corners and jumps. A quantised
+    signal has at least the noise of its quantum, quantum / sqrt(12).
+
+    Args:
+        y: (n,) at least ten samples.
+
+    Returns:
+        In the unit of `y`; 0 for a constant.
+    """
+    difference, estimates = np.diff(y), []
+    for order in range(2, 9):
+        difference = np.diff(difference)
+        estimates.append(1.4826 * float(np.median(np.abs(difference))) / sqrt(comb(2 * order, order)))
+    return max(min(estimates), quantum(y) / sqrt(12.0))
+
+
+def resolution(parts: Sequence[Array]) -> float:
+    """The smallest quantum that the samples (n,) of any experiment show; 0 if there is none."""
+    return min(filter(None, map(quantum, parts)), default=0.0)
+
+
+def quantum(y: Array) -> float:
+    """The step that separates the levels of a visibly quantised signal (n,); 0 if there is none."""
+    levels = np.unique(y)
+    rounding = max(1e-9 * float(levels[-1] - levels[0]), 4.0 * EPSILON * float(np.max(np.abs(levels))))
+    step = 0.0
+    if len(levels) <= 0.9 * len(y):  # a straight ramp has equal steps too, but visits every level once
+        gaps = np.diff(levels)
+        step = _common_step(gaps[gaps > rounding])  # levels that only rounding separates are one level
+    return step or _plateau_step(y, rounding)
+
+
+def _common_step(sizes: Array) -> float:
+    """What nearly all sizes are whole multiples of, about the smallest of them; 0 if there is nothing."""
+    if len(sizes) == 0:
+        return 0.0
+    step = float(np.median(sizes[sizes < 1.5 * sizes.min()]))
+    regular = np.abs(sizes - np.round(sizes / step) * step) < 0.1 * step
+    return step if np.mean(regular) > 0.9 else 0.0
+
+
+def _plateau_step(y: Array, rounding: float) -> float:
+    """The step between plateaus on which a signal stays most of the time; 0 if it has none.
+
+    Resampling leaves values between two plateaus, and digits or another source of noise spread each of them
+    a little.
+    """
+    change = np.diff(y)
+    moving = np.abs(change) > max(rounding, PLATEAU * float(np.median(np.abs(change))))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], moving, [0]])))
+    first, last = edges[::2], edges[1::2]
+    if len(first) < PLATEAUS:
+        return 0.0
+    path = np.concatenate([[0.0], np.cumsum(change)])
+    jumps = np.abs(path[last] - path[first])
+    step = _common_step(jumps[jumps > rounding])
+    # a machine that goes to and fro between two stops is not quantised
+    at_once = (last - first)[jumps < 1.5 * step]
+    many = np.ptp(y) >= (LEVELS - 0.5) * step
+    return step if step and many and np.median(at_once) <= AT_ONCE else 0.0
+
+
+def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tuple[Array, Array, int]:
+    """Position and velocity of sampled positions by the filter of Savitzky and Golay.
+
+    One width serves all experiments, so that the estimator is the same everywhere: the one with the smallest
+    expected square error of the velocity, the noise that passes the filter plus the bias. The bias of a width
+    shows in how far its velocity lies from that of half the width, beyond what the noise explains. The first
+    and last samples of an experiment, where half a window is missing, have a width of their own, chosen in
+    the same way for one-sided windows.
+
+    Args:
+        y: (M,) positions, the experiments' samples one after the other.
+        offsets: (n + 1,) experiment `i` owns the samples `offsets[i]:offsets[i + 1]`, at least ten.
+        period: sampling period, s.
+
+    Returns:
+        (M,) smoothed position, (M,) velocity, width in samples.
+    """
+    parts = [y[a:b] for a, b in pairwise(offsets)]
+    some = parts[:: max(1, round(len(y) / ENOUGH))]
+    variance = float(np.mean([noise(part) ** 2 for part in some]))
+    widest = max(5, min(len(part) for part in parts) // 2)
+    width = _width(some, variance, widest, centred=True)
+    edge = _width(some, variance, widest, centred=False)
+    position = [_filtered(part, width, edge, 0, period) for part in parts]
+    velocity = [_filtered(part, width, edge, 1, period) for part in parts]
+    return np.concatenate(position), np.concatenate(velocity), width
+
+
+def _filtered(y: Array, width: int, edge: int, derivative: int, period: float) -> Array:
+    from scipy.signal import savgol_filter  # half a second to load, for whatever reads logs
+
+    result = savgol_filter(y, width, ORDER, derivative, period)
+    ends = savgol_filter(y, edge, ORDER, derivative, period)
+    half = width // 2
+    result[:half], result[-half:] = ends[:half], ends[-half:]
+    return np.asarray(result)
+
+
+def _width(parts: list[Array], variance: float, widest: int, centred: bool) -> int:
+    """The odd width with the smallest expected error of the velocity, at the middle or end of the window."""
+    widths, bias, passed = [], [], []
+    width = 5
+    while width <= widest:
+        widths.append(width)
+        bias.append(_bias(parts, width, variance, centred))
+        passed.append(variance * float(np.sum(_kernel(width, 1, centred) ** 2)))
+        if bias[-1] > 2.0 * passed[-1] and _removed(parts, width) > 4.0 * variance:
+            break  # so wide a window removes motion; from there on half of it does so too and says nothing
+        width = max(width + 2, 2 * round(0.55 * width) + 1)
+    # bias grows with the width, and that of wide windows is known best
+    bounded = np.minimum.accumulate(bias[::-1])[::-1]
+    return widths[int(np.argmin(bounded + np.array(passed)))]
+
+
+def _removed(parts: list[Array], width: int) -> float:
+    """Mean square of what smoothing over `width` samples takes away."""
+    kernel = -_kernel(width, 0, centred=True)
+    kernel[width // 2] += 1.0
+    return _power(parts, kernel)
+
+
+def _bias(parts: list[Array], width: int, variance: float, centred: bool) -> float:
+    """Mean square bias of the derivative (per sample) over `width` samples, by comparison with half of it."""
+    half = max(5, 2 * (width // 4) + 1)
+    if half == width:
+        return 0.0
+    kernel = _kernel(width, 1, centred)
+    first = (width - half) // 2 if centred else 0
+    kernel[first : first + half] -= _kernel(half, 1, centred)
+    return max(0.0, _power(parts, kernel) - variance * float(kernel @ kernel))
+
+
+def _power(parts: list[Array], kernel: Array) -> float:
+    """Mean square of the parts filtered by `kernel`, without the ends."""
+    return float(np.mean(np.concatenate([np.convolve(part, kernel, "valid") ** 2 for part in parts])))
+
+
+def _kernel(width: int, derivative: int, centred: bool) -> Array:
+    """Coefficients for convolution; the value is that at the middle or, not centred, the last sample."""
+    from scipy.signal import savgol_coeffs
+
+    position = width // 2 if centred else width - 1
+    return np.array(savgol_coeffs(width, ORDER, derivative, pos=position))

@@ -1,0 +1,1 @@
+"""Free runs of many systems at once, as programs of a register machine."""

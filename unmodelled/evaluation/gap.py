@@ -1,0 +1,125 @@
+"""The gap between a system and measured experiments, defined (shared/contracts/diagnosis.md).
+
+`unmodelled.diagnosis.fitting.free_runs` computes it, for every verb.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.evaluation.free_run import FreeRun
+from unmodelled.logs.logs import Logs
+
+Array = NDArray[np.float64]
+
+#: Standard deviations of an output; a larger error, or that of a simulation that diverged, counts as this.
+LARGEST_ERROR = 10.0
+#: Standard deviations of an output; a whole run that is further off has diverged.
+DIVERGED = 1e3
+#: Steps per sample that are tried.
+SUBSTEPS = (1, 2, 4, 8, 16, 32, 64)
+#: The error of integration, as a share of the noise floor, and what is enough without noise.
+SHARE, ENOUGH = 0.1, 1e-7
+#: A run whose standard deviation is so many times that of the median run counts as this many times only.
+WILD = 10.0
+#: Share of the magnitude below which a deviation is rounding.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class Off:
+    """How far the simulated output lies from the measured one: root mean square errors in its unit.
+
+    Attributes:
+        unit: of the output.
+        at_horizon: at the last sample of the windows; shorter ones count where an experiment has no other.
+        whole_run: over all samples of experiments that are simulated from their first state to their end.
+            None, like `at_horizon`, where the simulation diverges.
+    """
+
+    unit: str
+    at_horizon: float | None
+    whole_run: float | None
+
+    def says(self, seconds: float) -> str:
+        """Say both errors in words.
+
+        Args:
+            seconds: the horizon, s.
+        """
+        near, far = (_amount(value, self.unit) for value in (self.at_horizon, self.whole_run))
+        return ", ".join(
+            (
+                f"{near} off after {seconds:.3g} s" if near else f"diverges within {seconds:.3g} s",
+                f"{far} over whole runs" if far else "diverges over whole runs",
+            )
+        )
+
+
+def _amount(value: float | None, unit: str) -> str:
+    """Nothing for a value that there is not."""
+    if value is None:
+        return ""
+    return f"{value:.2g}" if unit in ("", "1", "-") else f"{value:.2g} {unit}"
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How far free runs lie from measured outputs, in standard deviations of the outputs.
+
+    Attributes:
+        value: root mean square over outputs, windows and samples; the first sample of an experiment, which
+            is no prediction, does not count.
+        per_experiment, per_output: the same by id and by name of the output.
+        floor: the noise floor, what the noise of the sensors alone would leave of the gap; what the noise of
+            the states at the starts of the windows passes on is part of it.
+        floors: the same by id.
+        scale: standard deviation of every output, in its unit; see `output_scale`.
+        units: errors by name of the output, in its unit.
+        substeps: integration steps per sample.
+        run: the simulated outputs; an error beyond `LARGEST_ERROR` is cut there.
+        notes: what a reader of the number must know.
+    """
+
+    value: float
+    per_experiment: Mapping[str, float]
+    per_output: Mapping[str, float]
+    floor: float
+    floors: Mapping[str, float]
+    scale: Mapping[str, float]
+    units: Mapping[str, Off]
+    substeps: int
+    run: FreeRun
+    notes: tuple[str, ...]
+
+
+def output_scale(logs: Logs) -> Array:
+    """Standard deviation of every output within the experiments, (outputs,), in its unit.
+
+    The deviation is that from the mean of each experiment, pooled over all samples of all experiments,
+    whichever of them are simulated: an offset of one experiment does not change it. No experiment counts with
+    more than `WILD` times the median experiment's. An output that is constant within every experiment has the
+    largest magnitude it takes as its scale, and 1 if it is always zero.
+    """
+    each = np.array([_within(logs.y[logs.rows(i)]) for i in range(len(logs))])
+    usual = np.median(each, axis=0)
+    each = np.where(usual > 0.0, np.minimum(each, WILD * usual), each)
+    largest = np.max(each, axis=0)
+    unit = np.where(largest > 0.0, largest, 1.0)  # squares of small numbers are zero, of large ones infinite
+    weight = np.diff(logs.offsets) / logs.offsets[-1]
+    pooled = unit * np.sqrt(weight @ (each / unit) ** 2)
+    magnitude = np.max(np.abs(logs.y), axis=0)
+    return np.asarray(np.where(largest > 0.0, pooled, np.where(magnitude > 0.0, magnitude, 1.0)))
+
+
+def _within(y: Array) -> Array:
+    """Standard deviation of the samples (samples, outputs) of one experiment; 0 where it is rounding."""
+    off = y - np.mean(y, axis=0)
+    largest = np.max(np.abs(off), axis=0)
+    moving = largest > ROUNDING * np.max(np.abs(y), axis=0)
+    unit = np.where(moving, largest, 1.0)
+    return np.where(moving, unit * np.sqrt(np.mean((off / unit) ** 2, axis=0)), 0.0)

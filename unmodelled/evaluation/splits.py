@@ -1,0 +1,198 @@
+"""Which experiments a model may see and which it is judged on (section 6.5)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One division of the experiments.
+
+    Attributes:
+        name: what the tables call it.
+        train: rows of the experiments table that a model may see.
+        test: rows that it is judged on; disjoint from `train`.
+    """
+
+    name: str
+    train: Indices
+    test: Indices
+
+    def __post_init__(self) -> None:
+        if np.intersect1d(self.train, self.test).size:
+            raise ValueError(f"fold {self.name}: training and test experiments must be disjoint")
+        if not len(self.train) or not len(self.test):
+            raise BadInput(f"fold {self.name}: no experiments to train or test on")
+
+
+@dataclass(frozen=True)
+class Split:
+    """What a file of conf/split/ says.
+
+    Attributes:
+        folds: divides the experiments table.
+        explore: whether the models are also run on the whole grid of settings, to find the boundary Q.
+    """
+
+    folds: Callable[[pd.DataFrame], list[Fold]]
+    explore: bool = False
+
+
+def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]:
+    """The contact runs sorted by falling minimal contact force, in `count` subsets I_1, I_2, ... (6.5).
+
+    Args:
+        experiments: with columns `label` and `f_min`.
+        count: number of subsets.
+
+    Raises:
+        BadInput: when there are fewer contact runs than subsets.
+    """
+    nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
+    if len(nominal) < count:
+        raise BadInput(f"{len(nominal)} contact runs, at least {count} are needed for {count} subsets")
+    order = np.argsort(-experiments["f_min"].to_numpy()[nominal], kind="stable")
+    return np.array_split(nominal[order], count)
+
+
+def interpolation(experiments: pd.DataFrame, folds: int = 5) -> list[Fold]:
+    """Each fold leaves two neighbouring subsets out, {I_1, I_2}, {I_3, I_4}, ... (6.5.1)."""
+    subsets = nominal_subsets(experiments, 2 * folds)
+    return [
+        Fold(
+            f"I{2 * j + 1}-I{2 * j + 2}",
+            np.concatenate(subsets[: 2 * j] + subsets[2 * j + 2 :]),
+            np.concatenate(subsets[2 * j : 2 * j + 2]),
+        )
+        for j in range(folds)
+    ]
+
+
+def extrapolation(experiments: pd.DataFrame, levels: int = 8) -> list[Fold]:
+    """Train on the most stable 10 %, 20 %, ... and test on I_9 and I_10, next to the boundary (6.5.2)."""
+    subsets = nominal_subsets(experiments, 10)
+    return [
+        Fold(f"{10 * (k + 1)}%", np.concatenate(subsets[: k + 1]), np.concatenate(subsets[8:]))
+        for k in range(levels)
+    ]
+
+
+def inner_extrapolation(experiments: pd.DataFrame, share: float = 0.7) -> list[Fold]:
+    """Inside I_1 alone: train on its most stable `share`, test on the rest.
+
+    This is where hyperparameters are chosen: it asks the question of the extrapolation without its answers.
+    """
+    first = nominal_subsets(experiments, 10)[0]
+    cut = round(share * len(first))
+    return [Fold("inner", first[:cut], first[cut:])]
+
+
+def tuning(experiments: pd.DataFrame, share: float = 0.3, seed: int = 0) -> list[Fold]:
+    """A random `share` of the contact runs to train on, the rest to validate: Fig. 6.16."""
+    nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
+    order = np.random.default_rng(seed).permutation(nominal)
+    cut = max(1, round(share * len(nominal)))
+    return [Fold(f"{share:.0%}", np.sort(order[:cut]), np.sort(order[cut:]))]
+
+
+def uniform(experiments: pd.DataFrame, shares: Sequence[float], seed: int = 0) -> list[Fold]:
+    """Train on a random share of the runs that do not stall, test on the rest: Fig. 5.16, left.
+
+    A larger share contains the smaller ones.
+
+    Args:
+        experiments: with column `label`.
+        shares: one fold each, between 0 and 1.
+        seed: of the draw.
+
+    Raises:
+        BadInput: when a share is not between 0 and 1.
+    """
+    order = np.random.default_rng(seed).permutation(_running(experiments))
+    folds = []
+    for share in shares:
+        if not 0.0 < share < 1.0:
+            raise BadInput(f"shares: must lie between 0 and 1, got {share}")
+        cut = max(1, round(share * len(order)))
+        folds.append(Fold(f"{share:.0%}", np.sort(order[:cut]), np.sort(order[cut:])))
+    return folds
+
+
+def alternate_levels(experiments: pd.DataFrame, factors: Sequence[str]) -> list[Fold]:
+    """One fold a factor: train on its 1st, 3rd, ... level, test on the 2nd, 4th, ...: Fig. 5.16, right.
+
+    The text says that whole cams or masses are left out, not which; levels are sorted. Stalls are left out.
+
+    Args:
+        experiments: with column `label` and those of the factors.
+        factors: names of columns.
+
+    Raises:
+        BadInput: when there is no such column.
+    """
+    running = _running(experiments)
+    folds = []
+    for factor in factors:
+        if factor not in experiments:
+            raise BadInput(f"factors: the experiments have no column {factor}")
+        level = np.unique(experiments[factor].to_numpy()[running], return_inverse=True)[1]
+        folds.append(Fold(factor, running[level % 2 == 0], running[level % 2 == 1]))
+    return folds
+
+
+def joined(experiments: pd.DataFrame, parts: Mapping[str, Split]) -> list[Fold]:
+    """The folds of several splits, one after the other; their names must differ."""
+    return [fold for part in parts.values() for fold in part.folds(experiments)]
+
+
+def inner_uniform(
+    experiments: pd.DataFrame, share: float = 0.05, folds: int = 5, seed: int = 0
+) -> list[Fold]:
+    """Cross-validation inside the training runs of the fold `share` of `uniform`.
+
+    This is where the training of recurrent networks is chosen: no run that they are judged on plays a part.
+    """
+    train = uniform(experiments, [share], seed)[0].train
+    parts = np.array_split(np.random.default_rng(seed).permutation(train), folds)
+    return [Fold(f"part {k + 1}", np.setdiff1d(train, part), np.sort(part)) for k, part in enumerate(parts)]
+
+
+def _running(experiments: pd.DataFrame) -> Indices:
+    """Rows of the runs that turn: contact and jump."""
+    if "label" not in experiments:
+        raise BadInput("the experiments have no column label")
+    return np.flatnonzero(experiments["label"].to_numpy() != "stall")
+
+
+def leave_one_out(experiments: pd.DataFrame) -> list[Fold]:
+    """Each fold leaves one experiment out, or one group of them where the log folder names groups (4.4)."""
+    members = (experiments["group"] if "group" in experiments else experiments["id"]).astype(str).to_numpy()
+    rows = np.arange(len(members))
+    return [Fold(name, rows[members != name], rows[members == name]) for name in dict.fromkeys(members)]
+
+
+def slower_half(experiments: pd.DataFrame, speed: str) -> list[Fold]:
+    """Train on the slower half, test on the faster one: the region of operations of section 4.4.2.
+
+    Args:
+        experiments: one row each.
+        speed: the column that says how fast an experiment is.
+
+    Raises:
+        BadInput: when there is no such column.
+    """
+    if speed not in experiments:
+        raise BadInput(f"the experiments have no column {speed}, got {', '.join(map(str, experiments))}")
+    order = np.argsort(experiments[speed].to_numpy(np.float64), kind="stable")
+    half = len(order) // 2
+    return [Fold("slow", np.sort(order[:half]), np.sort(order[half:]))]

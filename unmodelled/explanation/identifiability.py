@@ -1,0 +1,230 @@
+"""Which parameters can be identified together with networks in the ports (section 4.4.4, appendix 4.7).
+
+Collinearity index: Brun, Reichert, Kuensch, Practical identifiability analysis of large environmental
+simulation models, Water Resources Research 37 (2001).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import orth
+
+from unmodelled.base.errors import BadInput
+from unmodelled.explanation.absorption import beside_networks
+from unmodelled.explanation.sensitivity import Sensitivity, sensitivity
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Names = tuple[str, ...]
+
+#: Stands for exactly collinear, which rounding hides.
+COLLINEAR = 1e6
+#: Share of a column's energy; if networks leave less, they have absorbed it.
+ABSORBED = 0.01
+#: Share of the limit of the collinearity that two parameters alone may use up: others of a set add to it.
+SHARE_OF_TWO = 2.0 / 3.0
+LARGEST_SET = 4
+MOST = 10
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """Parameters, and whether they can be identified together.
+
+    Attributes:
+        names: of the parameters.
+        collinearity: index with the efforts' columns among the parameters' (the text's view), 1 or more.
+        collinearity_with_network: index of what networks in the ports leave of the parameters' columns.
+        identifiable, with_network: whether the two views allow it.
+        maximal: whether both allow it, and no larger set that contains it.
+    """
+
+    names: Names
+    collinearity: float
+    collinearity_with_network: float
+    identifiable: bool
+    with_network: bool
+    maximal: bool = False
+
+    @property
+    def both(self) -> bool:
+        """Whether both views allow it."""
+        return self.identifiable and self.with_network
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What the sensitivity matrix says about parameters.
+
+    Attributes:
+        found: the sensitivity matrix.
+        left: (rows, parameters) what networks in the ports leave of the parameters' columns.
+        limit: of the collinearity. floor: of the sensitivity, as a share of the largest parameter's.
+    """
+
+    found: Sensitivity
+    left: Array
+    limit: float
+    floor: float
+
+    @cached_property
+    def correlation(self) -> Array:
+        """(columns, columns) the text's Q, efforts first; zero for a column of zeros."""
+        return _correlation(self.found.matrix)
+
+    @cached_property
+    def left_correlation(self) -> Array:
+        """(parameters, parameters) the same of what networks leave."""
+        return _correlation(self.left)
+
+    @cached_property
+    def norms(self) -> dict[str, float]:
+        """Sensitivity to every effort and parameter."""
+        return dict(
+            zip((*self.found.efforts, *self.found.parameters), self.found.norms.tolist(), strict=True)
+        )
+
+    @cached_property
+    def unabsorbed(self) -> dict[str, float]:
+        """Share of the energy of a parameter's column that networks leave, 0 to 1."""
+        energy = np.mean(self.found.matrix[:, len(self.found.efforts) :] ** 2, 0)
+        share = np.mean(self.left**2, 0) / np.where(energy > 0.0, energy, 1.0)
+        return dict(zip(self.found.parameters, np.minimum(share, 1.0).tolist(), strict=True))
+
+    @property
+    def correlated(self) -> float:
+        """Correlation above which two parameters must be separated; 0.91 where the limit is 5."""
+        return 1.0 - 1.0 / (SHARE_OF_TWO * self.limit) ** 2
+
+    @cached_property
+    def sensitive(self) -> Names:
+        """Parameters whose sensitivity reaches the floor."""
+        largest = max(self.norms[p] for p in self.found.parameters)
+        return tuple(
+            p for p in self.found.parameters if self.norms[p] > 0.0 and self.norms[p] >= self.floor * largest
+        )
+
+    @cached_property
+    def absorbed(self) -> Names:
+        """Parameters that networks absorb."""
+        return tuple(
+            p for p in self.found.parameters if self.norms[p] > 0.0 and self.unabsorbed[p] < ABSORBED
+        )
+
+    @cached_property
+    def compared(self) -> Names:
+        """Parameters that the sets are made of: the most sensitive, in the order of the file."""
+        moving = [p for p in self.found.parameters if self.norms[p] > 0.0]
+        most = sorted(moving, key=lambda p: -self.norms[p])[:MOST]
+        return tuple(p for p in moving if p in most)
+
+    @cached_property
+    def sets(self) -> tuple[ParameterSet, ...]:
+        """All sets of up to four of the compared parameters, the best first.
+
+        Maximal identifiable sets come first, then other identifiable ones; large before small, then by the
+        product of the sensitivities over the collinearity.
+        """
+        names = [k for size in range(1, LARGEST_SET + 1) for k in combinations(self.compared, size)]
+        judged = [self.judge(k) for k in names]
+        good = [{*s.names} for s in judged if s.both]
+        ranked = [
+            replace(s, maximal=s.both and not any({*s.names} < other for other in good)) for s in judged
+        ]
+        return tuple(sorted(ranked, key=self._rank))
+
+    def judge(self, names: Names) -> ParameterSet:
+        """Whether the parameters `names` can be identified together."""
+        at = [self.found.parameters.index(n) for n in names]
+        efforts = len(self._with_efforts) - len(self.found.parameters)
+        alone = collinearity(self._with_efforts, [*range(efforts), *(efforts + k for k in at)])
+        beside = COLLINEAR if {*names} & {*self.absorbed} else collinearity(self.left_correlation, at)
+        fit = {*names} <= {*self.sensitive} and not any(
+            abs(self.correlation_of(a, b)) > self.correlated for a, b in combinations(names, 2)
+        )
+        return ParameterSet(names, alone, beside, fit and alone < self.limit, fit and beside < self.limit)
+
+    @cached_property
+    def _with_efforts(self) -> Array:
+        """Correlations next to a basis of the efforts: that efforts resemble each other is no fault."""
+        efforts = len(self.found.efforts)
+        basis = (
+            orth(_normalised(self.found.matrix[:, :efforts]), 1e-9)
+            if efforts
+            else np.empty((len(self.left), 0))
+        )
+        return _correlation(np.hstack([basis, self.found.matrix[:, efforts:]]))
+
+    def correlation_of(self, a: str, b: str) -> float:
+        """Entry of the correlation matrix, by names of efforts or parameters."""
+        names = list(self.norms)
+        return float(self.correlation[names.index(a), names.index(b)])
+
+    def left_correlation_of(self, a: str, b: str) -> float:
+        """Correlation of what networks leave of two parameters."""
+        return float(self.left_correlation[self.found.parameters.index(a), self.found.parameters.index(b)])
+
+    def _rank(self, s: ParameterSet) -> tuple[bool, bool, int, float]:
+        worth = float(np.prod([self.norms[n] for n in s.names]))
+        return (
+            not s.maximal,
+            not s.both,
+            -len(s.names),
+            -worth / max(s.collinearity, s.collinearity_with_network),
+        )
+
+
+def identify_sets(
+    system: System,
+    logs: Logs,
+    parameters: Sequence[str] | None = None,
+    limit: float = 5.0,
+    floor: float = 0.05,
+) -> Identifiability:
+    """Sensitivity, correlation and collinearity of parameters, alone and beside networks in the ports.
+
+    Args:
+        system: with the nominal values of the parameters.
+        logs: of this system.
+        parameters: names to study; all by default.
+        limit: of the collinearity index of a set; 5 to 20 is usual.
+        floor: sensitivity that a parameter must have, as a share of the largest.
+
+    Raises:
+        BadInput: when limit, floor or a parameter is not possible.
+    """
+    if not limit > 1.0:
+        raise BadInput(f"limit must be larger than 1, got {limit:g}")
+    if not 0.0 <= floor < 1.0:
+        raise BadInput(f"floor must be at least 0 and less than 1, got {floor:g}")
+    found = sensitivity(system, logs, parameters)
+    efforts = len(found.efforts)
+    gains = list(found.matrix[:, :efforts].T)
+    left = beside_networks(found.matrix[:, efforts:], gains, found.inputs)
+    return Identifiability(found, left, float(limit), float(floor))
+
+
+def collinearity(correlation: Array, columns: Sequence[int]) -> float:
+    """Collinearity index of some columns: 1 for orthogonal ones, `COLLINEAR` for dependent ones.
+
+    A column is worth 1/index of itself once the others have made up for it as well as they can.
+    """
+    smallest = float(np.linalg.eigvalsh(correlation[np.ix_(columns, columns)])[0])
+    return float(1.0 / np.sqrt(max(smallest, COLLINEAR**-2)))
+
+
+def _normalised(columns: Array) -> Array:
+    norm = np.linalg.norm(columns, axis=0)
+    return np.asarray(columns / np.where(norm > 0.0, norm, 1.0))
+
+
+def _correlation(columns: Array) -> Array:
+    unit = _normalised(columns)
+    return unit.T @ unit

@@ -1,0 +1,180 @@
+"""How the derivatives of a system's states react to efforts and parameters (appendix 4.7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.differentiate import smooth_derivative
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.functions import gradient
+from unmodelled.systems.model import Parameter, Port, System, symbol
+from unmodelled.systems.numeric import numpy_system_function
+
+Array = NDArray[np.float64]
+
+#: Samples that the matrix is made from, about, at most.
+SAMPLES = 20_000
+#: Share of the gain's rms: where an effort's gain is smaller (dead centres) its estimate fades to zero.
+FADING = 0.1
+#: Gauss-Newton steps of the estimated efforts; one is enough where efforts enter linearly.
+STEPS = 3
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """The sensitivity matrix of appendix 4.7, dimensionless.
+
+    Attributes:
+        efforts, parameters: names of its columns, in this order.
+        matrix: (rows, columns) change of a state's derivative, in units of that derivative's rms, per effort
+            in units of its rms or parameter in units of its value. A row is one state at one sample.
+        inputs: per port (rows, q): what a network in the port sees.
+        notes: what was assumed.
+    """
+
+    efforts: tuple[str, ...]
+    parameters: tuple[str, ...]
+    matrix: Array
+    inputs: tuple[Array, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def norms(self) -> Array:
+        """(columns,) root mean square of every column: the text's L2 norm for any number of rows."""
+        return np.asarray(np.sqrt(np.mean(self.matrix**2, 0)))
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Thinned samples of all experiments: t (k,), x, u, p, c, measured derivatives x' (k, states)."""
+
+    system: System
+    t: Array
+    x: Array
+    u: Array
+    c: Array
+    rates: Array
+
+    def values(self, expressions: Sequence[sp.Expr], e: Array) -> Array:
+        """(k, expressions) at efforts `e` (k, ports)."""
+        function = numpy_system_function(self.system, expressions)
+        return function(self.t, self.x, self.u, e, np.array(self.system.values), self.c)
+
+
+def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = None) -> Sensitivity:
+    """The sensitivity matrix along measured experiments, differentiated symbolically.
+
+    Efforts are estimated by inverse dynamics, as those that explain the measured derivatives best, so that no
+    trained network is needed. Only states whose derivative depends on an effort or a parameter have rows.
+
+    Args:
+        system: with the nominal values of the parameters.
+        logs: of this system.
+        parameters: names to look at; all by default.
+
+    Raises:
+        BadInput: when a parameter does not exist or is named twice, or no derivative depends on any.
+    """
+    chosen = _chosen(system, parameters)
+    symbols = (*system.e, *(symbol(p.name) for p in chosen))
+    parameters_seen = {symbol(p.name) for p in chosen}
+    rows = [i for i, f in enumerate(system.closed) if f.free_symbols & {*symbols}]
+    if not any(system.closed[i].free_symbols & parameters_seen for i in rows):
+        names = ", ".join(p.name for p in chosen) or "any parameter"
+        raise BadInput(f"system {system.name}: no derivative of a state depends on {names}")
+    samples = _samples(system, logs)
+    sizes = _sizes(samples.rates)[rows]
+    e, notes = _efforts(samples, [i for i in rows if logs.measured[i]])
+    jacobian = samples.values([d for i in rows for d in gradient(system.closed[i], symbols)], e)
+    inputs = [samples.values(_inputs(system, port), e) for port in system.ports]
+    keep = np.isfinite(np.concatenate([jacobian, e, *inputs], 1)).all(1)
+    if not keep.any():
+        raise BadInput(f"system {system.name}: its derivatives have no value at any logged sample")
+    if not keep.all():
+        notes.append(f"{np.count_nonzero(~keep)} samples at which a derivative has no value were left out")
+    hidden = [system.states[i].name for i in rows if not logs.measured[i]]
+    if hidden:
+        notes.append(f"{', '.join(hidden)}: no output shows it, its derivative counts as if one did")
+    matrix = jacobian[keep].reshape(-1, len(rows), len(symbols)) / sizes[:, None]
+    matrix = matrix * np.array([*_sizes(e[keep]), *(_nominal(p) for p in chosen)])
+    return Sensitivity(
+        tuple(p.effort for p in system.ports),
+        tuple(p.name for p in chosen),
+        matrix.reshape(-1, len(symbols)),
+        tuple(np.repeat(q[keep], len(rows), 0) for q in inputs),
+        (*logs.notes, *notes),
+    )
+
+
+def _chosen(system: System, names: Sequence[str] | None) -> list[Parameter]:
+    known = {p.name: p for p in system.parameters}
+    if names is None:
+        return list(known.values())
+    if not names:
+        raise BadInput("parameters: must name at least one")
+    for name in names:
+        if name not in known:
+            raise BadInput(
+                f"parameters: {name!r} is not a parameter of {system.name}, must be one of {', '.join(known)}"
+            )
+        if list(names).count(name) > 1:
+            raise BadInput(f"parameters: {name!r} is named twice")
+    return [known[name] for name in names]
+
+
+def _nominal(parameter: Parameter) -> float:
+    """What counts as a whole change of a parameter, in its unit."""
+    if parameter.value != 0.0:
+        return abs(parameter.value)
+    width = parameter.bounds[1] - parameter.bounds[0] if parameter.bounds is not None else 0.0
+    return 0.5 * width or 1.0
+
+
+def _sizes(columns: Array) -> Array:
+    """Rms of every column; 1 for a column of zeros, which has no size of its own."""
+    sizes = np.sqrt(np.mean(columns**2, 0))
+    return np.where(sizes > 0.0, sizes, 1.0)
+
+
+def _inputs(system: System, port: Port) -> tuple[sp.Expr, ...]:
+    """What a network in the port sees: its motion; the whole state if the port has none."""
+    return tuple(system.expression(name) for name in port.coordinates) or system.x
+
+
+def _samples(system: System, logs: Logs) -> _Samples:
+    every = max(1, ceil(len(logs.t) / SAMPLES))
+    rates = [smooth_derivative(x, logs.offsets, logs.period)[1] for x in logs.x.T]
+    thin = (logs.t[::every], logs.x[::every], logs.u[::every])
+    return _Samples(system, *thin, logs.c[logs.owner[::every]], np.stack(rates, -1)[::every])
+
+
+def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:
+    """Efforts (k, ports) that explain the measured derivatives; nan where the equations have no value."""
+    system = samples.system
+    e = np.zeros((len(samples.t), len(system.ports)))
+    rows = [i for i in measured if system.closed[i].free_symbols & {*system.e}]
+    if not system.ports or not rows:
+        unseen = [f"{', '.join(p.effort for p in system.ports)}: acts on no measured state, taken as zero"]
+        return e, unseen if system.ports else []
+    dynamics = [system.closed[i] for i in rows]
+    gains = [g for f in dynamics for g in gradient(f, system.e)]
+    unit = _sizes(samples.rates[:, rows])
+    for _ in range(STEPS):
+        error = (samples.rates[:, rows] - samples.values(dynamics, e)) / unit
+        gain = samples.values(gains, e).reshape(len(e), len(rows), -1) / unit[:, None]
+        known = np.isfinite(error).all(1) & np.isfinite(gain).all((1, 2))
+        e[~known] = np.nan
+        size = _sizes(gain[known].reshape(-1, len(system.ports))) * np.sqrt(len(rows))
+        A = gain[known] / size
+        target = error[known] + np.einsum("krp,kp->kr", A, e[known] * size)
+        normal = np.einsum("krp,krq->kpq", A, A) + FADING**2 * np.eye(len(system.ports))
+        right = np.einsum("krp,kr->kp", A, target)[..., None]
+        e[known] = np.linalg.solve(normal, right)[..., 0] / size
+    return e, []

@@ -1,0 +1,83 @@
+"""The distribution that makes the observations most likely, by each method (section 3.4.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from unmodelled.learning.uncertainty.setup import Setup
+from unmodelled.uncertainty.identify import Identification, identify
+from unmodelled.uncertainty.likelihood import at_data, objective, tail_floor
+from unmodelled.uncertainty.methods import PUSH_FORWARD
+from unmodelled.uncertainty.replicate import replicate
+from unmodelled.uncertainty.sampling import data_sets
+from unmodelled.uncertainty.surface import ResponseSurface
+
+Array = NDArray[np.float64]
+Objective = Callable[[Array], Array]
+
+#: Starts of the least squares along every parameter.
+STARTS = 5
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """Likelihoods of data under a response that was simulated once.
+
+    Attributes:
+        setup: the choices. surface: the response.
+    """
+
+    setup: Setup
+    surface: ResponseSurface
+
+    @property
+    def bounds(self) -> Array:
+        """(2 n, 2)."""
+        return self.setup.bounds(self.surface)
+
+    @property
+    def floor(self) -> Array:
+        """(L,) least log-densities that count."""
+        return tail_floor(self.surface.spans, self.setup.tail)
+
+    def likelihood(self, method: str, y: Array) -> Objective:
+        """Log-likelihoods (B,) of y (L,) for flat alphas (B, 2 n)."""
+        if method == PUSH_FORWARD:
+            observed, families = self.surface.at(y), self.setup.families(self.surface)
+            return objective(lambda alphas: observed.log_density(families, alphas), self.floor)
+        return objective(at_data(self.setup.propagations(self.surface)[method], y), self.floor)
+
+    def identify(self, method: str, y: Array, seed: int, description: str | None = None) -> Identification:
+        """Most likely alpha of y (L,)."""
+        return identify(self.likelihood(method, y), self.bounds, self.setup.search, seed, description)
+
+    def draw(self, alpha: Array, count: int, seed: int) -> Array:
+        """(count, L) data sets of the model with `alpha` (n, 2)."""
+        families, outputs = self.setup.families(self.surface), len(self.surface.spans)
+        generator = np.random.default_rng([seed, outputs])
+        return data_sets(self.surface, families, alpha, outputs, count, generator)
+
+    def identify_all(self, method: str, drawn: Array, seed: int, workers: int) -> list[Identification]:
+        """One identification for every data set (B, L), several side by side."""
+        description = f"{method.replace('_', ' ')}: {len(drawn)} data sets"
+        return replicate([*drawn], lambda y, own: self.identify(method, y, own), seed, workers, description)
+
+
+def least_squares(surface: ResponseSurface, y: Array) -> Array:
+    """(n,) the one theta with the smallest squared error of all points, eq. 3.1."""
+    low, high = surface.bounds.T
+    shares = (np.arange(STARTS) + 0.5) / STARTS
+    grid = np.stack(np.meshgrid(*[shares] * len(low), indexing="ij"), axis=-1).reshape(-1, len(low))
+
+    def squares(share: Array) -> float:
+        inside = np.clip(share, 0.0, 1.0)
+        return float(np.mean((surface((low + inside * (high - low))[None])[0] - y) ** 2))
+
+    start = min(grid, key=squares)
+    found = minimize(squares, start, method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(low))
+    return np.asarray(low + np.clip(found.x, 0.0, 1.0) * (high - low))

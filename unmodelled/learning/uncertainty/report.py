@@ -1,0 +1,163 @@
+"""What an inverse uncertainty identification found, as tables and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.learning.uncertainty.estimate import Estimator, Objective
+from unmodelled.learning.uncertainty.problem import Problem
+from unmodelled.learning.uncertainty.setup import pairs as by_parameter
+from unmodelled.uncertainty.advice import advice
+from unmodelled.uncertainty.curvature import Curvature
+from unmodelled.uncertainty.identify import Identification
+from unmodelled.uncertainty.likelihood import log_likelihoods
+from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
+from unmodelled.uncertainty.pair_profile import PairProfile, profile_pair
+from unmodelled.uncertainty.profile import Profiles
+from unmodelled.uncertainty.replicate import scatter
+
+Array = NDArray[np.float64]
+Found = Mapping[str, Identification]
+SCHEMA = "uncertainty/1"
+#: Values of each parameter in the profile of a pair.
+GRID = 9
+
+
+def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tuple[int, int], PairProfile]:
+    """Profile likelihoods of every two parameters over the ranges of their own profiles."""
+    ranges = {c.index: np.linspace(c.values.min(), c.values.max(), GRID) for c in found.curves}
+    return {
+        (i, j): profile_pair(objective, bounds, found.alpha, (i, j), ranges[i], ranges[j])
+        for i, j in combinations(sorted(ranges), 2)
+    }
+
+
+def points(estimator: Estimator, table: pd.DataFrame, found: Found) -> pd.DataFrame:
+    """The observations with log_likelihood_<method> at the optimum of the method, and floored_<method>."""
+    columns: dict[str, Any] = {}
+    for method, propagation in estimator.setup.propagations(estimator.surface).items():
+        density = propagation(by_parameter(found[method].alpha))
+        own = log_likelihoods(density, table["y"].to_numpy(), estimator.floor)
+        columns |= {f"log_likelihood_{method}": own.each, f"floored_{method}": own.floored}
+    return table.assign(**columns)
+
+
+def estimates(
+    names: Sequence[str],
+    found: Found,
+    profiles: Profiles,
+    again: Sequence[Identification],
+) -> pd.DataFrame:
+    """Columns method, name, value, at_bound; of the exact method low, high (95 % profile likelihood; nan: no
+    limit) and bootstrap_low, bootstrap_high (of the data sets drawn again).
+    """
+    rows = []
+    limits = np.where(np.isfinite(profiles.intervals), profiles.intervals, np.nan)
+    nothing = np.full((len(names), 4), np.nan)
+    for method in METHODS:
+        exact = method == PUSH_FORWARD
+        alpha = profiles.alpha if exact else found[method].alpha
+        ends = np.hstack([limits, scatter(again).interval()]) if exact else nothing
+        for k, name in enumerate(names):
+            rows.append((method, name, alpha[k], found[method].at_bound[k], *ends[k]))
+    columns = ["method", "name", "value", "at_bound", "low", "high", "bootstrap_low", "bootstrap_high"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def trace(found: Found) -> pd.DataFrame:
+    """Columns method, generation, log_likelihood (the best so far)."""
+    parts = [
+        pd.DataFrame({"method": m, "generation": np.arange(len(f.trace)), "log_likelihood": f.trace})
+        for m, f in found.items()
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
+    """Columns name, value, deviance and every parameter at that point."""
+    parts = [
+        pd.DataFrame({"name": names[c.index], "value": c.values, "deviance": c.deviance}).join(
+            pd.DataFrame(c.alphas, columns=list(names))
+        )
+        for c in found.curves
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) -> pd.DataFrame:
+    """Columns first, second (names), x, y (values), deviance."""
+    parts = []
+    for (i, j), grid in grids.items():
+        x, y = np.meshgrid(grid.first, grid.second, indexing="ij")
+        values = {"x": x.ravel(), "y": y.ravel(), "deviance": grid.deviance.ravel()}
+        parts.append(pd.DataFrame({"first": names[i], "second": names[j], **values}))
+    return pd.concat(parts, ignore_index=True)
+
+
+def replicates(names: Sequence[str], found: Mapping[str, list[Identification]]) -> pd.DataFrame:
+    """Columns method, data_set (from 1), log_likelihood, converged and every parameter."""
+    parts = []
+    for method, results in found.items():
+        table = pd.DataFrame([f.alpha for f in results], columns=list(names))
+        table.insert(0, "method", method)
+        table.insert(1, "data_set", np.arange(1, len(results) + 1))
+        table.insert(2, "log_likelihood", [f.log_likelihood for f in results])
+        table.insert(3, "converged", [f.converged for f in results])
+        parts.append(table)
+    return pd.concat(parts, ignore_index=True)
+
+
+def summary(
+    problem: Problem,
+    estimator: Estimator,
+    found: Found,
+    likelihoods: Profiles,
+    bend: Curvature,
+    names: Sequence[str],
+    seconds: float,
+) -> dict[str, Any]:
+    """Content of uncertainty.json."""
+    surface, setup = estimator.surface, estimator.setup
+    return {
+        "schema": SCHEMA,
+        "parameters": list(problem.response.names),
+        "bounds": problem.response.bounds.tolist(),
+        "unit": problem.unit,
+        "observations": len(problem.y),
+        "families": [type(family).__name__ for family in setup.families(surface)],
+        "methods": {
+            m: {
+                "alpha": dict(zip(names, f.alpha.tolist(), strict=True)),
+                "log_likelihood": f.log_likelihood,
+                "evaluations": f.evaluations,
+                "converged": f.converged,
+            }
+            for m, f in found.items()
+        },
+        "floor": {"tail": setup.tail, "lowest": float(estimator.floor.min())},
+        "simulations": int(np.prod(surface.values.shape[:-1])),
+        "surface_error": float(np.median(surface.errors.max(axis=0))),
+        "correlation": {
+            a: dict(zip(names, row, strict=True))
+            for a, row in zip(names, bend.correlation.tolist(), strict=True)
+        },
+        "advice": advice(names, likelihoods, bend),
+        "seconds": seconds,
+    }
+
+
+def printed(table: pd.DataFrame, content: Mapping[str, Any]) -> str:
+    """The estimates and the advice."""
+    values = table.pivot(index="name", columns="method", values="value").reindex(columns=list(METHODS))
+    lines = [f"{'':<12}" + "".join(f"{m.replace('_', ' '):>18}" for m in METHODS)]
+    lines += [f"{name:<12}" + "".join(f"{v:>18.4g}" for v in row) for name, row in values.iterrows()]
+    own = [content["methods"][m]["log_likelihood"] for m in METHODS]
+    lines.append(f"{'log L':<12}" + "".join(f"{v:>18.5g}" for v in own))
+    lines += ["", f"{content['observations']} points, {content['simulations']} simulations each"]
+    return "\n".join([*lines, *(f"- {sentence}" for sentence in content["advice"])])

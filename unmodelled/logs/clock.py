@@ -1,0 +1,155 @@
+"""Real clocks jitter: checking the time of a log, and putting its samples on a uniform clock."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.table import Columns
+
+Array = NDArray[np.float64]
+Kind = Literal["cubic", "linear"]
+
+SHORTEST_LOG = 50  # samples
+LONGEST_GAP = 5.0  # sampling periods
+TOLERANCE = 0.01  # relative, on the median period
+UNIFORM = 1e-6  # periods
+UNITS = {"milliseconds": 1e3, "microseconds": 1e6}  # in a second
+
+
+def check_time(log: Columns) -> None:
+    """Check column `t` of a log.
+
+    Raises:
+        BadInput: when the log is too short, time does not increase, or there is a gap.
+    """
+    t, path = log.values["t"], log.path
+    if len(t) == 0:
+        raise BadInput(f"{path}: row 1: column t: no rows below it")
+    if len(t) < SHORTEST_LOG:
+        last = log.row(len(t) - 1)
+        raise BadInput(
+            f"{path}: row {last}: column t: must have {SHORTEST_LOG} samples or more, got {len(t)}"
+        )
+    steps = np.diff(t)
+    back = np.flatnonzero(~(steps > 0.0))
+    if len(back):
+        i = int(back[0]) + 1
+        raise BadInput(
+            f"{path}: row {log.row(i)}: column t: time must increase, {t[i]:.10g} s follows {t[i - 1]:.10g} s"
+        )
+    period = float(np.median(steps))
+    gap = np.flatnonzero(steps > LONGEST_GAP * period * (1.0 + 1e-9))
+    if len(gap):
+        i = int(gap[0]) + 1
+        raise BadInput(
+            f"{path}: row {log.row(i)}: column t: gap of {steps[i - 1]:.4g} s, more than {LONGEST_GAP:g} "
+            f"sampling periods of {period:.4g} s"
+        )
+
+
+def common_period(logs: Sequence[Columns]) -> float:
+    """The sampling period of a campaign, s: the median over experiments.
+
+    Raises:
+        BadInput: when the median sampling periods of two experiments differ by more than 1 %.
+    """
+    medians = np.array([np.median(np.diff(log.values["t"])) for log in logs])
+    middle = float(np.median(medians))
+    if medians.max() > (1.0 + TOLERANCE) * (1.0 + 1e-9) * medians.min():
+        distance = np.abs(medians - middle)
+        i = int(np.flatnonzero(distance > 0.999 * distance.max())[-1])  # of two the later one
+        other = medians[int(np.argmax(np.abs(medians - medians[i])))]
+        raise BadInput(
+            f"{logs[i].path}: row {logs[i].row(1)}: column t: median sampling period of {medians[i]:.6g} s "
+            f"differs from {other:.6g} s of another experiment by more than 1 %{_unit(medians[i], other)}"
+        )
+    period = float(np.median([_period(log.values["t"]) for log in logs]))
+    plain = float(f"{period:.6g}")  # the period that was meant, if only rounding hides it
+    return plain if abs(period - plain) < 1e-11 * plain else period
+
+
+def _unit(period: float, other: float) -> str:
+    """What to do where one of two sampling periods is in another unit of time."""
+    for unit, size in UNITS.items():
+        if abs(period / other / size - 1.0) < TOLERANCE:
+            return f": it looks like {unit}; multiply the column by {1.0 / size:g}"
+    return ""
+
+
+def _period(t: Array) -> float:
+    """Slope of time over sample number, which averages jitter and rounding; a gap counts as lost samples."""
+    k = np.arange(len(t), dtype=np.float64)
+    slope = _slope(k, t)
+    if not _uniform(t, slope):
+        median = float(np.median(np.diff(t)))
+        k = np.concatenate([[0.0], np.cumsum(np.maximum(1.0, np.round(np.diff(t) / median)))])
+        slope = _slope(k, t)
+    return slope
+
+
+def _slope(k: Array, t: Array) -> float:
+    centred = k - k.mean()
+    return float(centred @ (t - t[0]) / (centred @ centred))
+
+
+def _uniform(t: Array, period: float) -> bool:
+    """Whether samples are uniform as far as the resolution of the logged time can tell."""
+    off = t - t[0] - period * np.arange(len(t))
+    return bool(0.5 * np.ptp(off) <= max(UNIFORM * period, 0.6 * _resolution(t)))
+
+
+def _resolution(t: Array) -> float:
+    """The step in which time was written, s: a decimal, or that of single precision; 0 if there is none."""
+    for digits in range(10):
+        scaled = t * 10.0**digits
+        if np.all(np.abs(scaled - np.round(scaled)) < 1e-3):
+            return float(10.0**-digits)
+    single = t.astype(np.float32)
+    return float(np.spacing(np.abs(single).max())) if np.all(single == t) else 0.0
+
+
+def uniform_clock(t: Array, period: float) -> tuple[Array, float]:
+    """Instants at which to read a log so that it is uniform, and how far samples moved.
+
+    Args:
+        t: (n,) logged time, s.
+        period: s.
+
+    Returns:
+        (N,) logged times of the uniform samples, s: `t` itself if it is uniform already; the largest distance
+        of a logged sample from the nearest uniform one, in periods.
+    """
+    if _uniform(t, period):
+        return t, 0.0
+    clock = t[0] + period * np.arange(int((t[-1] - t[0]) / period + UNIFORM) + 1)
+    phase = (t - t[0]) / period
+    return np.minimum(clock, t[-1]), float(np.max(np.abs(phase - np.round(phase))))
+
+
+def read_at(t: Array, values: Array, instants: Array, kind: Kind) -> Array:
+    """Values (n,) logged at times `t` (n,) read at `instants` (N,), held beyond the ends.
+
+    A cubic spline keeps the motion of an output, which is smooth; straight lines keep an input, which jumps,
+    within what was commanded.
+    """
+    if instants is t:
+        return values
+    held = np.clip(instants, t[0], t[-1])
+    if kind == "linear":
+        return np.interp(held, t, values)
+    return np.asarray(CubicSpline(t, values)(held))
+
+
+def shifted(values: Array, period: float, shift: float, kind: Kind) -> Array:
+    """Uniform samples (n,) of one experiment, read `shift` seconds later, held beyond the ends."""
+    k = np.arange(len(values), dtype=np.float64)
+    steps = shift / period
+    if abs(steps - round(steps)) < UNIFORM:
+        return values[np.clip(k.astype(np.int64) + round(steps), 0, len(values) - 1)]
+    return read_at(k, values, k + steps, kind)

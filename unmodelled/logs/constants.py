@@ -1,0 +1,58 @@
+"""Constants of an experiment that the system file gives, and not the log folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.model import Constant, System
+
+
+def logged(system: System) -> list[str]:
+    """Names of the constants that are columns of experiments.csv."""
+    return [constant.name for constant in system.operating_point if constant.values is None]
+
+
+def with_constants(
+    system: System, experiments: pd.DataFrame, places: Sequence[str]
+) -> tuple[pd.DataFrame, list[str]]:
+    """The table of the n experiments with a column for every constant that `system` has values of.
+
+    It takes the place of a column of that name.
+
+    Args:
+        system: whose constants. experiments: with `id`.
+        places: (n,) how an error message about an experiment begins: its file, row and column.
+
+    Returns:
+        The table, and notes on experiments that the system file does not name.
+
+    Raises:
+        BadInput: when a constant has no value for an experiment.
+    """
+    columns, notes = {}, []
+    for constant in system.operating_point:
+        if constant.values is None:
+            continue
+        columns[constant.name] = [
+            _value(system, constant, constant.values.get(name, constant.other), name, place)
+            for name, place in zip(experiments["id"], places, strict=True)
+        ]
+        others = [name for name in experiments["id"] if name not in constant.values]
+        if others:
+            notes.append(
+                f"{constant.name}: {len(others)} of {len(experiments)} experiments, {others[0]} among them, "
+                f"are not in the system file and have its value for others, {constant.other:g}"
+            )
+    return experiments.assign(**columns), notes
+
+
+def _value(system: System, constant: Constant, value: float | None, name: str, place: str) -> float:
+    if value is None:
+        raise BadInput(
+            f"{place}: the experiment {name!r} is not in operating_point.{constant.name}.values of the "
+            f"system {system.name}, which has no other value"
+        )
+    return value

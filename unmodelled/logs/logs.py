@@ -1,0 +1,204 @@
+"""Measured experiments of one system, on one uniform clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.shapes import check_shape
+from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.inputs import acting
+from unmodelled.logs.states import estimate
+from unmodelled.logs.table import check_texts
+from unmodelled.logs.trajectory import Campaign
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Names = tuple[str, ...]
+
+OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
+GROUPS = ("outputs", "inputs", "states", "constants")
+HEADER = "logs"  # what the store's provenance holds beyond that of the data
+SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
+
+
+@dataclass(frozen=True)
+class Logs:
+    """All experiments of one campaign, immutable; experiment `i` owns the rows `offsets[i]:offsets[i + 1]`.
+
+    Attributes:
+        outputs, inputs, states, constants: names, in the order of the columns of y, u, x and c.
+        ids: of the n experiments.
+        experiments: (n rows) `id`, `file`, `group` if there is one, the operating point, further columns.
+        period: sampling period, s.
+        offsets: (n + 1,).
+        t: (M,) s since the start of the experiment.
+        y: (M, outputs) as logged, unwrapped. u: (M, inputs) as they act: after their delay.
+        c: (n, constants) operating points.
+        x: (M, states) estimated. measured: per state, whether the data show it (`States`).
+        notes: what was done to the data.
+        provenance: where the data come from; `data` is "measured" or "virtual".
+        delays: of the inputs, s, after which `u` acts; () where nobody knows.
+    """
+
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    states: tuple[str, ...]
+    constants: tuple[str, ...]
+    ids: tuple[str, ...]
+    experiments: pd.DataFrame
+    period: float
+    offsets: NDArray[np.int64]
+    t: Array
+    y: Array
+    u: Array
+    c: Array
+    x: Array
+    measured: tuple[bool, ...]
+    notes: tuple[str, ...]
+    provenance: Mapping[str, Any]
+    delays: tuple[float, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    @cached_property
+    def owner(self) -> NDArray[np.int64]:
+        """(M,) the experiment of every sample."""
+        return np.repeat(np.arange(len(self)), np.diff(self.offsets))
+
+    def rows(self, i: int) -> slice:
+        """Rows of experiment `i`."""
+        return slice(int(self.offsets[i]), int(self.offsets[i + 1]))
+
+    def experiments_with_speed(self) -> pd.DataFrame:
+        """The experiments table with a column rms_<state> for every state: how large it is in each
+        experiment.
+        """
+        columns = {
+            f"rms_{name}": [float(np.sqrt(np.mean(self.x[self.rows(i), j] ** 2))) for i in range(len(self))]
+            for j, name in enumerate(self.states)
+        }
+        return self.experiments.assign(**columns)
+
+    def for_system(self, system: System) -> Logs:
+        """The same data with the states of `system`, which has the same inputs, outputs and operating point.
+
+        Raises:
+            BadInput: when it has not, or when a state that no output shows diverges.
+        """
+        outputs, inputs, states, constants = names(system)
+        if (self.outputs, self.inputs, self.constants) != (outputs, inputs, constants):
+            raise BadInput(
+                f"system {system.name}: inputs, outputs or operating point are not those of the logs"
+            )
+        found = estimate(system, self.ids, self.period, self.offsets, self.y, self.u, self.c)
+        notes = tuple(dict.fromkeys([*self.notes, *found.notes]))
+        return replace(self, states=states, x=found.x, measured=found.measured, notes=notes)
+
+    def write(self, folder: Path) -> None:
+        """Write a store that `read_logs` reads back exactly, and for a system with other states, delays and
+        values of constants as well: see `Campaign.write`.
+        """
+        signals = {"t": self.t}
+        for kind, group in zip("yux", (self.outputs, self.inputs, self.states), strict=True):
+            signals |= {f"{kind}.{name}": getattr(self, kind)[:, j] for j, name in enumerate(group)}
+        table = self.experiments.rename(columns={name: f"columns.{name}" for name in OWN})
+        table.insert(0, "exp", np.arange(len(self), dtype=np.int32))
+        header = {
+            **{name: list(getattr(self, name)) for name in GROUPS},
+            **{"period": self.period, "measured": list(self.measured), "notes": list(self.notes)},
+            "delays": list(self.delays),
+        }
+        Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
+
+    @classmethod
+    def read(cls, folder: Path, system: System) -> Logs:
+        """Read what `write` wrote; the states are those of `system`.
+
+        Raises:
+            BadInput: when it is damaged, was written for a system with other inputs, outputs or constants, or
+                lacks a constant.
+        """
+        store, header, provenance = _stored(folder, system)
+        groups = names(system)
+        table = store.experiments.drop(columns=list(OWN))
+        table = table.rename(columns={f"columns.{name}": name for name in OWN})
+        check_texts(folder / "experiments.parquet", table, range(1, len(table) + 1))
+        rows = [f"{folder}: experiments.parquet: row {i + 1}: column id" for i in range(len(table))]
+        table, notes = with_constants(system, table, rows)
+        ids, period = tuple(table["id"]), header["period"]
+        y, u = (
+            np.array([store.signals[f"{kind}.{name}"] for name in group])
+            .reshape(-1, int(store.offsets[-1]))
+            .T.copy()
+            for kind, group in zip("yu", groups[:2], strict=True)
+        )
+        delays = tuple(item.delay for item in system.inputs)
+        more = [new - old for new, old in zip(delays, header["delays"] or delays, strict=True)]
+        try:
+            u = acting(system, ids, u, store.offsets, period, more)
+        except BadInput as error:
+            raise BadInput(f"{folder}: {error}") from None
+        c = table[list(groups[3])].to_numpy(np.float64)
+        found = estimate(system, ids, period, store.offsets, y, u, c)
+        return cls(
+            *groups,
+            ids=ids,
+            experiments=table,
+            period=period,
+            offsets=store.offsets,
+            t=np.asarray(store.signals["t"], np.float64),
+            y=y,
+            u=u,
+            x=found.x,
+            c=c,
+            measured=found.measured,
+            notes=tuple(dict.fromkeys([*header["notes"], *notes, *found.notes])),
+            provenance=provenance,
+            delays=delays,
+        )
+
+
+def _stored(folder: Path, system: System) -> tuple[Campaign, dict[str, Any], dict[str, Any]]:
+    """A store of logs of `system`, what its provenance says of the logs, and the provenance of the data."""
+    store = Campaign.read(folder)
+    provenance = dict(store.provenance)
+    header = provenance.pop(HEADER, None)
+    check_shape(folder / "provenance.json", {HEADER: header}, {HEADER: SHAPE})
+    if header["period"] <= 0.0 or not _written_for(system, header):
+        raise BadInput(f"{folder}: provenance.json: was not written for the system {system.name}")
+    outputs, inputs, _, _ = names(system)
+    wanted = ["t", *(f"y.{name}" for name in outputs), *(f"u.{name}" for name in inputs)]
+    if lacking := [name for name in wanted if name not in store.signals]:
+        raise BadInput(f"{folder}: damaged store (signals.parquet has no column {lacking[0]})")
+    if "id" not in store.experiments or len(store.experiments) == 0:
+        raise BadInput(f"{folder}: damaged store (experiments.parquet has no column id, or no rows)")
+    return store, header, provenance
+
+
+def _written_for(system: System, header: Mapping[str, Any]) -> bool:
+    """Whether a store has the inputs, outputs and constants of `system`, save those that its file gives."""
+    outputs, inputs, _, constants = names(system)
+    own = logged(system)
+    stored = [name for name in header["constants"] if name in own or name not in constants]
+    delays = len(header["delays"]) in (0, len(inputs))
+    return delays and (header["outputs"], header["inputs"], stored) == (list(outputs), list(inputs), own)
+
+
+def names(system: System) -> tuple[Names, Names, Names, Names]:
+    """Names of outputs, inputs, states and constants of `system`."""
+    return (
+        tuple(item.name for item in system.outputs),
+        tuple(item.name for item in system.inputs),
+        tuple(item.name for item in system.states),
+        tuple(item.name for item in system.operating_point),
+    )

@@ -1,0 +1,291 @@
+"""Tables that a user hands over, CSV or Parquet, with every refusal naming row and column."""
+
+from __future__ import annotations
+
+import csv
+import unicodedata
+from array import array
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
+from unmodelled.base.parquet import read_arrow
+from unmodelled.logs.recognition import NUMBER, foreign, not_utf8, odd_row, refuse_header
+
+Array = NDArray[np.float64]
+Rows = list[tuple[int, list[str]]]  # row number in the file, cells
+
+#: No measurement is larger, and squares of what is smaller do not overflow.
+LARGEST = 1e100
+#: No measurement in SI units varies by less; sizes below 1e-12 are not told from zero (`effects.scales`).
+SMALLEST = 1e-15
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of numbers of one file.
+
+    Attributes:
+        path: of the file.
+        values: name -> (n,) finite numbers.
+        parquet: whether the file is a Parquet file, which has no header row.
+    """
+
+    path: Path
+    values: Mapping[str, Array]
+    parquet: bool
+
+    def __len__(self) -> int:
+        return next((len(v) for v in self.values.values()), 0)
+
+    def row(self, i: int) -> int:
+        """The row of sample `i`: counted from 1, in a CSV file with the header and blank lines."""
+        if self.parquet:
+            return i + 1
+        lines = self.path.read_bytes().splitlines()
+        return [number for number, line in enumerate(lines, 1) if line][i + 1]
+
+
+def read_columns(path: Path, names: Sequence[str]) -> Columns:
+    """The columns `names` of a CSV or Parquet file.
+
+    Raises:
+        BadInput: when the file is missing, too large, no table, or lacks or repeats a column, or when a cell
+            in one of them is not a finite number; a line for every column at fault.
+    """
+    check_file(path)
+    wanted = list(dict.fromkeys(names))
+    try:
+        with path.open("rb") as file:
+            parquet = file.read(4) == b"PAR1"
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: {_reason(error)}") from None
+    if not parquet:
+        check_file(path, NUMBERS)
+    return Columns(path, _parquet(path, wanted) if parquet else _csv(path, wanted), parquet)
+
+
+def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
+    """Header and rows of a CSV file as text, stripped; blank lines are skipped.
+
+    Raises:
+        BadInput: when the file is missing, too large or no table, lacks or repeats one of the columns
+            `wanted`, or a row has another number of cells than the header.
+    """
+    check_file(path, OBJECTS)
+    records = _records(path)
+    header = _header(path, records, wanted)
+    return header, list(records)
+
+
+def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
+    """Refuse a header that repeats a column or lacks one of `wanted`.
+
+    Raises:
+        BadInput: naming the columns.
+    """
+    faults = Faults()
+    for name, count in Counter(header).items():
+        if name and count > 1 and not NUMBER.fullmatch(name):  # numbers: there is no header
+            faults.add(f"{path}: row 1: column {_shown(name)} stands there {count} times")
+    if not set(wanted) <= set(header):
+        with faults.collected():
+            refuse_header(path, header, wanted)
+    faults.check()
+
+
+def numbers(path: Path, column: str, cells: Rows, at: int) -> list[float]:
+    """The finite numbers in cells `at` of rows.
+
+    Raises:
+        BadInput: naming the first cell without one, or beyond any measurement, and how many more there are.
+    """
+    found = _Column(path, column)
+    for row, line in cells:
+        found.add(row, line[at])
+    found.check()
+    return found.values.tolist()
+
+
+class _Column:
+    """Numbers of a column, read cell by cell, and what is none of them."""
+
+    def __init__(self, path: Path, name: str) -> None:
+        self.path, self.name, self.values = path, name, array("d")
+        self._bad, self._first = 0, (0, "")
+
+    def add(self, row: int, cell: str) -> None:
+        """Read a cell."""
+        if _is_number(cell):
+            self.values.append(float(cell))
+        else:
+            self._first = self._first if self._bad else (row, cell)
+            self._bad += 1
+
+    def check(self) -> None:
+        """Refuse the column if a cell was no number."""
+        if self._bad:
+            row, cell = self._first
+            raise _no_number(self.path, row, self.name, _shown(cell), self._bad, _pointed(cell))
+
+
+def _is_number(cell: str) -> bool:
+    return bool(NUMBER.fullmatch(cell)) and abs(float(cell)) < LARGEST
+
+
+def _pointed(cell: str) -> str:
+    """What to write for a decimal comma, as a message goes on."""
+    pointed = cell.replace(",", ".")
+    return f": write {pointed[:30]}" if "," in cell and _is_number(pointed) else ""
+
+
+def _no_number(path: Path, row: int, column: str, cell: str, count: int, advice: str = "") -> BadInput:
+    more = f" (the first of {count} such rows)" if count > 1 else ""
+    place = f"{path}: row {row}: column {column}"
+    return BadInput(f"{place}: {cell} is not a finite number below {LARGEST:g}{advice}{more}")
+
+
+def _records(path: Path) -> Iterator[tuple[int, list[str]]]:
+    try:
+        if other := foreign(path, "a CSV table"):
+            raise other
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file)
+            width = 0
+            for cells in reader:
+                width = width or len(cells)
+                if cells and len(cells) != width:
+                    raise BadInput(
+                        f"{path}: row {reader.line_num}: must have {width} columns like row 1, "
+                        f"got {len(cells)}{odd_row(cells)}"
+                    )
+                if cells:
+                    yield reader.line_num, [cell.strip() for cell in cells]
+    except UnicodeDecodeError:
+        raise BadInput(f"{path}: not a table: {not_utf8(path)}") from None
+    except (OSError, ValueError, csv.Error) as error:
+        raise BadInput(f"{path}: {_reason(error)}") from None
+
+
+def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> None:
+    """Refuse names of columns and cells that no terminal, page or figure can show.
+
+    Args:
+        path: of the table. experiments: the n rows. rows: (n,) their numbers in the file.
+
+    Raises:
+        BadInput: naming row and column.
+    """
+    for name in experiments.columns:
+        if not _is_text(str(name)):
+            raise BadInput(f"{path}: row 1: column {_shown(str(name))}: the name has a control character")
+        for row, cell in zip(rows, experiments[name], strict=True):
+            if isinstance(cell, str) and not _is_text(cell):
+                raise BadInput(
+                    f"{path}: row {row}: column {name}: {_shown(cell)} has a control character: leave it out"
+                )
+
+
+def _is_text(text: str) -> bool:
+    """Whether all of its characters are printable, or spaces of any width."""
+    return all(c.isprintable() or unicodedata.category(c) == "Zs" for c in text)
+
+
+def _header(path: Path, records: Iterator[tuple[int, list[str]]], wanted: Sequence[str]) -> list[str]:
+    row, header = next(records, (1, []))
+    if row != 1:  # blank rows come first
+        header = [""]
+    if not any(header):
+        refuse_header(path, header, wanted)
+    check_header(path, header, wanted)
+    return header
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, FileNotFoundError):
+        return "no such file"
+    if isinstance(error, OSError):
+        return f"cannot be read ({error.strerror})"
+    return f"not a table ({' '.join(str(error).split())})"
+
+
+def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
+    """Arrow reads quickly; what it does not take is read cell by cell, which names the bad ones."""
+    header = _header(path, _records(path), wanted)
+    try:
+        table = pa_csv.read_csv(
+            path,
+            read_options=pa_csv.ReadOptions(column_names=header, skip_rows=1),
+            convert_options=pa_csv.ConvertOptions(
+                include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64()), null_values=[]
+            ),
+        )
+    except (pa.ArrowException, OSError):
+        return _cell_by_cell(path, wanted)
+    values = {name: table[name].to_numpy() for name in wanted}
+    fine = all((np.abs(v) < LARGEST).all() for v in values.values())
+    return values if fine else _cell_by_cell(path, wanted)
+
+
+def _cell_by_cell(path: Path, wanted: list[str]) -> dict[str, Array]:
+    records, faults = _records(path), Faults()
+    header = _header(path, records, wanted)
+    found = [_Column(path, name) for name in wanted]
+    at = [header.index(name) for name in wanted]
+    start = list(islice(records, 2))
+    first = [start[0][1][k] for k in at] if len(start) > 1 else []
+    if first and not any(cell == "" or any(c.isdigit() for c in cell) for cell in first):
+        shown = ", ".join(map(_shown, first))
+        faults.add(f"{path}: row {start[0][0]}: must hold numbers, got {shown}: delete the row")
+        start = start[1:]
+    for row, cells in chain(start, records):
+        for k, column in zip(at, found, strict=True):
+            column.add(row, cells[k])
+    for column in found:
+        with faults.collected():
+            column.check()
+    faults.check()
+    return {column.name: np.array(column.values) for column in found}
+
+
+def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
+    try:
+        check_header(path, pq.read_schema(path).names, wanted)
+    except (pa.ArrowException, OSError) as error:
+        raise BadInput(f"{path}: not a table ({str(error).splitlines()[0]})") from None
+    table, faults, values = read_arrow(path, wanted), Faults(), {}
+    for name in wanted:
+        with faults.collected():
+            values[name] = _numbers(path, name, table[name])
+    faults.check()
+    return values
+
+
+def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> Array:
+    kind = column.type
+    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+        cell = _shown(str(column[0].as_py())) if len(column) else str(kind)
+        raise _no_number(path, 1, name, cell, len(column))
+    values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
+    bad = np.flatnonzero(~(np.abs(values) < LARGEST))
+    if len(bad):
+        cell = column[int(bad[0])].as_py()
+        shown = "an empty cell" if cell is None else str(cell)
+        raise _no_number(path, int(bad[0]) + 1, name, shown, len(bad))
+    return values
+
+
+def _shown(text: str) -> str:
+    """A user's text on one line."""
+    return repr(text[:30])

@@ -1,0 +1,160 @@
+"""The page of a diagnosis: one file that opens from disk, or the same in the frame of a site."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json, replacing, write_json
+from unmodelled.report.diagnosis_tables import (
+    GAPS,
+    candidates_table,
+    experiments_table,
+    gap_table,
+    identified_table,
+    parameter_tables,
+    units_table,
+    where_tables,
+)
+from unmodelled.report.drawn import read_figures
+from unmodelled.report.formula import formula
+from unmodelled.report.headline import effect_name, headline, percent
+from unmodelled.report.numbers import number, unit_text
+from unmodelled.report.rendering import ORIGINS, STATIC, templates
+from unmodelled.report.search import figure_entries, script, table_entries
+from unmodelled.report.tables import Table
+
+PAGE = "index.html"
+
+
+def write_page(folder: Path, command: str) -> None:
+    """Write `folder`/index.html from diagnosis.json and the folders `tables` and `figures`.
+
+    The tables on it are written as CSV files beside those it was made from, and figures/figures.json gets the
+    command. Style, script and figures are in the file itself.
+
+    Args:
+        folder: of the diagnosis. command: that made it.
+
+    Raises:
+        BadInput: when a file is missing, damaged or cannot be written.
+    """
+    listed = folder / "figures" / "figures.json"
+    write_json(listed, [{**figure, "command": command} for figure in read_json(listed)])
+    shown = view(folder)
+    figures, tables = shown["figures"].values(), shown["tables"]
+    inside = {
+        "style": (STATIC / "style.css").read_text(),
+        "script": (STATIC / "report.js").read_text(),
+        "search": script([*figure_entries(figures, ""), *table_entries(tables, "")]),
+    }
+    text = templates().get_template("diagnosis.html.j2").render(**shown, **inside, root="")
+    for figure in figures:
+        address = f"figures/{figure.source.name}"
+        data = base64.b64encode(figure.source.read_bytes()).decode()
+        text = text.replace(f'src="{address}"', f'src="data:image/svg+xml;base64,{data}"')
+    for table in tables:
+        with replacing(folder / "tables" / f"{table.id}.csv") as temporary:
+            temporary.write_text(table.csv)
+    with replacing(folder / PAGE) as temporary:
+        temporary.write_text(text)
+
+
+def view(folder: Path) -> dict[str, Any]:
+    """What a template is given to show the diagnosis in `folder`.
+
+    Raises:
+        BadInput: when a file is missing or damaged.
+    """
+    content, about = read_json(folder / "diagnosis.json"), read_json(folder / "tables" / "about.json")
+    units = about["units"]
+    effects = parameter_tables(content)
+    where = where_tables(content, units)
+    others = {
+        "errors": units_table(content),
+        "gap": gap_table(content),
+        "experiments": experiments_table(content),
+        "identified": identified_table(content, units),
+        "candidates": candidates_table(content),
+    }
+    return {
+        "content": content,
+        "about": about,
+        "headline": headline(content),
+        "faults": list(dict.fromkeys(row["sentence"] for row in content.get("logs", ()))),
+        "summary": _summary(content),
+        "searched": content["verdict"] != "check_logs",
+        "partial": bool(content.get("partial")),
+        "effects": [_effect(e, t, about) for e, t in zip(content["effects"], effects, strict=True)],
+        "where": where,
+        **others,
+        "tables": [*effects, *where, *others.values()],
+        "figures": {figure.id: figure for figure in read_figures(folder / "figures")},
+        "origin": about["data"],
+        "banner": ORIGINS[about["data"]] if about["data"] else "",
+        "short": short,
+        "percent": percent,
+    }
+
+
+def short(value: float | None) -> str:
+    """Three digits."""
+    return number(value if value is None else float(f"{value:.3g}"))
+
+
+def _summary(content: Mapping[str, Any]) -> str:
+    if content["verdict"] == "check_logs":
+        return "Nothing was searched or fitted: a model of logs with this fault would explain the fault."
+    gap = {name: short(value) for name, value in content["gap"].items() if name in GAPS}
+    found = (
+        f"In standard deviations of the outputs, the model as given is off by {gap['known']}, with refitted "
+        f"parameters by {gap['reidentified']}"
+    )
+    found += f", with the effects found by {gap['augmented']}" if content["effects"] else ""
+    errors = " ".join(_error(name, entry, content) for name, entry in content["gap"].get("units", {}).items())
+    held = "These are experiments that took no part in fitting or choosing."
+    return f"{errors} {found}; the noise of the sensors alone leaves {gap['floor']}. {held}".strip()
+
+
+def _error(output: str, entry: Mapping[str, Any], content: Mapping[str, Any]) -> str:
+    """How far an output is off, in its unit: as given, and with the effects found."""
+
+    def said(model: str) -> str:
+        near, far = (
+            "diverges"
+            if value is None
+            else f"{number(float(f'{value:.2g}'))} {unit_text(entry['unit'])}".strip()
+            for value in (entry[model], entry[f"{model}_whole_run"])
+        )
+        return f"{near} after {number(content['gap']['horizon'])} s and {far} over whole runs"
+
+    label = "with the effects found" if content["effects"] else "re-identified"
+    return f"{output} is off by {said('known')}; {label}, by {said('augmented')}."
+
+
+def _effect(effect: Mapping[str, Any], table: Table, about: Mapping[str, Any]) -> dict[str, Any]:
+    kind, _, name = str(effect["port"]).rpartition(":")
+    left = {
+        "": about["channels"].get(name, {}).get("symbol", name),
+        "actuator": f"{name} as it acts",
+        "sensor": f"{name} as it is shown",
+    }
+    return {
+        **effect,
+        "name": effect_name(effect),
+        "equation": _equation(effect["law"], left.get(kind, name)),
+        "table": table,
+        "alike": [effect_name(other) for other in effect["indistinguishable"]],
+    }
+
+
+def _equation(law: str, left: str) -> str:
+    """The law as formulas, or as it is written where it is too long for that."""
+    try:
+        return formula(law, left)
+    except BadInput:
+        return f"<code>{escape(f'{left} = {law}')}</code>"

@@ -1,0 +1,176 @@
+"""The tables on the page of a diagnosis, from what diagnosis.json says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from unmodelled.report.headline import effect_name
+from unmodelled.report.numbers import number, quantity, unit_text
+from unmodelled.report.tables import Cell, Table
+
+GAPS = {
+    "known": ("as given", "the system file as it is"),
+    "reidentified": ("re-identified", "the same physics, its uncertain parameters fitted anew"),
+    "augmented": ("with the effects found", "everything fitted together"),
+    "neural": ("with networks", "a network in every port: what a flexible model could still explain"),
+    "floor": ("noise", "what the noise of the sensors alone leaves"),
+}
+
+
+def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
+    """The numbers of every effect's law, one table each."""
+    found = []
+    for k, effect in enumerate(content["effects"], start=1):
+        rows = []
+        for name, entry in effect["parameters"].items():
+            value, interval = quantity(entry["value"], _interval(entry["interval"]))
+            note = f"one for each of {len(entry['values'])} experiments" if "values" in entry else ""
+            named, range_ = Cell(name, name, note=note), Cell(interval or "–", interval)
+            rows.append((named, _value(value, entry["value"]), range_, _unit(entry["unit"])))
+        columns = "Number", "Value", "95 % interval", "Unit"
+        found.append(
+            Table(f"effect_{k}", f"Numbers of {effect_name(effect)}", columns, _numeric("0100"), tuple(rows))
+        )
+    return found
+
+
+def gap_table(content: Mapping[str, Any]) -> Table:
+    """The gaps on the held-out experiments."""
+    gap = content["gap"]
+    rows = [
+        (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
+        for name, (label, meaning) in GAPS.items()
+        if name != "augmented" or content["effects"]
+    ]
+    held = ", ".join(map(str, gap["held_out"]))
+    about = f"Root mean square over free-run windows, in standard deviations of the outputs, on {held}."
+    columns = "Model", "Gap", "What it is"
+    return Table("gaps", "Gap on held-out experiments", columns, _numeric("010"), tuple(rows), about)
+
+
+def units_table(content: Mapping[str, Any]) -> Table:
+    """The errors on the held-out experiments in units of the outputs; no rows where they are not known."""
+    rows, gap = [], content["gap"]
+    label = "With the effects found" if content["effects"] else "Re-identified"
+    models = {"known": "As given", "augmented": label}
+    if content["verdict"] == "check_logs":
+        del models["augmented"]
+    spans = {f"{number(gap['horizon'])} s" if "horizon" in gap else "horizon": "", "whole run": "_whole_run"}
+    for name, entry in gap.get("units", {}).items():
+        for span, key in spans.items():
+            cells = (_error(entry[f"{model}{key}"]) for model in models)
+            rows.append((Cell(name, name), Cell(span, span), *cells, _unit(entry["unit"])))
+    columns = ("Output", "After", *models.values(), "Unit")
+    about = (
+        "Root mean square errors on held-out experiments: at the last sample of the free-run windows, and "
+        "over all samples of experiments that are simulated from their first state on."
+    )
+    numeric = _numeric("00" + "1" * len(models) + "0")
+    return Table("errors", "Errors of every output", columns, numeric, tuple(rows), about)
+
+
+def _error(value: float | None) -> Cell:
+    return _number(value) if value is not None else Cell("diverges", "")
+
+
+def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
+    """Channels, regions and factors, as far as there are any; `units` of signals by name."""
+    where = content["where"]
+    channels = [(Cell(row["port"], row["port"]), _share(row["share"])) for row in where["channels"]]
+    regions = [
+        (
+            *(Cell(row["signal"], row["signal"]), _number(row["low"]), _number(row["high"])),
+            *(_unit(units.get(row["signal"], "")), _share(row["share"])),
+        )
+        for row in where["regions"]
+    ]
+    factors = [
+        (
+            Cell(row["factor"], row["factor"]),
+            Cell(number(row["level"]), str(row["level"])),
+            _share(row["share"]),
+        )
+        for row in where["factors"]
+    ]
+    squares = "Share of the squared gap above the noise, by where it enters."
+    tables = [
+        Table("channels", "Channels", ("Channel", "Share"), _numeric("01"), tuple(channels), squares),
+        Table(
+            *("regions", "Regions", ("Signal", "From", "To", "Unit", "Share"), _numeric("01101")),
+            tuple(regions),
+            "Where much more is lacking than samples lie there.",
+        ),
+        Table(
+            *("factors", "Operating point", ("Factor", "Level", "Share"), _numeric("001"), tuple(factors)),
+            "Levels with more of the gap than of the samples.",
+        ),
+    ]
+    return [table for table in tables if table.rows]
+
+
+def experiments_table(content: Mapping[str, Any]) -> Table:
+    """Gaps of all experiments."""
+    held, fitted = set(content["gap"]["held_out"]), content["verdict"] != "check_logs"
+    rows = [
+        (
+            Cell(row["id"], row["id"], note="held out" if row["id"] in held and fitted else ""),
+            *(_number(row[name]) for name in (("known", "augmented") if fitted else ("known",))),
+        )
+        for row in content["where"]["experiments"]
+    ]
+    after = "With the effects found" if content["effects"] else "Re-identified"
+    columns = ("Experiment", "As given", *([after] if fitted else []))
+    flags = _numeric("01" + "1" * fitted)
+    return Table("experiment_gaps", "Gap of every experiment", columns, flags, tuple(rows))
+
+
+def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+    """The uncertain parameters of the system; `units` by name."""
+    rows = []
+    for name, entry in content["parameters"].items():
+        value, interval = quantity(entry["identified"], _interval(entry["interval"]))
+        cells = Cell(name, name), _number(entry["known"]), _value(value, entry["identified"])
+        rows.append((*cells, Cell(interval or "–", interval), _unit(units.get(name, ""))))
+    columns = "Parameter", "In the file", "Identified", "95 % interval", "Unit"
+    return Table("parameters", "Uncertain parameters", columns, _numeric("01100"), tuple(rows))
+
+
+def candidates_table(content: Mapping[str, Any]) -> Table:
+    """All models that were fitted."""
+    rows = [
+        (Cell(effect_name(row), effect_name(row)), _number(row["gap"]), _number(row["evidence"]))
+        for row in content["candidates"]
+    ]
+    about = (
+        "The gap is that on the experiments that the models were fitted to. The evidence is the logarithm "
+        "of the likelihood beside the best one's, complexity counted in."
+    )
+    columns = "Model", "Gap", "Evidence"
+    return Table("models", "Models that were fitted", columns, _numeric("011"), tuple(rows), about)
+
+
+def _numeric(flags: str) -> tuple[bool, ...]:
+    return tuple(flag == "1" for flag in flags)
+
+
+def _number(value: Any) -> Cell:
+    return Cell(number(value), "" if value is None else str(value))
+
+
+def _value(text: str, exact: Any) -> Cell:
+    return Cell(text, "" if exact is None else str(exact), "figure")
+
+
+def _share(value: float) -> Cell:
+    return Cell(f"{100.0 * value:.3g} %", str(value))
+
+
+def _unit(unit: str) -> Cell:
+    return Cell(unit_text(unit) or "–", unit)
+
+
+def _interval(values: Iterable[Any]) -> list[float] | None:
+    """None where an end is not a number."""
+    found = [float(value) for value in values if value is not None]
+    return found if len(found) == 2 else None

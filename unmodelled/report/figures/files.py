@@ -1,0 +1,65 @@
+"""All figures of a diagnosis as files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from unmodelled.base.files import replacing, write_json
+from unmodelled.report.figures import candidates, experiments, residual, steps, tables, trajectories
+from unmodelled.report.figures.style import save, verbatim
+
+Draw = Callable[[Path], Figure]
+
+#: In the order of the page.
+FIGURES: Mapping[str, Draw] = {
+    "gap": steps.gap_steps,
+    "lacking": residual.lacking,
+    "left_over": residual.left_over,
+    "experiments": experiments.gaps_of_experiments,
+    "before_and_after": trajectories.before_and_after,
+    "candidates": candidates.candidates,
+}
+
+#: Those of logs that are to be checked, to which nothing was fitted.
+UNFITTED: Mapping[str, Draw] = {
+    "experiments": experiments.gaps_as_given,
+    "before_and_after": trajectories.worst_as_given,
+}
+
+
+def write_figures(folder: Path) -> dict[str, Exception]:
+    """Write `folder`/figures from `folder`/tables: SVG files, and figures.json with captions and notes.
+
+    What is left is not drawn where no effect was found: it is what was lacking. What cannot be drawn is left
+    out, and the others are drawn none the less. Of logs that are to be checked there are two figures.
+
+    Returns:
+        names of the files that are left out, and why.
+
+    Raises:
+        BadInput: when figures.json cannot be written, or tables/about.json cannot be read.
+    """
+    about = tables.about(folder)
+    figures = UNFITTED if about["verdict"] == "check_logs" else FIGURES
+    chosen = {name: draw for name, draw in figures.items() if about["effects"] or name != "left_over"}
+    faults: dict[str, Exception] = {}
+    for name, draw in chosen.items():
+        try:
+            with verbatim(), replacing(folder / "figures" / f"{name}.svg") as temporary:
+                save(draw(folder), temporary)
+        except Exception as fault:
+            faults[name] = fault
+    drawn = {name: draw for name, draw in chosen.items() if name not in faults}
+    entries = [_entry(name, number, draw) for number, (name, draw) in enumerate(drawn.items(), start=1)]
+    write_json(folder / "figures" / "figures.json", entries)
+    return {f"figures/{name}.svg": fault for name, fault in faults.items()}
+
+
+def _entry(name: str, number: int, draw: Draw) -> dict[str, Any]:
+    caption, _, note = (draw.__doc__ or "").strip().partition("\n\n")
+    about = {"caption": " ".join(caption.split()), "note": " ".join(note.split())}
+    return {"id": name, "number": str(number), "chapter": None, **about}

@@ -1,0 +1,139 @@
+"""What the models lack at a channel, window by window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from unmodelled.report.figures.style import BLACK, GREY, YELLOW, absent, halo, new_figure, styled, thin
+from unmodelled.report.figures.tables import Channel, about, number, table
+
+CORRECTIONS = "RdBu_r"
+#: Cells across the map, bins of the side view.
+CELLS, BINS = 26, 28
+#: Channels that are shown, at most.
+MOST = 3
+#: Share of its range by which a law may spread and still be a line.
+WIDE = 0.1
+INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
+
+
+@styled
+def lacking(data: Path) -> Figure:
+    """What the physics without effects lacks, where the gap comes from.
+
+    Estimated in short windows of all experiments without differentiating anything, with the parameters of
+    the augmented model; a positive effort takes power out of the system. Left, on the states that were
+    visited, the mean of each cell. Right, over the coordinate that matters most: grey dots are windows,
+    dark ones their median, bars hold the inner half. The black line is the law that was found; it was
+    fitted to free runs, not to these dots. Yellow is where disproportionally much is lacking.
+    """
+    return _residual(data, "lacking")
+
+
+@styled
+def left_over(data: Path) -> Figure:
+    """What the model with the effects found still lacks, at the same place and in the same colours.
+
+    As in the figure before. A white map and a flat side view say that the effects explain all there is; a
+    shape that remains is the shape of what is not in the library.
+    """
+    return _residual(data, "left")
+
+
+def _residual(data: Path, stage: str) -> Figure:
+    content, windows, laws = about(data), table(data, "windows"), table(data, "laws")
+    shown = content["shown"][:MOST]
+    figure = new_figure(4.1 * len(shown) + 0.2)
+    grid = figure.subplots(len(shown), 2, squeeze=False)
+    for (left, right), (name, coordinate) in zip(grid, shown, strict=True):
+        channel = Channel.of(content, name)
+        every = windows[windows["channel"] == name]
+        rows, before = (every[every["stage"] == kind] for kind in (stage, "lacking"))
+        if not (len(rows) and len(before)):
+            for axes in (left, right):
+                absent(axes, f"nothing is known of {name}")
+            continue
+        limit = max(float(np.quantile(np.abs(before["value"]), 0.97)), 1e-12)
+        _map(figure, left, rows, channel, Normalize(-limit, limit))
+        first = stage == "lacking"
+        law, regions = laws[first & (laws["channel"] == name)], content["regions"] if first else []
+        _side(right, rows, channel, coordinate, law, regions)
+        low, high = np.quantile(before["value"], [0.005, 0.995])
+        room = 0.15 * max(high - low, 1e-12)
+        right.set_ylim(low - room, high + room)
+    return figure
+
+
+def _map(figure: Figure, axes: Axes, rows: pd.DataFrame, channel: Channel, norm: Normalize) -> None:
+    columns = [c for c in ("level", "rate", "acceleration") if rows[c].notna().any()][:2]
+    if len(columns) < 2:
+        absent(axes, f"{channel.name} has a single coordinate")
+        return
+    x, y = (rows[c].to_numpy(np.float64) for c in columns)
+    cells = axes.hexbin(
+        *(x, y, rows["value"].to_numpy(np.float64)),
+        gridsize=(CELLS, round(0.6 * CELLS)),
+        reduce_C_function=np.mean,
+        cmap=CORRECTIONS,
+        norm=norm,
+        linewidths=0.2,
+    )
+    axes.set(xlabel=channel.axes[columns[0]], ylabel=channel.axes[columns[1]], facecolor="0.88")
+    label = f"{channel.quantity} lacking at {channel.name} ({channel.unit})"
+    figure.colorbar(cells, ax=axes, label=label, pad=0.01, extend="both")
+
+
+def _side(
+    axes: Axes,
+    rows: pd.DataFrame,
+    channel: Channel,
+    coordinate: str,
+    law: pd.DataFrame,
+    regions: list[dict[str, Any]],
+) -> None:
+    x, y = rows[coordinate].to_numpy(np.float64), rows["value"].to_numpy(np.float64)
+    dots = thin(x, y, points=1500)
+    axes.plot(*dots, ".", color=GREY, markersize=3.0, alpha=0.35, markeredgewidth=0, rasterized=True)
+    bins = pd.qcut(pd.Series(x).rank(method="first"), min(BINS, len(x)), labels=False).to_numpy()
+    groups = pd.DataFrame({"x": x, "y": y}).groupby(bins)
+    at, quartiles = groups["x"].median(), groups["y"].quantile([0.25, 0.5, 0.75]).unstack()
+    axes.vlines(at, quartiles[0.25], quartiles[0.75], color=INDIGO, linewidth=2.2, alpha=0.45)
+    axes.plot(at, quartiles[0.5], "o", color=INDIGO, markersize=4.5, markeredgecolor="white")
+    handles: list[Artist] = [
+        Line2D([], [], color=INDIGO, marker="o", linestyle="", label="median of windows")
+    ]
+    handles += _law(axes, law)
+    own = [r for r in regions if r["signal"] == channel.signals.get(coordinate)]
+    for region in own:
+        axes.axvspan(region["low"], region["high"], color=YELLOW, alpha=0.35, linewidth=0, zorder=0)
+    if own:
+        share = sum(r["share"] for r in own)
+        handles.append(Patch(color=YELLOW, alpha=0.35, label=f"{100.0 * share:.0f} % of the squared value"))
+    axes.axhline(0.0, color=BLACK, linewidth=0.7)
+    axes.set(
+        xlabel=channel.axes.get(coordinate, "t (s)"), ylabel=f"{channel.quantity} lacking ({channel.unit})"
+    )
+    axes.set_title(f"standard error of a window {number(float(rows['error'].median()))} {channel.unit}")
+    axes.grid(linewidth=0.5)
+    axes.legend(handles=handles, loc="best", frameon=True, framealpha=0.85, edgecolor="none")
+
+
+def _law(axes: Axes, law: pd.DataFrame) -> list[Artist]:
+    """Draw the law where there is one; entries for the legend."""
+    if not len(law):
+        return []
+    # a law of something else besides has no line along this coordinate but a band
+    if float((law["high"] - law["low"]).mean()) > WIDE * float(np.ptp(law["law"])):
+        axes.fill_between(law["x"], law["low"], law["high"], color=BLACK, alpha=0.22, linewidth=0, zorder=3)
+    axes.plot(law["x"], law["law"], color=BLACK, linewidth=2.0, path_effects=halo(4.0), zorder=4)
+    return [Line2D([], [], color=BLACK, linewidth=2.0, label="law that was found")]

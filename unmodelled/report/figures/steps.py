@@ -1,0 +1,60 @@
+"""How far the gap falls, model by model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import fill
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from unmodelled.report.figures.style import new_figure, styled
+from unmodelled.report.figures.tables import GAP, LOOKS, line_handle, log_gaps, number, table
+
+LOOK = {"known": "known", "reidentified": "reidentified", "effect": "augmented"}
+
+
+@styled
+def gap_steps(data: Path) -> Figure:
+    """The gap on experiments that took no part, from the system as it was given down to the noise.
+
+    First the uncertain parameters are identified anew, then each effect is added and everything refitted.
+    Behind the number stands what the squared gap above the noise falls by. The axis is logarithmic. Where
+    the purple line is well left of the last bar, a flexible model could still explain something; the grey
+    one is what noise leaves.
+    """
+    steps = table(data, "steps")
+    bars = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)
+    lines = {row.kind: row.gap for row in steps.itertuples() if row.kind not in LOOK}
+    low, high = 0.6 * min(steps["gap"].min(), lines["floor"]), 2.2 * float(steps["gap"].max())
+    figure = new_figure(1.5 + 0.55 * len(bars), 8.5)
+    axes = figure.subplots()
+    for place, row in bars.iterrows():
+        colour = LOOKS[LOOK[row["kind"]]].colour
+        axes.barh(place, row["gap"] - low, left=low, height=0.62, color=colour, edgecolor="black", lw=0.5)
+    _numbers(axes, bars, lines["floor"])
+    for name in ("neural", "floor"):
+        axes.axvline(lines[name], color=LOOKS[name].colour, linestyle="--", linewidth=1.8)
+    log_gaps(axes, low, high)
+    axes.set_yticks(bars.index, [_label(row) for _, row in bars.iterrows()])
+    axes.invert_yaxis()
+    axes.set_xlabel(GAP)
+    figure.legend(handles=[line_handle("neural"), line_handle("floor")], loc="outside upper right", ncols=2)
+    return figure
+
+
+def _label(row: pd.Series) -> str:
+    return fill(f"+ {row['label']}" if row["kind"] == "effect" else str(row["label"]), 32)
+
+
+def _numbers(axes: Axes, bars: pd.DataFrame, floor: float) -> None:
+    """The gap beside its bar, and by how much its square above the floor fell."""
+    before: float | None = None
+    for place, gap in enumerate(bars["gap"]):
+        square = max(gap**2 - floor**2, 0.0)
+        text = number(gap)
+        if before:
+            text += f"   (squared: {100.0 * (square - before) / before:+.3g} %)".replace("-", "−")
+        axes.annotate(text, (gap, place), xytext=(5, 0), textcoords="offset points", va="center", fontsize=9)
+        before = square

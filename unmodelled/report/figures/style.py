@@ -1,0 +1,167 @@
+"""Looks shared by all figures: colours, sizes, formats of settings, and saving in a reproducible way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import BinaryIO, Literal, ParamSpec
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+from matplotlib.patheffects import Normal, Stroke
+from matplotlib.ticker import FuncFormatter, MultipleLocator
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+P = ParamSpec("P")
+
+#: Palette of Okabe and Ito: told apart with every kind of colour vision.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILION, PURPLE, GREY = "#F0E442", "#0072B2", "#D55E00", "#CC79A7", "#999999"
+#: The three labels keep their colours in every figure; no other quantity takes blue or vermilion lines.
+LABELS = {"contact": BLUE, "jump": VERMILION, "stall": GREY}
+NEUTRAL = (BLACK, GREEN, PURPLE, SKY, ORANGE)
+
+WIDTH = 10.0  # in, the text width of a page
+MM = 1e3  # mm per m
+
+_RC: dict[str, object] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10.0,
+    "axes.titlesize": 10.0,
+    "axes.labelsize": 10.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "legend.fontsize": 9.0,
+    "legend.title_fontsize": 9.0,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": False,
+    "grid.color": "#dddddd",
+    "lines.linewidth": 1.3,
+    "savefig.dpi": 150.0,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "figures",
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a model is drawn.
+
+    Attributes:
+        label: name in legends and titles.
+        colour, marker, line, width: the same in every figure; models differ in colour and marker.
+    """
+
+    label: str
+    colour: str
+    marker: str
+    line: Literal["-", "--"] = "-"
+    width: float = 1.3
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Settings under which every figure is drawn and saved."""
+    with mpl.rc_context(_RC):  # type: ignore[arg-type]
+        yield
+
+
+@contextmanager
+def verbatim() -> Iterator[None]:
+    """Show all text as it is: what users call their experiments is no mathematics, even between dollar signs.
+
+    Figures that are drawn and saved so can have no formulas, nor the default labels of logarithmic axes.
+    """
+    with mpl.rc_context({"text.parse_math": False}):
+        yield
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Run a figure's function inside `style`."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with style():
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def save(figure: Figure, to: Path | BinaryIO) -> None:
+    """Write `figure` as SVG; equal figures give equal files, which carry no date."""
+    with style():  # ticks are made, with the settings of that moment, while the file is drawn
+        FigureCanvasSVG(figure)  # by whose letters the layout is made
+        if (layout := figure.get_layout_engine()) is not None:
+            layout.execute(figure)
+            figure.set_layout_engine(None)  # or savefig would draw all once more, to lay it out
+        figure.savefig(to, format="svg", metadata={"Date": None})
+
+
+def new_figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure, in, whose parts never overlap."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def shades(n: int) -> list[tuple[float, float, float, float]]:
+    """`n` colours from dark to light for the levels of one factor."""
+    return [tuple(mpl.colormaps["viridis"](x)) for x in np.linspace(0.0, 0.82, max(n, 2))[:n]]
+
+
+def halo(width: float) -> list[Stroke | Normal]:
+    """A white rim, so that a black line shows on every background."""
+    return [Stroke(linewidth=width, foreground="white"), Normal()]
+
+
+def in_pi(angle: float) -> str:
+    """An angle, rad, as a multiple of pi."""
+    multiple = f"{angle / np.pi:.3g}"
+    return {"0": "0", "1": "π", "-1": "−π"}.get(multiple, f"{multiple}π")
+
+
+def level(factor: str, value: float) -> str:
+    """One factor with its value and unit."""
+    return {
+        "V": f"V = {value:.3g} V",
+        "m": f"m = {value:.2f} kg",
+        "H": f"H = {MM * value:.3g} mm",
+        "beta": f"β = {in_pi(value)}",
+    }[factor]
+
+
+def signed(value: float) -> str:
+    """A number with two decimals and a proper minus sign."""
+    return f"{value:.2f}".replace("-", "−")
+
+
+def setting(run: pd.Series, factors: tuple[str, ...] = ("V", "m", "H", "beta")) -> str:
+    """The settings of an experiment."""
+    return ", ".join(level(factor, float(run[factor])) for factor in factors)
+
+
+def thin(*arrays: Array, points: int = 1500) -> list[Array]:
+    """Every k-th sample of `arrays`, so that at most about `points` are left."""
+    step = max(1, -(-len(arrays[0]) // points))
+    return [array[::step] for array in arrays]
+
+
+def angle_axis(axes: Axes) -> None:
+    """A horizontal axis over one revolution."""
+    axes.set_xlim(0.0, 2.0 * np.pi)
+    axes.xaxis.set_major_locator(MultipleLocator(np.pi / 2.0))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(x)))
+
+
+def absent(axes: Axes, text: str) -> None:
+    """Say in an empty panel why it is empty."""
+    axes.set_axis_off()
+    axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.4")

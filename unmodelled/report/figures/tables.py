@@ -1,0 +1,118 @@
+"""What the figures of a diagnosis share: tables, a fixed look for every model, names with units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+from unmodelled.base.files import read_json
+from unmodelled.base.parquet import read_parquet
+from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY, Look
+
+Array = NDArray[np.float64]
+
+#: In the order of legends.
+LOOKS = {
+    "measured": Look("measured", BLACK, ".", width=3.0),
+    "known": Look("as given", ORANGE, "o"),
+    "reidentified": Look("re-identified", SKY, "s"),
+    "augmented": Look("with the effects found", GREEN, "D"),
+    "neural": Look("with networks", PURPLE, "P", "--"),
+    "floor": Look("noise of the sensors", GREY, "|", "--"),
+}
+#: What an effort is called, by its unit.
+EFFORTS = {"N": "force", "N m": "torque", "Pa": "pressure", "V": "voltage"}
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+GAP = "gap (standard deviations of the outputs)"
+
+
+def table(data: Path, name: str) -> pd.DataFrame:
+    """A table of the diagnosis in the folder `data`."""
+    return read_parquet(data / "tables" / f"{name}.parquet")
+
+
+def about(data: Path) -> dict[str, Any]:
+    """Names, units and what is shown."""
+    content: dict[str, Any] = read_json(data / "tables" / "about.json")
+    return content
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A channel as figures name it.
+
+    Attributes:
+        name: as in diagnosis.json. quantity: what a correction there is. unit: of that, printed.
+        axes: column of a coordinate -> its label. signals: column -> its name in diagnosis.json.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    axes: dict[str, str]
+    signals: dict[str, str]
+
+    @classmethod
+    def of(cls, content: dict[str, Any], name: str) -> Channel:
+        """From `about.json`."""
+        entry = content["channels"][name]
+        kind, unit = entry["kind"], entry["unit"]
+        quantity = EFFORTS.get(unit, "effort") if kind == "port" else entry["name"]
+        coordinates = {k: entry[k] for k in ("level", "rate", "acceleration") if k in entry}
+        return cls(
+            name,
+            quantity,
+            printed(unit),
+            {k: f"{c['name']} ({printed(c['unit'])})" for k, c in coordinates.items()},
+            {k: c["name"] for k, c in coordinates.items()},
+        )
+
+
+def printed(unit: str) -> str:
+    """A unit with raised exponents; a dash for none."""
+    base, *powers = unit.split("^")
+    text = base
+    for part in powers:
+        size = next((k for k, c in enumerate(part) if c not in "0123456789-"), len(part))
+        text += part[:size].translate(SUPERSCRIPTS) + part[size:]
+    return text.replace("**", "").replace(" ", "\u2009") if text not in ("", "1") else "–"
+
+
+def number(value: float) -> str:
+    """Three significant digits with a proper minus sign; a dash for nan."""
+    return f"{value:.3g}".replace("-", "−") if math.isfinite(value) else "–"
+
+
+def handle(name: str) -> Line2D:
+    """An entry of a model for a legend where it is drawn as markers."""
+    look = LOOKS[name]
+    return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
+
+
+def line_handle(name: str) -> Line2D:
+    """An entry of a model for a legend where it is drawn as a line."""
+    look = LOOKS[name]
+    return Line2D(
+        [], [], color=look.colour, linestyle=look.line, linewidth=max(look.width, 1.6), label=look.label
+    )
+
+
+def log_gaps(axes: Axes, low: float, high: float) -> None:
+    """A horizontal logarithmic axis for gaps with round numbers."""
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    steps = (1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps))
+    axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(axis="x", linewidth=0.5)
+    axes.set_axisbelow(True)

@@ -1,0 +1,59 @@
+"""The verdict of a diagnosis in one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from unmodelled.report.numbers import number
+
+#: People after whom families of effects are called.
+NAMES = ("Coulomb", "Stribeck")
+#: What kinds of channels are called.
+PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
+
+
+def headline(content: Mapping[str, Any]) -> str:
+    """The verdict of diagnosis.json in one sentence."""
+    names = [effect_name(effect) for effect in content["effects"]]
+    together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
+    if content["verdict"] == "check_logs":
+        return "Check the logs first."
+    if content["verdict"] == "no_gap":
+        return "No gap beyond the noise of the sensors."
+    if content["verdict"] == "effect":
+        verb = "explains" if len(names) == 1 else "explain"
+        sure = percent(content["confidence"])
+        return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap (confidence {sure})."
+    first = content["where"]["channels"][:1]
+    found = [f"{percent(row['share'])} of it enters at {_place(row['port'])}" for row in first]
+    found += [f"{together} would explain {shrink}"] if names else []
+    return "; ".join(["A gap that no known effect explains", *found]) + "."
+
+
+def effect_name(entry: Mapping[str, Any]) -> str:
+    """Family, variant, place, and the experiments where it acts, in words."""
+    if not entry.get("family"):
+        return "no effect"
+    family = str(entry["family"]).replace("_", " ")
+    for name in NAMES:
+        family = family.replace(name.lower(), name)
+    if entry.get("variant"):
+        family += f" ({str(entry['variant']).replace('_', ' ')})"
+    found = f"{family} at {' + '.join(map(_place, str(entry['port']).split(' + ')))}"
+    if entry.get("factor") is not None:
+        found += f", where {entry['factor']} is {number(entry['level'])}"
+    return found
+
+
+def _place(channel: str) -> str:
+    kind, _, name = channel.rpartition(":")
+    return f"{PLACES.get(kind, kind)} {name}".strip()
+
+
+def percent(value: float | None) -> str:
+    """A share; never rounded to all of something."""
+    if value is None:
+        return "–"
+    share = 100.0 * value
+    return f"{share:.1f}\u202f%" if 99.0 < share < 99.95 else f"{share:.0f}\u202f%"

@@ -1,0 +1,30 @@
+"""The templates of pages, their style and their script."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+HERE = Path(__file__).parent
+STATIC = HERE / "static"
+
+#: What stands at the head of a page about the data behind it.
+ORIGINS = {
+    "virtual": "Virtual campaign – simulated logs, not measurements",
+    "measured": "Measured data",
+    "both": "Measured data and virtual campaigns – every result says which",
+    "": "No campaign yet – nothing was run",
+}
+
+
+def templates(*more: Path) -> Environment:
+    """Return the templates of a diagnosis, and those in the folders `more`, which may build on them."""
+    return Environment(
+        loader=FileSystemLoader([HERE / "templates", *more]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )

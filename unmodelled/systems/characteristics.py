@@ -1,0 +1,93 @@
+"""Tables of a system file: CSV files beside it."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from pathlib import Path
+from typing import Literal
+
+from unmodelled.base.limits import check_file
+from unmodelled.systems.document import Node
+from unmodelled.systems.syntax import shown
+from unmodelled.systems.tables import Table
+
+_LARGEST = 10_000_000
+
+
+def read_table(name: str, node: Node) -> Table:
+    """The table that `node` describes: {file, x, y, kind}.
+
+    Raises:
+        BadInput: when the file is not beside the system file, or its columns are not finite and increasing.
+    """
+    entries = node.fields(("file", "x", "y"), ("kind",))
+    kind: Literal["cubic", "linear"] = "cubic"
+    if "kind" in entries:
+        written = entries["kind"].text()
+        if written not in ("cubic", "linear"):
+            raise entries["kind"].wrong(f"must be cubic or linear, got {shown(written)}")
+        kind = "linear" if written == "linear" else "cubic"
+    rows = _rows(_beside(entries["file"]), entries["file"])
+    x, y = (_column(rows, entries[axis]) for axis in ("x", "y"))
+    file = entries["file"].text()
+    if len(x) < 2:
+        raise node.wrong(f"{shown(file)}: a table needs at least 2 rows, got {len(x)}")
+    for row, (before, after) in enumerate(itertools.pairwise(x), start=3):
+        if not before < after:
+            column = shown(entries["x"].text())
+            raise node.wrong(f"{shown(file)}: row {row}, column {column}: must increase, got {after!r}")
+    return Table(name, x, y, kind)
+
+
+def _beside(node: Node) -> Path:
+    folder = node.file.parent.resolve()
+    written = Path(node.text())
+    try:
+        path = (folder / written).resolve()
+        if written.is_absolute() or ".." in written.parts or not path.is_relative_to(folder):
+            raise node.wrong(f"{shown(node.text())} must lie in the folder of the system file")
+        check_file(path)
+        if not path.is_file():
+            raise node.wrong(f"{shown(node.text())}: no such file")
+        if path.stat().st_size > _LARGEST:
+            raise node.wrong(f"{shown(node.text())}: a table has at most {_LARGEST} bytes")
+    except (OSError, ValueError, RuntimeError):
+        raise node.wrong(f"{shown(node.text())}: no such file") from None
+    return path
+
+
+def _rows(path: Path, node: Node) -> list[list[str]]:
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as lines:
+            rows = [[cell.strip() for cell in row] for row in csv.reader(lines)]
+    except (OSError, UnicodeDecodeError, csv.Error):
+        raise node.wrong(f"{shown(node.text())}: not a CSV file in UTF-8") from None
+    if not rows:
+        raise node.wrong(f"{shown(node.text())}: the file is empty")
+    while not any(rows[-1]) and len(rows) > 1:
+        rows.pop()
+    return rows
+
+
+def _column(rows: list[list[str]], node: Node) -> tuple[float, ...]:
+    name = node.text()
+    if rows[0].count(name) != 1:
+        got = ", ".join(shown(cell) for cell in rows[0][:10])
+        raise node.wrong(f"the table must have one column {shown(name)}, got {got}")
+    k = rows[0].index(name)
+    return tuple(_cell(row, k, i, node) for i, row in enumerate(rows[1:], start=2))
+
+
+def _cell(row: list[str], k: int, number: int, node: Node) -> float:
+    place = f"row {number}, column {shown(node.text())}"
+    if k >= len(row):
+        raise node.wrong(f"{place}: the cell is missing")
+    try:
+        value = float(row[k])
+    except ValueError:
+        raise node.wrong(f"{place}: must be a number, got {shown(row[k])}") from None
+    if not math.isfinite(value):
+        raise node.wrong(f"{place}: must be a finite number, got {shown(row[k])}")
+    return value

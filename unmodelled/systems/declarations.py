@@ -1,0 +1,196 @@
+"""The sections of a system file that declare names, units and numbers."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from dataclasses import dataclass, field
+
+from unmodelled.systems import units
+from unmodelled.systems.characteristics import read_table
+from unmodelled.systems.document import Node
+from unmodelled.systems.model import Constant, Input, Output, Parameter, Port, State, symbol
+from unmodelled.systems.operations import RESERVED
+from unmodelled.systems.syntax import shown
+from unmodelled.systems.tables import Table
+from unmodelled.systems.units import Unit
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}", re.ASCII)
+_LOG_COLUMNS = ("id", "file", "group")
+
+
+@dataclass
+class Names:
+    """Every name of a file that expressions may use: what it is, and its line."""
+
+    kinds: dict[str, tuple[str, int]] = field(default_factory=dict)
+
+    def add(self, name: str, kind: str, node: Node) -> str:
+        """Take `name` for a `kind`.
+
+        Raises:
+            BadInput: when it is not a name, reserved or taken.
+        """
+        checked_name(name, node)
+        if name in RESERVED or keyword.iskeyword(name):
+            raise node.wrong(f"the name {shown(name)} is reserved")
+        if name in self.kinds:
+            other, line = self.kinds[name]
+            raise node.wrong(f"the name {shown(name)} is taken by the {other} of line {line}")
+        self.kinds[name] = (kind, node.line)
+        return name
+
+
+def checked_name(name: str, node: Node) -> str:
+    """`name`, if it is one.
+
+    Raises:
+        BadInput: when it is not of letters, digits and _, starting with a letter.
+    """
+    if not _NAME.fullmatch(name):
+        raise node.wrong(f"a name is a letter and up to 63 letters, digits or _, got {shown(name)}")
+    return name
+
+
+@dataclass
+class Declarations:
+    """What a file declares, in its order; outputs and ports are still without expressions."""
+
+    states: list[State] = field(default_factory=list)
+    inputs: list[Input] = field(default_factory=list)
+    outputs: list[Output] = field(default_factory=list)
+    operating_point: list[Constant] = field(default_factory=list)
+    parameters: list[Parameter] = field(default_factory=list)
+    ports: list[Port] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    names: Names = field(default_factory=Names)
+    units: dict[str, Unit] = field(default_factory=dict)
+    output_units: dict[str, Unit] = field(default_factory=dict)
+
+    @property
+    def without_units(self) -> bool:
+        """Whether nothing in the file has a unit, so that time has none either."""
+        return all(u.dimension == units.ONE for u in (*self.units.values(), *self.output_units.values()))
+
+
+def read_declarations(sections: dict[str, Node]) -> Declarations:
+    """Names, units and numbers of all sections.
+
+    Raises:
+        BadInput: when one of them is wrong.
+    """
+    found = Declarations()
+    readers = {
+        "states": _state,
+        "inputs": _input,
+        "operating_point": _constant,
+        "parameters": _parameter,
+        "tables": _table,
+        "ports": _port,
+    }
+    for section, read in readers.items():
+        for name, node in sections[section].entries().items() if section in sections else ():
+            read(found, name, node)
+    for section, kind in (("signals", "signal"), ("events", "event")):
+        for name, node in sections[section].entries().items() if section in sections else ():
+            found.names.add(name, kind, node)
+    for name, node in sections["outputs"].entries().items():
+        _output(found, name, node)
+    for section in ("states", "outputs"):
+        if not sections[section].entries():
+            raise sections[section].wrong("at least one is needed")
+    return found
+
+
+def _unit(node: Node) -> Unit:
+    try:
+        return units.parse_unit("" if node.content is None else node.text())
+    except ValueError as error:
+        raise node.wrong(str(error)) from None
+
+
+def _delay(entries: dict[str, Node]) -> float:
+    return entries["delay"].number() if "delay" in entries else 0.0
+
+
+def _column(name: str, entries: dict[str, Node]) -> str:
+    column = entries["column"].text() if "column" in entries else name
+    if column == "t" or not column.isprintable():
+        node = entries.get("column") or entries["unit"]
+        raise node.wrong(f"a log column, other than the time t, is needed, got {shown(column)}")
+    return column
+
+
+def _state(found: Declarations, name: str, node: Node) -> None:
+    entries = node.fields(("unit",), ("initial",))
+    found.names.add(name, "state", node)
+    unit = found.units[name] = _unit(entries["unit"])
+    initial = entries["initial"].number() if "initial" in entries else 0.0
+    found.states.append(State(name, unit.text, initial))
+
+
+def _input(found: Declarations, name: str, node: Node) -> None:
+    entries = node.fields(("unit",), ("column", "delay"))
+    found.names.add(name, "input", node)
+    unit = found.units[name] = _unit(entries["unit"])
+    found.inputs.append(Input(name, unit.text, _column(name, entries), _delay(entries)))
+
+
+def _output(found: Declarations, name: str, node: Node) -> None:
+    entries = node.fields(("unit",), ("column", "expression", "delay"))
+    kind, line = found.names.kinds.get(name, ("state", 0))
+    if kind not in ("state", "signal"):
+        raise node.wrong(f"the name {shown(name)} is taken by the {kind} of line {line}")
+    if "expression" not in entries and name not in {s.name for s in found.states}:
+        raise node.wrong("needs an expression, because no state has this name")
+    checked_name(name, node)
+    unit = found.output_units[name] = _unit(entries["unit"])
+    column, delay = _column(name, entries), _delay(entries)
+    if delay < 0:
+        raise entries["delay"].wrong(f"must not be negative, got {delay:g}: a sensor shows no future")
+    if column in {o.column for o in found.outputs}:
+        raise node.wrong(f"the column {shown(column)} is already an output")
+    found.outputs.append(Output(name, unit.text, column, symbol(name), delay))
+
+
+def _constant(found: Declarations, name: str, node: Node) -> None:
+    entries = node.fields(("unit",), ("values", "other"))
+    if name in _LOG_COLUMNS:
+        raise node.wrong(f"the name {shown(name)} is a column of its own in experiments.csv")
+    found.names.add(name, "operating point", node)
+    unit = found.units[name] = _unit(entries["unit"])
+    given = entries["values"].entries() if "values" in entries else None
+    other = entries["other"].number() if "other" in entries else None
+    if given is None and other is not None:
+        raise entries["other"].wrong("needs values beside it: without them it is a column of experiments.csv")
+    if given is not None and not given and other is None:
+        raise entries["values"].wrong("at least one is needed, or other")
+    values = None if given is None else {key: value.number() for key, value in given.items()}
+    found.operating_point.append(Constant(name, unit.text, values, other))
+
+
+def _parameter(found: Declarations, name: str, node: Node) -> None:
+    entries = node.fields(("value", "unit"), ("identify", "bounds"))
+    found.names.add(name, "parameter", node)
+    unit = found.units[name] = _unit(entries["unit"])
+    value = entries["value"].number()
+    identify = entries["identify"].boolean() if "identify" in entries else False
+    bounds = entries["bounds"].pair() if "bounds" in entries else None
+    if bounds is not None and not bounds[0] <= value <= bounds[1]:
+        low, high = bounds
+        raise entries["bounds"].wrong(f"must contain the value {value:g}, got [{low:g}, {high:g}]")
+    found.parameters.append(Parameter(name, unit.text, value, identify, bounds))
+
+
+def _table(found: Declarations, name: str, node: Node) -> None:
+    found.names.add(name, "table", node)
+    found.tables.append(read_table(name, node))
+
+
+def _port(found: Declarations, name: str, node: Node) -> None:
+    entries = node.fields(("effort", "unit"), ("position", "velocity", "law"))
+    checked_name(name, node)
+    effort = found.names.add(entries["effort"].text(), "effort", entries["effort"])
+    unit = found.units[effort] = _unit(entries["unit"])
+    position, velocity = (entries[k].text() if k in entries else None for k in ("position", "velocity"))
+    found.ports.append(Port(name, effort, unit.text, position, velocity))

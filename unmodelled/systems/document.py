@@ -1,0 +1,234 @@
+"""YAML as plain words with line numbers: mappings, lists and words, no objects, no references."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.limits import check_file
+from unmodelled.systems.syntax import shown
+
+_LARGEST = 1_000_000
+_DEEPEST = 6
+# What a file may declare; deeper down there can be a value for every experiment.
+_MOST_KEYS, _MOST_VALUES, _DECLARING = 1000, 100_000, 2
+_EMPTY = ("", "~", "null", "Null", "NULL")
+_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\x80-\x9f\u2028\u2029\ufffe\uffff]")
+_TAB = re.compile(r"^[ ]*\t", re.MULTILINE)
+# libyaml's parser where PyYAML was built with it; both make the same events.
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+@dataclass(frozen=True)
+class Node:
+    """A part of a file.
+
+    Attributes:
+        file, line, place: where it is; `place` is the dotted path of keys.
+        content: a word (None if empty), a mapping or a list.
+    """
+
+    file: Path
+    line: int
+    place: str
+    content: str | dict[str, Node] | list[Node] | None
+
+    @property
+    def where(self) -> str:
+        """File, line and place, as error messages start."""
+        return f"{self.file}: line {self.line}" + (f": {self.place}" if self.place else "")
+
+    def wrong(self, problem: str) -> BadInput:
+        """The error that `problem` is here."""
+        return BadInput(f"{self.where}: {problem}")
+
+    def entries(self) -> dict[str, Node]:
+        """A mapping with keys of the user's choice; empty if nothing is written.
+
+        Raises:
+            BadInput: when it is not a mapping.
+        """
+        if self.content is None:
+            return {}
+        if not isinstance(self.content, dict):
+            raise self.wrong(f"must be a mapping (key: value), got {self._kind()}")
+        return self.content
+
+    def fields(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Node]:
+        """A mapping with known keys.
+
+        Raises:
+            BadInput: when a key is missing or unknown.
+        """
+        entries = self.entries()
+        known = (*required, *optional)
+        for key, node in entries.items():
+            if key not in known:
+                raise node.wrong(f"unknown key {shown(key)}{closest(key, known)}")
+        for key in required:
+            if key not in entries:
+                raise self.wrong(f"the key {key!r} is missing")
+        return entries
+
+    def text(self) -> str:
+        """A word or a line.
+
+        Raises:
+            BadInput: when it is something else or empty.
+        """
+        if not isinstance(self.content, str):
+            raise self.wrong(f"must be a text, got {self._kind()}")
+        return self.content
+
+    def number(self) -> float:
+        """A finite number.
+
+        Raises:
+            BadInput: when it is something else.
+        """
+        if not isinstance(self.content, str) or not _NUMBER.fullmatch(self.content):
+            raise self.wrong(f"must be a number, got {self._kind()}")
+        value = float(self.content)
+        if not math.isfinite(value):
+            raise self.wrong(f"must be a finite number, got {shown(self.content)}")
+        return value
+
+    def boolean(self) -> bool:
+        """true or false.
+
+        Raises:
+            BadInput: when it is something else.
+        """
+        if self.content not in ("true", "True", "false", "False"):
+            raise self.wrong(f"must be true or false, got {self._kind()}")
+        return self.content in ("true", "True")
+
+    def pair(self) -> tuple[float, float]:
+        """Two increasing numbers.
+
+        Raises:
+            BadInput: when it is something else.
+        """
+        if not isinstance(self.content, list) or len(self.content) != 2:
+            raise self.wrong(f"must be two numbers [low, high], got {self._kind()}")
+        low, high = (node.number() for node in self.content)
+        if not low < high:
+            raise self.wrong(f"must increase, got [{low:g}, {high:g}]")
+        return low, high
+
+    def _kind(self) -> str:
+        match self.content:
+            case None:
+                return "nothing"
+            case dict():
+                return "a mapping"
+            case list():
+                return f"a list of {len(self.content)}"
+        return shown(self.content)
+
+
+def load(path: Path) -> Node:
+    """The YAML file `path`, a mapping.
+
+    Raises:
+        BadInput: when it is missing, too large, not UTF-8 or not plain YAML.
+    """
+    text = _text(path)
+    try:
+        return _Events(path, iter(yaml.parse(text, Loader=_LOADER))).document()
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f" line {mark.line + 1}:" if mark else ""
+        problem = " ".join(f"{error.problem or error.context}".split())
+        raise BadInput(f"{path}:{line} not a YAML file: {problem}") from None
+    except yaml.YAMLError as error:
+        raise BadInput(f"{path}: not a YAML file: {shown(' '.join(str(error).split()))}") from None
+
+
+def _text(path: Path) -> str:
+    check_file(path)
+    try:
+        if not path.is_file():
+            raise BadInput(f"{path}: no such file")
+        if path.stat().st_size > _LARGEST:
+            raise BadInput(f"{path}: a system file has at most {_LARGEST} bytes, got {path.stat().st_size}")
+        raw = path.read_bytes()
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: cannot be read: {error}") from None
+    try:
+        text = raw.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise BadInput(f"{path}: line {line}: not UTF-8 text") from None
+    for pattern, problem in ((_CONTROL, "a control character"), (_TAB, "a tab; indent with spaces")):
+        if found := pattern.search(text):
+            raise BadInput(f"{path}: line {text.count(chr(10), 0, found.end() - 1) + 1}: {problem}")
+    return text
+
+
+@dataclass(frozen=True)
+class _Events:
+    path: Path
+    events: Iterator[Any]
+
+    def document(self) -> Node:
+        next(self.events)
+        first = next(self.events)
+        if isinstance(first, yaml.StreamEndEvent):
+            raise BadInput(f"{self.path}: line 1: the file is empty")
+        event = next(self.events)
+        root = self._node(event, event.start_mark.line + 1, "", 0)
+        if not isinstance(root.content, dict):
+            raise root.wrong("a system file is a mapping (key: value)")
+        next(self.events)
+        after = next(self.events)
+        if not isinstance(after, yaml.StreamEndEvent):
+            raise BadInput(f"{self.path}: line {after.start_mark.line + 1}: only one document is allowed")
+        return root
+
+    def _node(self, event: Any, line: int, place: str, depth: int) -> Node:
+        bare = Node(self.path, line, place, None)
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            raise bare.wrong("anchors (&) and aliases (*) are not allowed; quote a text that starts so")
+        if event.tag is not None:
+            raise bare.wrong(f"the tag {shown(event.tag)} is not allowed")
+        if depth > _DEEPEST:
+            raise bare.wrong("nested too deeply")
+        if isinstance(event, yaml.MappingStartEvent):
+            return Node(self.path, line, place, self._mapping(place, depth))
+        if isinstance(event, yaml.SequenceStartEvent):
+            return Node(self.path, line, place, self._items(place, depth))
+        empty = event.implicit[0] and event.value in _EMPTY
+        return Node(self.path, line, place, None if empty else event.value)
+
+    def _items(self, place: str, depth: int) -> list[Node]:
+        items: list[Node] = []
+        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
+            items.append(self._node(event, event.start_mark.line + 1, f"{place}[{len(items)}]", depth + 1))
+        return items
+
+    def _mapping(self, place: str, depth: int) -> dict[str, Node]:
+        entries: dict[str, Node] = {}
+        most = _MOST_KEYS if depth <= _DECLARING else _MOST_VALUES
+        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
+            line = event.start_mark.line + 1
+            if not isinstance(event, yaml.ScalarEvent):
+                raise Node(self.path, line, place, None).wrong("a key must be a word")
+            key = self._node(event, line, place, depth)
+            name = event.value
+            if name in entries:
+                raise key.wrong(f"the key {shown(name)} is written twice, first in line {entries[name].line}")
+            word = name if re.fullmatch(r"\w{1,60}", name) else shown(name)
+            inner = f"{place}.{word}" if place else word
+            entries[name] = self._node(next(self.events), line, inner, depth + 1)
+            if len(entries) > most:
+                raise key.wrong(f"too many entries, at most {most}")
+        return entries

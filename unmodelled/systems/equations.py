@@ -1,0 +1,128 @@
+"""The equations of a system as a page shows them: MathML, signals kept under their names."""
+
+from __future__ import annotations
+
+import html
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+from sympy.core.function import AppliedUndef
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from unmodelled.systems import functions
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.model import System, symbol
+from unmodelled.systems.scope import Value, scope_of
+from unmodelled.systems.tables import Table
+
+#: How functions with corners are written in a file.
+_WRITTEN = {
+    functions.sgn: "sign",
+    functions.step: "heaviside",
+    functions.whole: "floor",
+    functions.minimum: "min",
+    functions.maximum: "max",
+    functions.select: "where",
+}
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One equation.
+
+    Attributes:
+        kind: "signal", "law", "dynamics", "output", "event" (what is zero then) or "then" (dynamics after).
+        text: as written in the file.
+        mathml: presentation MathML.
+    """
+
+    kind: str
+    text: str
+    mathml: str
+
+
+def equations(system: System) -> list[Equation]:
+    """Signals, known laws, dynamics, outputs and events of `system`, in the order of the file.
+
+    What has no text, because it was not read from a file, is left out.
+    """
+    scope = scope_of(system)
+    states = set(system.x)
+    # a signal stands for itself, as a function of the states, so that its derivative shows as one
+    names = {
+        name: Value(sp.Function(name, real=True)(*sorted(e.free_symbols & states, key=str)))
+        if e.free_symbols & states
+        else Value(symbol(name))
+        for name, e in system.signals.items()
+    }
+    scope = replace(scope, values={**scope.values, **names})
+    left = {f"signals.{name}": ("signal", symbol(name)) for name in system.signals}
+    left |= {f"ports.{p.name}.law": ("law", symbol(p.effort)) for p in system.ports}
+    left |= {f"dynamics.{s.name}": ("dynamics", _Rate(symbol(s.name))) for s in system.states}
+    left |= {f"outputs.{o.name}.expression": ("output", symbol(o.name)) for o in system.outputs}
+    for event in system.events:
+        place = f"events.{event.name}"
+        left[f"{place}.expression"] = ("event", sp.S.Zero)
+        left |= {f"{place}.then.{s.name}": ("then", _Rate(symbol(s.name))) for s in system.states}
+    printer = _Printer(system.tables)
+    found = []
+    for place, (kind, name) in left.items():
+        if place in system.text:
+            text = system.text[place]
+            right = parse(text, scope, place)
+            body = f"{printer.doprint(name)}<mo>=</mo>{printer.doprint(right)}"
+            found.append(Equation(kind, text, f'<math display="block"><mrow>{body}</mrow></math>'))
+    return found
+
+
+class _Rate(sp.Function):  # type: ignore[misc]
+    """The time derivative of a state."""
+
+
+class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
+    """Prints functions of the states by their names alone, and the rate of a state with a dot."""
+
+    def __init__(self, tables: Sequence[Table]) -> None:
+        super().__init__()
+        self.tables = tables
+
+    def mathml_tag(self, e: object) -> str:
+        return _WRITTEN.get(type(e)) or str(super().mathml_tag(e))
+
+    def _print_AppliedUndef(self, e: AppliedUndef) -> object:
+        return self._print(sp.Symbol(e.func.__name__))
+
+    def _print__Rate(self, e: sp.Expr) -> object:
+        over = self.dom.createElement("mover")
+        over.appendChild(self._print(e.args[0]))
+        dot = self.dom.createElement("mo")
+        dot.appendChild(self.dom.createTextNode("˙"))
+        over.appendChild(dot)
+        return over
+
+    def _print_absolute(self, e: sp.Expr) -> object:
+        return self._print(sp.Abs(e.args[0], evaluate=False))
+
+    def _print_lookup(self, e: sp.Expr) -> object:
+        table, x, order = e.args
+        row = self.dom.createElement("mrow")
+        row.appendChild(self._print(sp.Symbol(self.tables[int(table)].name + int(order) * "′")))
+        row.appendChild(self._paren_comma_separated(x))
+        return row
+
+    def _print_greater(self, e: sp.Expr) -> object:
+        return self._paren_comma_separated(sp.Gt(*e.args, evaluate=False))
+
+    def _print_at_least(self, e: sp.Expr) -> object:
+        return self._paren_comma_separated(sp.Ge(*e.args, evaluate=False))
+
+    def _print_equal(self, e: sp.Expr) -> object:
+        return self._paren_comma_separated(sp.Eq(*e.args, evaluate=False))
+
+    def doprint(self, expr: sp.Expr) -> str:
+        # XML knows no entities of MathML like &InvisibleTimes;
+        return re.sub(
+            r"&(?!(?:lt|gt|amp|quot);)\w+;", lambda m: html.unescape(m[0]), self._print(expr).toxml()
+        )

@@ -1,0 +1,110 @@
+"""The functions and operators of an expression: as SymPy, as plain numbers, and what they do to units."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any
+
+import sympy as sp
+
+from unmodelled.systems import functions as f
+from unmodelled.systems import quantities as q
+from unmodelled.systems.quantities import Quantity
+
+
+@dataclass(frozen=True)
+class Operation:
+    """A function of `least` to `most` arguments.
+
+    Attributes:
+        symbolic: makes the SymPy expression. numeric: its value for numbers. unit: its unit from those of the
+            arguments.
+    """
+
+    least: int
+    most: int
+    symbolic: Callable[..., Any]
+    numeric: Callable[..., float]
+    unit: Callable[[Sequence[Quantity]], Quantity]
+
+
+def _minimum(*parts: sp.Expr) -> sp.Expr:
+    return reduce(f.minimum, parts)
+
+
+def _maximum(*parts: sp.Expr) -> sp.Expr:
+    return reduce(f.maximum, parts)
+
+
+def _clip(x: sp.Expr, low: sp.Expr, high: sp.Expr) -> sp.Expr:
+    return f.minimum(f.maximum(x, low), high)
+
+
+def _mod(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    if b == 0:
+        raise ZeroDivisionError
+    return a - b * f.whole(a / b)
+
+
+def _sign(x: float) -> float:
+    return float((x > 0) - (x < 0))
+
+
+_MANY = 100
+
+FUNCTIONS = {
+    "sin": Operation(1, 1, sp.sin, math.sin, q.pure),
+    "cos": Operation(1, 1, sp.cos, math.cos, q.pure),
+    "tan": Operation(1, 1, sp.tan, math.tan, q.pure),
+    "asin": Operation(1, 1, sp.asin, math.asin, q.pure),
+    "acos": Operation(1, 1, sp.acos, math.acos, q.pure),
+    "atan": Operation(1, 1, sp.atan, math.atan, q.pure),
+    "atan2": Operation(2, 2, sp.atan2, math.atan2, q.ratio),
+    "sinh": Operation(1, 1, sp.sinh, math.sinh, q.pure),
+    "cosh": Operation(1, 1, sp.cosh, math.cosh, q.pure),
+    "tanh": Operation(1, 1, sp.tanh, math.tanh, q.pure),
+    "exp": Operation(1, 1, sp.exp, math.exp, q.pure),
+    "log": Operation(1, 1, sp.log, math.log, q.pure),
+    "sqrt": Operation(1, 1, sp.sqrt, math.sqrt, q.root),
+    "abs": Operation(1, 1, f.absolute, abs, q.same),
+    "sign": Operation(1, 1, f.sgn, _sign, q.flag),
+    "min": Operation(2, _MANY, _minimum, min, q.same),
+    "max": Operation(2, _MANY, _maximum, max, q.same),
+    "floor": Operation(1, 1, f.whole, math.floor, q.same),
+    "mod": Operation(2, 2, _mod, lambda a, b: a - b * math.floor(a / b), q.same),
+    "clip": Operation(3, 3, _clip, lambda x, low, high: min(max(x, low), high), q.same),
+    "heaviside": Operation(1, 1, f.step, lambda x: (_sign(x) + 1) / 2, q.flag),
+    "where": Operation(3, 3, f.select, lambda c, a, b: a if c else b, q.branch),
+}
+
+COMPARISONS: dict[type[ast.cmpop], Operation] = {
+    ast.Gt: Operation(2, 2, f.greater, lambda a, b: a > b, q.ratio),
+    ast.Lt: Operation(2, 2, lambda a, b: f.greater(b, a), lambda a, b: a < b, q.ratio),
+    ast.GtE: Operation(2, 2, f.at_least, lambda a, b: a >= b, q.ratio),
+    ast.LtE: Operation(2, 2, lambda a, b: f.at_least(b, a), lambda a, b: a <= b, q.ratio),
+    ast.Eq: Operation(2, 2, f.equal, lambda a, b: a == b, q.ratio),
+    ast.NotEq: Operation(2, 2, lambda a, b: 1 - f.equal(a, b), lambda a, b: a != b, q.ratio),
+}
+
+#: Of any number of terms or factors.
+OPERATORS: dict[type[ast.operator], Operation] = {
+    ast.Add: Operation(2, _MANY, sp.Add, lambda *terms: math.fsum(terms), q.same),
+    ast.Mult: Operation(
+        2, _MANY, sp.Mul, lambda *factors: math.prod(factors), lambda p: reduce(q.product, p)
+    ),
+}
+#: A difference is a sum and a quotient a product.
+RANKS: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Add,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Mult,
+    ast.Div: ast.Mult,
+    ast.Pow: ast.Pow,
+}
+
+#: Words that name nothing of the user's own.
+RESERVED = frozenset({*FUNCTIONS, "diff", "pi", "t"})

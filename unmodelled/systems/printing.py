@@ -1,0 +1,101 @@
+"""SymPy expressions as text that the grammar of system files reads back."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from functools import reduce
+from typing import Any
+
+import sympy as sp
+from sympy.printing.precedence import PRECEDENCE
+from sympy.printing.str import StrPrinter
+
+from unmodelled.systems import functions as f
+from unmodelled.systems.operations import FUNCTIONS
+from unmodelled.systems.syntax import LONGEST
+
+_NAMES = {
+    f.absolute: "abs",
+    f.sgn: "sign",
+    f.step: "heaviside",
+    f.whole: "floor",
+    f.minimum: "min",
+    f.maximum: "max",
+    f.select: "where",
+    # of a table at a number, which has no value before the table is known
+    sp.Abs: "abs",
+    sp.sign: "sign",
+    sp.Heaviside: "heaviside",
+    sp.floor: "floor",
+}
+_COMPARISONS = {f.greater: ">", f.at_least: ">=", f.equal: "=="}
+
+
+def printed(expression: sp.Expr, names: Collection[str], tables: Sequence[str]) -> str:
+    """`expression` as text; numbers with full precision.
+
+    Args:
+        expression: as the reader makes them, or with SymPy's own Abs, Min, Max, sign, Heaviside and floor.
+        names: symbols that the text may use. tables: their names, by number.
+
+    Raises:
+        ValueError: when the grammar has no words for it: other functions or symbols, or the slope of a table.
+    """
+    expression = f.sanitised(expression)
+    expression = expression.replace(sp.Min, lambda *parts: reduce(f.minimum, parts))
+    expression = expression.replace(sp.Max, lambda *parts: reduce(f.maximum, parts))
+    strange = sorted({str(s) for s in expression.free_symbols} - {*names, "t"})
+    if strange:
+        raise ValueError(f"a system file cannot name {strange[0]!r} here")
+    text = str(_Printer(tables).doprint(expression))
+    if len(text) > LONGEST:
+        raise ValueError(
+            f"an expression of {len(text)} characters is too long for a system file, max. {LONGEST}"
+        )
+    return text
+
+
+class _Printer(StrPrinter):  # type: ignore[misc]
+    def __init__(self, tables: Sequence[str]) -> None:
+        super().__init__()
+        self.tables = tables
+
+    def _print_Float(self, expr: Any) -> str:
+        return repr(float(expr))
+
+    def _print_NumberSymbol(self, expr: Any) -> str:
+        return repr(float(expr))
+
+    _print_Exp1 = _print_NumberSymbol
+    _print_Pi = _print_NumberSymbol
+
+    def _print_Function(self, expr: Any) -> str:
+        if expr.func in _COMPARISONS:
+            left, right = (self.parenthesize(a, PRECEDENCE["Add"]) for a in expr.args)
+            return f"({left} {_COMPARISONS[expr.func]} {right})"
+        if expr.func is f.lookup:
+            return self._table(*expr.args)
+        name = _NAMES.get(expr.func, expr.func.__name__)
+        if name not in FUNCTIONS:
+            raise ValueError(f"a system file has no function {name!r}")
+        arguments = expr.args[:1] if expr.func is sp.Heaviside else expr.args
+        return f"{name}({self.stringify(arguments, ', ')})"
+
+    _print_Abs = _print_Heaviside = _print_Function
+
+    def _table(self, table: sp.Integer, x: sp.Expr, order: sp.Integer) -> str:
+        if order != 0:
+            raise ValueError(f"a system file cannot write the slope of the table {self.tables[int(table)]!r}")
+        return f"{self.tables[int(table)]}({self._print(x)})"
+
+    def emptyPrinter(self, expr: Any) -> str:
+        raise ValueError(f"a system file has no words for {type(expr).__name__}")
+
+    _print_ImaginaryUnit = emptyPrinter
+    _print_Piecewise = emptyPrinter
+    _print_Infinity = emptyPrinter
+    _print_NegativeInfinity = emptyPrinter
+    _print_ComplexInfinity = emptyPrinter
+    _print_NaN = emptyPrinter
+    _print_Relational = emptyPrinter
+    _print_Derivative = emptyPrinter

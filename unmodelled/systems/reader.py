@@ -1,0 +1,214 @@
+"""The safe reader of `system/1` files (shared/contracts/system.md)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import sympy as sp
+
+from unmodelled.base.errors import closest
+from unmodelled.systems import grammar, quantities, syntax, units
+from unmodelled.systems.declarations import Declarations, checked_name, read_declarations
+from unmodelled.systems.document import Node, load
+from unmodelled.systems.model import Event, Output, Port, System, symbol
+from unmodelled.systems.quantities import UNKNOWN, Quantity
+from unmodelled.systems.scope import Scope, Value
+from unmodelled.systems.syntax import shown
+from unmodelled.systems.units import Dimension, Unit
+
+SCHEMA = "system/1"
+_REQUIRED = ("schema", "name", "states", "outputs", "dynamics")
+_OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tables", "events")
+_LARGEST = 100_000
+
+
+def read_system(path: Path) -> System:
+    """The system that the file `path` describes; nothing in the file is executed.
+
+    Raises:
+        BadInput: one line that names file, line and place, when anything in it is wrong.
+    """
+    root = load(Path(path))
+    schema = root.entries().get("schema")
+    if schema is None or schema.content != SCHEMA:
+        raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
+    sections = root.fields(_REQUIRED, _OPTIONAL)
+    name = checked_name(sections["name"].text(), sections["name"])
+    return _Equations(sections, read_declarations(sections)).system(name)
+
+
+@dataclass
+class _Equations:
+    """The expressions of a file, each checked in what it may use."""
+
+    sections: dict[str, Node]
+    declared: Declarations
+    values: dict[str, Value] = field(default_factory=dict)
+    text: dict[str, str] = field(default_factory=dict)
+    size: int = 0
+
+    def system(self, name: str) -> System:
+        declared = self.declared
+        constants = {*self._entries("operating_point"), *self._entries("parameters")}
+        for key, unit in declared.units.items():
+            dimension = None if declared.without_units else unit.dimension
+            self.values[key] = Value(symbol(key), Quantity(dimension, constant=key in constants))
+        signals = self._signals()
+        dynamics = self._dynamics()
+        return System(
+            name,
+            tuple(declared.states),
+            tuple(declared.inputs),
+            tuple(self._output(o) for o in declared.outputs),
+            tuple(declared.operating_point),
+            tuple(declared.parameters),
+            tuple(self._port(p, dynamics) for p in declared.ports),
+            tuple(declared.tables),
+            signals,
+            dynamics,
+            self.text,
+            tuple(self._event(name, node, dynamics) for name, node in self._entries("events").items()),
+        )
+
+    def _entries(self, section: str) -> dict[str, Node]:
+        return self.sections[section].entries() if section in self.sections else {}
+
+    def _scope(self, refused: dict[str, str]) -> Scope:
+        declared = self.declared
+        tables = {table.name: k for k, table in enumerate(declared.tables)}
+        return Scope(self.values, tables, [s.name for s in declared.states], refused)
+
+    def _evaluated(self, node: Node, refused: dict[str, str], unit: Unit | Dimension | None = None) -> Value:
+        self.text[node.place] = node.text()
+        value = grammar.evaluate(node.text(), self._scope(refused), node.where)
+        self.size += value.size
+        if self.size > _LARGEST:
+            raise node.wrong("the expressions of the file are too large in all once signals are written out")
+        if unit is not None:
+            self._check_unit(node, value, unit)
+        return value
+
+    def _check_unit(self, node: Node, value: Value, unit: Unit | Dimension) -> None:
+        got = value.quantity.settled
+        dimension = unit.dimension if isinstance(unit, Unit) else unit
+        if got is None or self.declared.without_units or got == dimension:
+            return
+        wanted = unit.text if isinstance(unit, Unit) and unit.text else units.describe(dimension)
+        raise node.wrong(f"unit must be {wanted}, got {units.describe(got)}")
+
+    def _signals(self) -> dict[str, sp.Expr]:
+        entries = self._entries("signals")
+        uses = {name: [n for n in _words(node) if n in entries] for name, node in entries.items()}
+        for name, node in entries.items():
+            for used in uses[name]:
+                if used not in self.values:
+                    raise node.wrong(_out_of_order(name, used, uses))
+            self.values[name] = self._evaluated(node, {})
+        return {name: self.values[name].expression for name in entries}
+
+    def _dynamics(self) -> tuple[sp.Expr, ...]:
+        found = self._rates(self._entries("dynamics"))
+        for state in self.declared.states:
+            if state.name not in found:
+                raise self.sections["dynamics"].wrong(f"the state {state.name!r} has no dynamics")
+        return tuple(found[state.name] for state in self.declared.states)
+
+    def _rates(self, entries: dict[str, Node]) -> dict[str, sp.Expr]:
+        """Time derivatives of the states that have an entry, in the order of the states."""
+        states = {s.name for s in self.declared.states}
+        for name, node in entries.items():
+            if name not in states:
+                raise node.wrong(f"{shown(name)} is not a state, must be one of {', '.join(sorted(states))}")
+        found = {}
+        for state in self.declared.states:
+            if state.name in entries:
+                unit = Quantity(self.declared.units[state.name].dimension)
+                rate = quantities.quotient(unit, quantities.CLOCK).dimension
+                found[state.name] = self._evaluated(entries[state.name], {}, rate).expression
+        return found
+
+    def _event(self, name: str, node: Node, dynamics: tuple[sp.Expr, ...]) -> Event:
+        entries = node.fields(("expression",), ("then",))
+        written = entries["expression"]
+        expression = self._evaluated(written, self._without_efforts()).expression
+        moving = {*self._entries("states"), *self._entries("inputs"), "t"}
+        if not moving & {str(s) for s in expression.free_symbols}:
+            raise written.wrong("depends on no state, no input and not on t, so that nothing ever happens")
+        if "then" not in entries:
+            return Event(name, expression)
+        changed = self._rates(entries["then"].entries())
+        if not changed:
+            raise entries["then"].wrong("at least one state is needed")
+        pairs = zip(self.declared.states, dynamics, strict=True)
+        return Event(name, expression, tuple(changed.get(state.name, rate) for state, rate in pairs))
+
+    def _without_efforts(self) -> dict[str, str]:
+        """Efforts, and signals that depend on them, and why they are refused."""
+        efforts = {symbol(p.effort): p.effort for p in self.declared.ports}
+        refused = {e: f"the effort {e!r} is not allowed here" for e in efforts.values()}
+        for name in self._entries("signals"):
+            inside = self.values[name].expression.free_symbols & efforts.keys()
+            if inside:
+                effort = min(efforts[s] for s in inside)
+                refused[name] = f"{name!r} depends on the effort {effort!r}, which is not allowed here"
+        return refused
+
+    def _output(self, output: Output) -> Output:
+        node = self._entries("outputs")[output.name]
+        unit = self.declared.output_units[output.name]
+        if "expression" not in node.entries():
+            self._check_unit(node, self.values[output.name], unit)
+            return output
+        written = node.entries()["expression"]
+        return replace(output, expression=self._evaluated(written, self._without_efforts(), unit).expression)
+
+    def _port(self, port: Port, dynamics: tuple[sp.Expr, ...]) -> Port:
+        node = self._entries("ports")[port.name]
+        effort = symbol(port.effort)
+        if not any(effort in f.free_symbols for f in dynamics):
+            raise node.wrong(f"effort {port.effort!r} of port {port.name!r} appears in no dynamics")
+        refused = self._without_efforts()
+        for key in ("position", "velocity"):
+            if key in node.entries():
+                self._check_motion(node.entries()[key], refused)
+        self._check_power(port, node)
+        if "law" not in node.entries():
+            return port
+        law = self._evaluated(node.entries()["law"], refused, self.declared.units[port.effort])
+        return replace(port, law=law.expression)
+
+    def _check_motion(self, node: Node, refused: dict[str, str]) -> None:
+        motions = [*(s.name for s in self.declared.states), *self._entries("signals")]
+        name = node.text()
+        if name not in motions:
+            raise node.wrong(f"must be a state or a signal, got {shown(name)}{closest(name, motions)}")
+        if name in refused:
+            raise node.wrong(refused[name])
+
+    def _check_power(self, port: Port, node: Node) -> None:
+        if port.velocity is None:
+            return
+        rate = self.values[port.velocity].quantity.settled
+        power = quantities.product(self.values[port.effort].quantity, Quantity(rate) if rate else UNKNOWN)
+        if power.settled not in (None, units.parse_unit("W").dimension):
+            got = units.describe(power.settled)
+            raise node.wrong(f"effort times velocity must be a power, in W, got {got}")
+
+
+def _words(node: Node) -> list[str]:
+    return syntax.names(node.content) if isinstance(node.content, str) else []
+
+
+def _out_of_order(name: str, used: str, uses: dict[str, list[str]]) -> str:
+    """Why the signal `name` cannot use `used`: it leads back to `name`, or it just comes later."""
+    paths, seen = [[name, used]], {used}
+    while paths:
+        path = paths.pop()
+        if path[-1] == name:
+            return f"cycle in signals: {' -> '.join(path)}"
+        for following in uses[path[-1]]:
+            if following not in seen:
+                seen.add(following)
+                paths.append([*path, following])
+    return f"signals must be in order: {name!r} uses {used!r}, which is defined later"

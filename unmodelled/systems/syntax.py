@@ -1,0 +1,82 @@
+"""From text to a syntax tree: which characters, words and shapes an expression may have at all."""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import re
+import warnings
+
+from unmodelled.base.errors import BadInput
+
+LONGEST = 8000
+MOST_NODES = 3000
+
+_TOKEN = re.compile(
+    r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w.])"
+    r"|(?P<name>[A-Za-z]\w*)"
+    r"|\*\*|[<>=!]=|[<>](?![<>])|/(?!/)|[-+*(),]",
+    re.ASCII,
+)
+_OFFENDER = re.compile(r"//|<<|>>|:=|[\w.]+|\W\w*")
+_HINTS = {
+    "^": "write ** for a power",
+    "and": "multiply the conditions instead",
+    "or": "use max(a, b) instead",
+    "not": "use 1 - condition instead",
+    "if": "use where(condition, a, b) instead",
+    "=": "write == to compare",
+    "//": "use floor(a/b) instead",
+    "%": "use mod(a, b) instead",
+}
+
+
+def shown(text: str) -> str:
+    """`text` quoted on one line, cut where it is long."""
+    return repr(text if len(text) <= 60 else text[:57] + "...")
+
+
+def names(text: str) -> list[str]:
+    """The words in `text`, in order, whether or not it is an expression."""
+    return re.findall(r"(?<![\w.])[A-Za-z_]\w*", text, re.ASCII)
+
+
+def tree(text: str, where: str) -> tuple[str, ast.expr]:
+    """`text` on one line and its syntax tree, of numbers, names, operators and calls; nothing is executed.
+
+    Raises:
+        BadInput: starting with `where`, naming the token that is not allowed.
+    """
+    if len(text) > LONGEST:
+        raise BadInput(f"{where}: an expression has at most {LONGEST} characters, got {len(text)}")
+    line = " ".join(text.split())
+    if not line:
+        raise BadInput(f"{where}: the expression is empty")
+    _check_tokens(line, where)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            body = ast.parse(line, mode="eval").body
+    except SyntaxError as error:
+        rest = line[max((error.offset or 1) - 1, 0) :] or "the end"
+        raise BadInput(f"{where}: not an expression: syntax error at {shown(rest)}") from None
+    except (MemoryError, RecursionError, ValueError):
+        raise BadInput(f"{where}: the expression is nested too deeply") from None
+    if sum(isinstance(node, ast.expr) for node in ast.walk(body)) > MOST_NODES:
+        raise BadInput(f"{where}: the expression is too long: more than {MOST_NODES} parts")
+    return line, body
+
+
+def _check_tokens(line: str, where: str) -> None:
+    position = 0
+    while position < len(line):
+        if line[position] == " ":
+            position += 1
+            continue
+        found = _TOKEN.match(line, position)
+        if found is None or keyword.iskeyword(found.group()):
+            offender = found or _OFFENDER.match(line, position)
+            token = offender.group() if offender else line[position]
+            hint = _HINTS.get(token) or _HINTS.get(token[0])
+            raise BadInput(f"{where}: {shown(token)} is not allowed" + (f"; {hint}" if hint else ""))
+        position = found.end()

@@ -1,0 +1,164 @@
+"""Systems as `system/1` files (shared/contracts/system.md)."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import sympy as sp
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.model import Constant, Event, Output, Parameter, Port, State, System, symbol
+from unmodelled.systems.printing import printed
+from unmodelled.systems.scope import Scope, scope_of
+from unmodelled.systems.tables import Table
+
+# What YAML reads as that very text, also between braces.
+_PLAIN = re.compile(
+    r"(?!(?:null|Null|NULL|true|false)$)[A-Za-z0-9_(.][\w .+*/()^-]*(?<! )|-[\w(][\w .+*/()^-]*(?<! )"
+)
+# What JSON leaves as it is and a system file must not hold.
+_UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
+
+
+def write_system(system: System, path: Path) -> None:
+    """Write `system` to `path`, and its tables as CSV files beside it, so that reading gives it back.
+
+    An expression is written as the user wrote it where that still says the same.
+
+    Raises:
+        ValueError: when an expression has no form in the grammar, such as the slope of a table.
+        BadInput: when a file cannot be written.
+    """
+    path = Path(path)
+    files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}
+    text = _Text(system, scope_of(system)).document(files)
+    for table in system.tables:
+        _write_table(table, path.with_name(files[table.name]))
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _write_table(table: Table, path: Path) -> None:
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as lines:
+        csv.writer(lines).writerows([("x", "y"), *zip(map(repr, table.x), map(repr, table.y), strict=True)])
+
+
+@dataclass(frozen=True)
+class _Text:
+    system: System
+    scope: Scope
+
+    def document(self, files: Mapping[str, str]) -> str:
+        system = self.system
+        states = [s.name for s in system.states]
+        sections = {
+            "states": {s.name: _braces(_state(s)) for s in system.states},
+            "inputs": {u.name: _braces(_signal(u.unit, u.column, u.delay)) for u in system.inputs},
+            "outputs": {y.name: _braces(self._output(y)) for y in system.outputs},
+            "operating_point": {c.name: _braces(_constant(c)) for c in system.operating_point},
+            "parameters": {p.name: _braces(_parameter(p)) for p in system.parameters},
+            "signals": {name: self._expression(f"signals.{name}", e) for name, e in system.signals.items()},
+            "ports": {p.name: _braces(self._port(p)) for p in system.ports},
+            "tables": {t.name: _braces(_table(t, files[t.name])) for t in system.tables},
+            "dynamics": self._rates("dynamics", dict(zip(states, system.dynamics, strict=True))),
+            "events": {e.name: _braces(self._event(e)) for e in system.events},
+        }
+        lines = ["schema: system/1", f"name: {_quoted(system.name)}"]
+        for section, entries in sections.items():
+            if entries:
+                lines += [f"{section}:", *(f"  {name}: {content}" for name, content in entries.items())]
+        return "\n".join(lines) + "\n"
+
+    def _expression(self, place: str, expression: sp.Expr) -> str:
+        """What the user wrote there, if it still means `expression`; else printed in base symbols."""
+        written = self.system.text.get(place)
+        if written is not None and self._means(written, expression):
+            return _quoted(written)
+        names = [n for n in self.scope.values if n not in self.system.signals]
+        return _quoted(printed(expression, names, [t.name for t in self.system.tables]))
+
+    def _rates(self, place: str, rates: Mapping[str, sp.Expr]) -> dict[str, str]:
+        return {name: self._expression(f"{place}.{name}", rate) for name, rate in rates.items()}
+
+    def _means(self, written: str, expression: sp.Expr) -> bool:
+        try:
+            return bool(parse(written, self.scope, "") == expression)
+        except BadInput:
+            return False
+
+    def _output(self, output: Output) -> dict[str, str]:
+        entries = _signal(output.unit, output.column, output.delay)
+        place = f"outputs.{output.name}.expression"
+        if place in self.system.text or output.expression != symbol(output.name):
+            entries["expression"] = self._expression(place, output.expression)
+        return entries
+
+    def _port(self, port: Port) -> dict[str, str]:
+        entries = {"effort": port.effort, "unit": _quoted(port.unit)}
+        if port.position is not None:
+            entries["position"] = port.position
+        if port.velocity is not None:
+            entries["velocity"] = port.velocity
+        if port.law is not None:
+            entries["law"] = self._expression(f"ports.{port.name}.law", port.law)
+        return entries
+
+    def _event(self, event: Event) -> dict[str, str]:
+        place = f"events.{event.name}"
+        entries = {"expression": self._expression(f"{place}.expression", event.expression)}
+        if event.then is None:
+            return entries
+        names = [s.name for s in self.system.states]
+        after, before = (dict(zip(names, rates, strict=True)) for rates in (event.then, self.system.dynamics))
+        written = [n for n in names if after[n] != before[n] or f"{place}.then.{n}" in self.system.text]
+        then = {name: after[name] for name in written or names}
+        return entries | {"then": _braces(self._rates(f"{place}.then", then))}
+
+
+def _quoted(text: str) -> str:
+    if _PLAIN.fullmatch(text):
+        return text
+    return _UNPRINTED.sub(lambda found: f"\\u{ord(found.group()):04x}", json.dumps(text, ensure_ascii=False))
+
+
+def _braces(entries: Mapping[str, str]) -> str:
+    return "{" + ", ".join(f"{key}: {value}" for key, value in entries.items()) + "}"
+
+
+def _state(state: State) -> dict[str, str]:
+    entries = {"unit": _quoted(state.unit)}
+    return entries | {"initial": repr(float(state.initial))} if state.initial else entries
+
+
+def _signal(unit: str, column: str, delay: float) -> dict[str, str]:
+    entries = {"unit": _quoted(unit), "column": _quoted(column)}
+    return entries | {"delay": repr(float(delay))} if delay else entries
+
+
+def _constant(constant: Constant) -> dict[str, str]:
+    entries = {"unit": _quoted(constant.unit)}
+    if constant.values is not None:
+        given = {_quoted(name): repr(float(value)) for name, value in constant.values.items()}
+        entries["values"] = _braces(given)
+    return entries if constant.other is None else entries | {"other": repr(float(constant.other))}
+
+
+def _parameter(parameter: Parameter) -> dict[str, str]:
+    entries = {"value": repr(float(parameter.value)), "unit": _quoted(parameter.unit)}
+    if parameter.identify:
+        entries["identify"] = "true"
+    if parameter.bounds is not None:
+        low, high = parameter.bounds
+        entries["bounds"] = f"[{float(low)!r}, {float(high)!r}]"
+    return entries
+
+
+def _table(table: Table, file: str) -> dict[str, str]:
+    return {"file": _quoted(file), "x": "x", "y": "y", "kind": table.kind}

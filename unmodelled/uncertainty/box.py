@@ -1,0 +1,92 @@
+"""The box that distribution parameters are searched in, and its unit cube."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from unmodelled.base.errors import BadInput
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Ratio of positive bounds from which a parameter is searched on a logarithmic scale.
+DECADE = 10.0
+
+
+@dataclass(frozen=True)
+class Box:
+    """Bounds of k parameters; one whose bounds are equal is held fixed, the others are free.
+
+    The free parameters span a unit cube: evenly, or logarithmically where both bounds are positive and a
+    decade apart, as for a standard deviation whose order of magnitude is unknown.
+
+    Attributes:
+        bounds: (k, 2) lower and upper.
+
+    Raises:
+        BadInput: when a bound is not finite or lies on the wrong side of the other.
+    """
+
+    bounds: Array
+
+    def __post_init__(self) -> None:
+        for k, (low, high) in enumerate(self.bounds):
+            if not (np.isfinite([low, high]).all() and low <= high):
+                raise BadInput(
+                    f"bounds of parameter {k + 1}: must be finite and in order, got {low:g}, {high:g}"
+                )
+
+    @property
+    def size(self) -> int:
+        """Number of parameters k, fixed ones included."""
+        return len(self.bounds)
+
+    @cached_property
+    def free(self) -> Mask:
+        """(k,) whether a parameter may move."""
+        return np.asarray(self.bounds[:, 0] < self.bounds[:, 1])
+
+    @cached_property
+    def logarithmic(self) -> Mask:
+        """(k,) whether a parameter is searched on a logarithmic scale."""
+        low, high = self.bounds.T
+        return np.asarray((low > 0.0) & (high >= DECADE * low))
+
+    def to_alpha(self, unit: ArrayLike) -> Array:
+        """Parameters (..., k) at the points (..., free) of the unit cube."""
+        share = np.asarray(unit, float)
+        low, high = self._scaled(self.bounds.T)[..., self.free]
+        alpha = np.broadcast_to(self.bounds[:, 0], (*share.shape[:-1], self.size)).copy()
+        alpha[..., self.free] = low + share * (high - low)
+        alpha[..., self._curved] = np.exp(alpha[..., self._curved])
+        return self.clip(alpha)
+
+    def to_unit(self, alpha: ArrayLike) -> Array:
+        """Points (..., free) of the unit cube that stand for the parameters (..., k)."""
+        low, high = self._scaled(self.bounds.T)[..., self.free]
+        inside = self._scaled(self.clip(alpha))[..., self.free]
+        return np.asarray((inside - low) / (high - low))
+
+    def clip(self, alpha: ArrayLike) -> Array:
+        """The parameters (..., k), moved to the nearest point of the box."""
+        return np.asarray(np.clip(alpha, self.bounds[:, 0], self.bounds[:, 1]))
+
+    def pinned(self, values: dict[int, float]) -> Box:
+        """The same box with some parameters, given by their index, held at a value."""
+        bounds = self.bounds.copy()
+        for index, value in values.items():
+            bounds[index] = value
+        return Box(bounds)
+
+    @cached_property
+    def _curved(self) -> Mask:
+        return self.free & self.logarithmic
+
+    def _scaled(self, alpha: Array) -> Array:
+        out = np.array(alpha, float)
+        out[..., self._curved] = np.log(out[..., self._curved])
+        return out

@@ -1,0 +1,184 @@
+"""Generalised polynomial chaos: outputs as polynomials in standard variables, and their moments."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.families import Family
+from unmodelled.uncertainty.orthogonal import Germ
+
+Array = NDArray[np.float64]
+Germs = tuple[Germ, ...]
+
+#: Below this share of the mean a standard deviation is rounding.
+ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Chaos:
+    """Expansions of total degree `degree` for n independent parameters, `order` collocation points each.
+
+    Raises BadInput where the order does not exceed the degree: the rule would not tell the polynomials apart
+    (section 3.2.8).
+    """
+
+    families: tuple[Family, ...]
+    degree: int
+    order: int
+
+    def __post_init__(self) -> None:
+        if not self.families:
+            raise BadInput("polynomial chaos needs at least one uncertain parameter")
+        if self.degree < 0:
+            raise BadInput(f"the degree must not be negative, got {self.degree}")
+        if self.order <= self.degree:
+            raise BadInput(f"the quadrature order must exceed the degree {self.degree}, got {self.order}")
+
+    def nodes(self, alpha: Array) -> Array:
+        """(order^n, n) collocation points in theta; the last parameter changes fastest.
+
+        Args:
+            alpha: (n, 2) the two numbers of every parameter's family.
+
+        Raises BadInput where no member of a family has them.
+        """
+        self._check(alpha)
+        phi = _rule(self._germs(alpha), self.degree, self.order).points
+        columns = [f.to_theta(p, a) for f, p, a in zip(self.families, phi.T, alpha, strict=True)]
+        return np.stack(columns, axis=1)
+
+    def expand(self, alpha: Array, values: Array) -> Expansion:
+        """Coefficients by eq. (3.11), of all outputs at once.
+
+        Args:
+            alpha: (n, 2) as for `nodes`.
+            values: (order^n, L) the outputs at these nodes.
+
+        Raises ValueError where the shape is another or a value is not finite.
+        """
+        self._check(alpha)
+        values, rows = np.asarray(values), self.order ** len(self.families)
+        if values.ndim != 2 or len(values) != rows:
+            raise ValueError(f"expected values of shape ({rows}, L), got {values.shape}")
+        if not np.all(np.isfinite(values)):
+            node, output = np.argwhere(~np.isfinite(values))[0]
+            raise ValueError(f"output {output} is {values[node, output]} at node {node}")
+        germs = self._germs(alpha)
+        rule = _rule(germs, self.degree, self.order)
+        return Expansion(germs, self.degree, rule.projection @ values)
+
+    def _germs(self, alpha: Array) -> Germs:
+        return tuple(f.germ(a) for f, a in zip(self.families, alpha, strict=True))
+
+    def _check(self, alpha: Array) -> None:
+        wanted = (len(self.families), 2)
+        if np.shape(alpha) != wanted:
+            raise BadInput(
+                f"alpha needs two numbers for every parameter, shape {wanted}: got {np.shape(alpha)}"
+            )
+        for k, (family, two) in enumerate(zip(self.families, alpha, strict=True)):
+            try:
+                family.check(two)
+            except BadInput as error:
+                raise BadInput(f"parameter {k + 1}: {error}") from None
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """L outputs as sums of r orthonormal polynomials (eq. 3.5).
+
+    The rows of `coefficients` (r, L) follow `multi_indices`; the first belongs to the constant.
+    """
+
+    germs: Germs
+    degree: int
+    coefficients: Array
+
+    def __call__(self, phi: Array) -> Array:
+        """(S, L) outputs at (S, n) standard variables: the cheap response surface of section 3.2.7."""
+        return _basis(self.germs, self.degree, phi).T @ self.coefficients
+
+    @property
+    def mean(self) -> Array:
+        """(L,)."""
+        return np.asarray(self.coefficients[0])
+
+    @property
+    def variance(self) -> Array:
+        """(L,); without the constant's coefficient, which the sum printed below eq. (3.9) includes."""
+        return np.asarray(np.sum(self.coefficients[1:] ** 2, axis=0))
+
+    def moments(self, count: int) -> Array:
+        """(count, L) raw moments 1 to count of the polynomials, eq. (3.9).
+
+        The expectation of a power of a polynomial is taken by a quadrature that is exact for it. The sum over
+        all products of m coefficients is the same number by r^m terms.
+        """
+        return self._moments(self.coefficients, count)
+
+    def standardised(self, count: int) -> Array:
+        """(count, L) moments 1 to count of (Y - mean) / standard deviation: 0, 1, skewness, kurtosis, ...
+
+        Raises ValueError where an output does not vary.
+        """
+        deviation = np.sqrt(self.variance)
+        constant = deviation <= ROUNDING * np.abs(self.mean)
+        if np.any(constant):
+            raise ValueError(f"output {np.argmax(constant)} does not vary: it has no standardised moments")
+        scaled = self.coefficients / deviation
+        scaled[0] = 0.0
+        return self._moments(scaled, count)
+
+    def _moments(self, coefficients: Array, count: int) -> Array:
+        rule = _rule(self.germs, self.degree, (count * self.degree) // 2 + 1)
+        y = rule.basis.T @ coefficients
+        power, moments = np.ones_like(y), np.empty((count, y.shape[1]))
+        for m in range(count):
+            power *= y
+            moments[m] = rule.weights @ power
+        return moments
+
+
+@lru_cache
+def multi_indices(parameters: int, degree: int) -> NDArray[np.int64]:
+    """(r, n) degrees of the univariate factors of every polynomial, total degree at most `degree` (eq. 3.6).
+
+    By total degree, then with the first parameters' degrees falling.
+    """
+    every = [i for i in product(range(degree + 1), repeat=parameters) if sum(i) <= degree]
+    indices = np.array(sorted(every, key=lambda i: (sum(i), [-k for k in i])))
+    indices.flags.writeable = False  # shared by all who ask
+    return indices
+
+
+@dataclass(frozen=True, eq=False)
+class _Rule:
+    """A tensor rule of Q points and the basis on it."""
+
+    points: Array  # (Q, n)
+    weights: Array  # (Q,)
+    basis: Array  # (r, Q)
+    projection: Array  # (r, Q) basis times weights
+
+
+@lru_cache(maxsize=64)
+def _rule(germs: Germs, degree: int, order: int) -> _Rule:
+    """Kept for equal germs, so that it is computed once where alpha does not change them."""
+    nodes, weights = zip(*(germ.quadrature(order) for germ in germs), strict=True)
+    points = np.stack([axis.ravel() for axis in np.meshgrid(*nodes, indexing="ij")], axis=1)
+    products = reduce(np.multiply.outer, weights).ravel()
+    basis = _basis(germs, degree, points)
+    return _Rule(points, products, basis, basis * products)
+
+
+def _basis(germs: Germs, degree: int, phi: Array) -> Array:
+    """(r, S) the polynomials of eq. (3.6) at (S, n) standard variables."""
+    univariate = [germ.polynomials(x, degree) for germ, x in zip(germs, phi.T, strict=True)]
+    indices = multi_indices(len(germs), degree)
+    return reduce(np.multiply, (h[i] for h, i in zip(univariate, indices.T, strict=True)))

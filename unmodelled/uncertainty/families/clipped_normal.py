@@ -1,0 +1,31 @@
+"""The normal distribution clipped to an interval as in the text: Hermite chaos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from unmodelled.uncertainty.families.bounded_normal import BoundedNormal
+from unmodelled.uncertainty.orthogonal import Germ, Hermite
+
+Array = NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True)
+class ClippedNormal(BoundedNormal):
+    """theta = eta(phi; alpha) of eq. (3.12) with a standard normal phi.
+
+    eta bends where the interval cuts, so that polynomials in phi follow even theta itself slowly;
+    TruncatedNormal is the same distribution without the bend.
+    """
+
+    def germ(self, alpha: Array) -> Germ:
+        return Hermite()
+
+    def to_theta(self, phi: Array, alpha: Array) -> Array:
+        return self._inverse(log_ndtr(phi), log_ndtr(-phi), alpha)

@@ -1,0 +1,155 @@
+"""Where a response of one or two parameters takes given values, and its densities by sums along there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import roots_legendre
+
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.families import Family
+from unmodelled.uncertainty.tracing import follow, steepness
+
+Array = NDArray[np.float64]
+
+#: Share of an output's range by which it may move against its sense between two nodes: a simulation's noise.
+NOISE = 1e-3
+#: Slope, in ranges of the output over the box, that counts as none, and points a cell where it is looked for.
+FLAT, REFINEMENT = 1e-6, 4
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Monotone:
+    """L bicubic surfaces over the bounds of one or two parameters, mirrored so that they rise.
+
+    Attributes:
+        bounds: (n, 2).
+        tables: (L, 2 m_1, 2 m_2) values and slopes per cell, alternating, of the unit square; a second axis
+            along which nothing changes stands for the one that a response of one parameter does not have.
+        falling: (L, n) axes that are mirrored.
+        direction: (L,) along which the surfaces rise, 0 or 1, or 2 for both: by these, curves are followed.
+    """
+
+    bounds: Array
+    tables: Array
+    falling: NDArray[np.bool_]
+    direction: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, names: Sequence[str], bounds: Array, values: Array, hermite: Array) -> Monotone:
+        """Find the directions.
+
+        Args:
+            values: (m_1, ..., m_n, L) outputs at the nodes.
+            hermite: (2 m_1, ..., 2 m_n, L) the same with slopes per cell after every value.
+
+        Raises BadInput for more than two parameters, and an output that is not monotone along any axis.
+        """
+        n = len(names)
+        if n > 2:
+            raise BadInput(f"level curves need one or two parameters, got {n}: {', '.join(names)}")
+        span = np.ptp(values.reshape(-1, values.shape[-1]), axis=0)
+        rising = np.stack([_fall(values, axis) <= NOISE * span for axis in range(n)], axis=1)
+        falling = np.stack([_fall(-values, axis) <= NOISE * span for axis in range(n)], axis=1) & ~rising
+        tables = np.ascontiguousarray(np.moveaxis(hermite, -1, 0))
+        for axis in range(n):
+            mirrored = falling[:, axis]
+            tables[mirrored] = _mirrored(tables[mirrored], axis + 1)
+        if n == 1:
+            tables = np.stack([tables, np.zeros_like(tables)] * 2, axis=2)
+        along = rising | falling
+        usable = np.zeros((len(span), 3), dtype=bool)
+        usable[:, :n] = along
+        usable[:, 2] = along.all(1) & (n == 2)
+        usable &= steepness(tables, REFINEMENT) > FLAT * span[:, None]
+        if not usable.any(1).all():
+            output = int(np.argmin(usable.any(1)))
+            raise BadInput(
+                f"non-monotone response: output {output + 1} of {len(span)} neither rises nor falls "
+                f"throughout along {' or '.join(names)}"
+            )
+        # both axes before one: lines along one axis do not resolve a steep curve as well
+        return cls(bounds, tables, falling, 2 - np.argmax(usable[:, ::-1], axis=1))
+
+    def curves(self, y: Array, ends: Array, nodes: int) -> Curves:
+        """The level curves of y (P, L) in the part of the bounds between `ends` (n, 2), with `nodes` each."""
+        n, outputs = len(self.bounds), len(self.tables)
+        low, width = self.bounds[:, 0], np.ptp(self.bounds, axis=1)
+        start, stop = (ends - low[:, None]).T / width
+        part = np.tile([0.0, 1.0], (outputs, 2, 1))
+        part[:, :n, 0] = np.where(self.falling, 1.0 - stop, start)
+        part[:, :n, 1] = stop - start
+        points, weights = _quadrature(nodes if n == 2 else 1)
+        share, along = np.empty((2, *y.shape, len(points), 2))
+        last = np.empty(y.shape)
+        # a copy: for an array that cannot be written to, all of this would be compiled once more
+        follow(self.tables, self.direction, part, y.copy(), points, weights, share, along, last)
+        share, falling = share[..., :n], self.falling[:, None]
+        last = np.where(self.falling[:, -1], 1.0 - last, last)
+        return Curves(
+            theta=low + width * np.where(falling, 1.0 - share, share),
+            weights=along * [np.prod(width), np.prod(width[1:])],
+            end=low[-1] + width[-1] * last,
+            falling=self.falling,
+        )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Nodes along the level curves of P values of L outputs, for sums over independent theta.
+
+    Attributes:
+        theta: (P, L, K, n) the nodes.
+        weights: (P, L, K, 2) of products of densities, and of those with F_1 in place of f_1.
+        end: (P, L) the last parameter where the curve ends.
+        falling: (L, n) whether an output falls along an axis.
+    """
+
+    theta: Array
+    weights: Array
+    end: Array
+    falling: NDArray[np.bool_]
+
+    def density(self, families: Sequence[Family], alpha: Array) -> Array:
+        """(P, L) densities of the outputs."""
+        product = self.weights[..., 0].copy()
+        for i, (family, two) in enumerate(zip(families, alpha, strict=True)):
+            product *= family.density(self.theta[..., i], two)
+        return np.asarray(product.sum(-1))
+
+    def cumulative(self, families: Sequence[Family], alpha: Array) -> Array:
+        """(P, L) probabilities of outputs up to the values."""
+        below = families[0].cumulative(self.theta[..., 0], alpha[0])
+        product = self.weights[..., 1] * np.where(self.falling[:, None, 0], 1.0 - below, below)
+        if len(families) == 1:
+            return np.asarray(product.sum(-1))
+        below = families[1].cumulative(self.end, alpha[1])
+        product *= families[1].density(self.theta[..., 1], alpha[1])
+        return np.asarray(product.sum(-1) + np.where(self.falling[:, 1], 1.0 - below, below))
+
+
+@lru_cache
+def _quadrature(nodes: int) -> tuple[Array, Array]:
+    points, weights = roots_legendre(nodes)
+    return 0.5 + 0.5 * points, 0.5 * weights
+
+
+def _fall(values: Array, axis: int) -> Array:
+    """(L,) largest fall between two nodes along an axis."""
+    falls = -np.diff(values, axis=axis)
+    return np.asarray(falls.reshape(-1, values.shape[-1]).max(0))
+
+
+def _mirrored(tables: Array, axis: int) -> Array:
+    """Tables with an axis turned around, so that slopes change sign."""
+    size = tables.shape[axis]
+    order = np.arange(size).reshape(-1, 2)[::-1].ravel()
+    signs = np.expand_dims(np.tile([1.0, -1.0], size // 2), tuple(range(1, tables.ndim - axis)))
+    return np.asarray(np.take(tables, order, axis) * signs)
