@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
+from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.descent import advance, begun
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -23,7 +24,6 @@ from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.machine.machine import Windows, simulated
 from unmodelled.engine.machine.machine_program import Equations, assembled
-from unmodelled.engine.threads import one_thread
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Integration, Nnap
 from unmodelled.models.rollout import Measured, simulate

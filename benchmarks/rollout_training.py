@@ -18,7 +18,7 @@ from benchmarks.slider_crank import (
     settings,
 )
 from benchmarks.timing import seconds, side_by_side
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 from unmodelled.learning.windows import Problem, Progress, weighting
 from unmodelled.models.nnap import Integration
 

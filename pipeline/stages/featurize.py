@@ -17,7 +17,7 @@ from pipeline.chapters.labels import mean_extreme
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track
 from unmodelled.engine.kernels import numpy_function
-from unmodelled.engine.resample import resample
+from unmodelled.logs.resample import resample
 from unmodelled.logs.trajectory import Campaign
 
 #: What to do with the result (`pipeline.written`).

@@ -13,6 +13,7 @@ from tests.evaluation.compiled_free_run import free_run
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.models.nnap import Integration
 from unmodelled.systems.model import System, symbol
 
@@ -24,7 +25,7 @@ MEMORY = (
 
 
 def assert_equal(system: System, logs: Logs, horizon: float, runs: list[int], latest: float = 0.0) -> None:
-    own = logs.for_system(system)
+    own = prepare(system, logs)
     recording = Recording.of(logs, horizon, runs, latest)
     simulation = Simulation(system, recording)
     for substeps in (1, 3):
@@ -87,7 +88,7 @@ def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
     known = pendulum(tmp_path)
     logs = Bench(samples=300).logs(tmp_path / "logs", known)
     late = replace(known, outputs=(replace(known.outputs[0], delay=4.3 * PERIOD),))
-    own, how = logs.for_system(late), Integration(logs.period, "rk4", 1, 1.0)
+    own, how = prepare(late, logs), Integration(logs.period, "rk4", 1, 1.0)
     expected = free_run(late, own, 0.1, how).y
     recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
     simulation = Simulation(late, recording)
@@ -136,7 +137,7 @@ def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
     found = simulation(values)
     for k, (a, b) in enumerate(values[0, :, -2:]):
         read = wide.with_values({"gain": a, "offset": b})
-        expected = free_run(read, logs.for_system(read), 0.1, Integration(logs.period, "rk4", 1, 1.0)).y[:, 0]
+        expected = free_run(read, prepare(read, logs), 0.1, Integration(logs.period, "rk4", 1, 1.0)).y[:, 0]
         recording = simulation.recording
         rows = recording.rows[recording.counted]
         np.testing.assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)

@@ -43,7 +43,7 @@ def free_run(
         horizon: s, rounded to samples. how: the integration. runs: which experiments; all unless given.
     """
     if logs.states != tuple(s.name for s in system.states):
-        raise ValueError(f"logs must have the states of {system.name}, see Logs.for_system")
+        raise ValueError(f"logs must have the states of {system.name}, see prepare")
     steps = steps_of(horizon, logs)
     runs = range(len(logs)) if runs is None else runs
     result = FreeRun(

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from unmodelled.engine.integrate import SPEED_LIMIT, rollout
-from unmodelled.engine.resample import resample
+from unmodelled.logs.resample import resample
 
 
 @given(st.floats(0.5, 15.0))

@@ -73,6 +73,17 @@ class Recording:
         first, steps = (values[order].astype(np.int64) for values in (start, length))
         return cls(logs, runs, first, steps, sensors or Sensors(logs), latest / logs.period)
 
+    @classmethod
+    def whole(
+        cls,
+        logs: Logs,
+        runs: Sequence[int] | None = None,
+        latest: float = 0.0,
+        sensors: Sensors | None = None,
+    ) -> Recording:
+        """Return every experiment as one window, from its first state to its end; arguments as in `of`."""
+        return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
+
     def among(self, runs: Sequence[int]) -> Recording:
         """The windows of some of the experiments."""
         mine = np.isin(self.owner, runs)

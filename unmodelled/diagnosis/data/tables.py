@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.readings import readings
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.engine.machine.machine import evaluated
 from unmodelled.engine.machine.machine_program import Equations, Program, assembled
-from unmodelled.logs.clock import shifted
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.readings import readings
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -103,11 +102,9 @@ class Reader:
         logs = self.recording.logs
         if not self.input_delays:
             return logs.u
-        u = logs.u.copy()
-        for j, column in self.input_delays.items():
-            for a, b in pairwise(logs.offsets):
-                u[a:b, j] = shifted(u[a:b, j], logs.period, -float(values[column]), "linear")
-        return u
+        inputs = range(logs.u.shape[1])
+        delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
+        return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
     def gains(self, values: Array) -> Array:
         """(experiments, sets, readings, gain and offset)"""

@@ -13,9 +13,9 @@ from unmodelled.diagnosis.data import loops
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.tables import Reader, Tables
 from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
+from unmodelled.engine.machine.machine_program import Equations, assembled
 from unmodelled.evaluation.free_run import WHOLE
-from unmodelled.logs.observer import SUBSTEPS, observer
+from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -40,6 +40,15 @@ class Runs:
     counted: NDArray[np.bool_]
     later: Indices
     first: Array
+
+    def errors(self, scale: Array) -> Array:
+        """Return the errors of the first set, (windows, most steps, outputs); not finite where it diverged.
+
+        Args:
+            scale: unit of the errors, (outputs,), such as `Recording.scale`.
+        """
+        with np.errstate(all="ignore"):
+            return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
 
     @property
     def diverged(self) -> NDArray[np.bool_]:
@@ -139,9 +148,9 @@ class Simulation:
         return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
 
     @cached_property
-    def _observer(self) -> Program:
+    def _observer(self) -> Observer:
         """The states that no output shows, driven by the inputs and all other states."""
-        return observer(self.system, self.hidden)
+        return Observer.of(self.system, self.hidden)
 
     def _integrated(self, tables: Tables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
@@ -151,17 +160,11 @@ class Simulation:
         record, logs = self.recording, self.recording.logs
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
+        numbers = np.column_stack([*p[:, :, self._observer.program.parameters], tables.member])
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
-        initial = [self.system.states[k].initial for k in self.hidden]
-        x0 = np.broadcast_to(initial, (len(runs), len(different), len(initial)))
-        place = np.searchsorted(runs, record.owner)
-        for substeps in SUBSTEPS:
-            z = simulated(self._observer, windows, p[:, different], self.c, x0, substeps, logs.period)
-            z = z[place, :, record.start - logs.offsets[record.owner]]
-            if np.isfinite(z).all():
-                break
+        at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]
+        z = self._observer.states(windows, at, p[:, different], self.c, logs.period)
         return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:
