@@ -8,7 +8,8 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.cam_follower.conditions import Bench, CamTable, Conditions
-from unmodelled.engine.integrate import Method, rollout
+from pipeline.cam_follower.integrate import rollout
+from unmodelled.engine.free_run import Method
 
 
 class Dynamics(nn.Module, ABC):

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.engine.free_run import Integration
 from unmodelled.evaluation.free_run import WHOLE, FreeRun, steps_of
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function

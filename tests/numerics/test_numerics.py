@@ -8,7 +8,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unmodelled.engine.integrate import SPEED_LIMIT, rollout
+from pipeline.cam_follower.integrate import SPEED_LIMIT, rollout
 from unmodelled.logs.resample import resample
 
 

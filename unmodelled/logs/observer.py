@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -61,7 +61,8 @@ class Observer:
         """
         x0 = np.broadcast_to(self.initial, (len(windows.start), p.shape[1], len(self.initial)))
         for substeps in SUBSTEPS:
-            z = simulated(self.program, windows, p, c, x0, substeps, period)[at[0], :, at[1]]
+            how = Integration(period, "rk4", substeps, hold=1.0)
+            z = free_run(self.program, windows, p, c, x0, how)[at[0], :, at[1]]
             if np.isfinite(z).all():
                 break
         return np.asarray(z)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.machine.machine import Windows
+from unmodelled.engine.free_run import Windows
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs, names

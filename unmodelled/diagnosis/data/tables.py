@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.engine.machine.machine import evaluated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
+from unmodelled.engine.machine.program import Program
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.readings import readings
 from unmodelled.systems.model import System
@@ -111,13 +110,13 @@ class Reader:
         system = self.system
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
-        found = evaluated(self._gains, np.zeros(1), *zeros, p, self.c[:, None])
+        found = self._gains.evaluate(np.zeros(1), *zeros, p, self.c[:, None])
         return found.reshape(*values.shape[:2], len(self.readings), 2)
 
     @cached_property
     def _gains(self) -> Program:
         expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
-        return assembled(Equations.of(self.system, expressions))
+        return Program.of(self.system, expressions)
 
     def _states(self, delays: Array, gains: Array) -> Array:
         sensors, owner = self.recording.sensors, self.recording.logs.owner

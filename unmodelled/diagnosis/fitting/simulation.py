@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data import loops
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.tables import Reader, Tables
-from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, assembled
+from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
+from unmodelled.engine.machine.program import Program
 from unmodelled.evaluation.free_run import WHOLE
 from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
@@ -69,6 +70,8 @@ class Simulation:
         delays: names of further numbers -> names of the inputs or outputs that they delay, in s. They count
             from the delays that the system has; the recording must leave them room, see `Recording.of`.
         c: (experiments, constants) operating points; those of the logs unless given.
+        backend: makes ready to be integrated a system and the expressions that its outputs show: the register
+            machine, or `Generated.of` for a compiled kernel.
 
     Attributes:
         measured, hidden: numbers of the states that outputs show, and of the others.
@@ -80,10 +83,12 @@ class Simulation:
         recording: Recording,
         delays: Mapping[str, str] | None = None,
         c: Array | None = None,
+        backend: Callable[[System, Sequence[sp.Expr]], Backend] = Program.of,
     ) -> None:
         self.system, self.recording, self.delays = system, recording, dict(delays or {})
         self.c = recording.logs.c if c is None else c
-        self.program = assembled(Equations.of(system, [o.expression for o in system.outputs]))
+        self.equations = backend(system, [output.expression for output in system.outputs])
+        self._backend = backend
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
         self.reader = Reader(system, recording, self._delayed(inputs), self._delayed(outputs), self.c)
         self.measured = [reading.state for reading in self.reader.readings]
@@ -91,7 +96,7 @@ class Simulation:
 
     def over(self, recording: Recording) -> Simulation:
         """The same system over other windows of the same experiments."""
-        return Simulation(self.system, recording, self.delays, self.c)
+        return Simulation(self.system, recording, self.delays, self.c, self._backend)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -125,7 +130,8 @@ class Simulation:
             tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
         )
-        y = simulated(self.program, windows, p, self.c, x0, substeps, record.logs.period)
+        how = Integration(record.logs.period, "rk4", substeps, hold=1.0)
+        y = free_run(self.equations, windows, p, self.c, x0, how)
         return self._shown(y, self.reader.delays(values[0]) / record.logs.period)
 
     def _shown(self, y: Array, late: Array) -> Runs:
