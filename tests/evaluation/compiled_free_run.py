@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
-from unmodelled.evaluation.free_run import WHOLE, FreeRun, steps_of
+from unmodelled.evaluation.gap import WHOLE, FreeRun, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate

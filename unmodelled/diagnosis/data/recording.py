@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.evaluation.free_run import WHOLE, steps_of
+from unmodelled.evaluation.gap import WHOLE, steps_of
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]

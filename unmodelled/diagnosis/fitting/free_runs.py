@@ -14,8 +14,7 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import Deviation, errors, substeps_needed
 from unmodelled.diagnosis.fitting.floor import floor
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-from unmodelled.evaluation.free_run import WHOLE, FreeRun, steps_of
-from unmodelled.evaluation.gap import DIVERGED, LARGEST_ERROR, SUBSTEPS, Gap, Off
+from unmodelled.evaluation.gap import DIVERGED, LARGEST_ERROR, SUBSTEPS, WHOLE, FreeRun, Gap, Off, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

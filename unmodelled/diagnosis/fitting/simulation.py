@@ -15,7 +15,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.tables import Reader, Tables
 from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
-from unmodelled.evaluation.free_run import WHOLE
+from unmodelled.evaluation.gap import WHOLE
 from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 
