@@ -8,8 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.cam_follower.conditions import Bench, CamTable, Conditions
-from pipeline.cam_follower.integrate import rollout
-from unmodelled.engine.free_run import Method
+from pipeline.cam_follower.integrate import Method, rollout
 
 
 class Dynamics(nn.Module, ABC):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Literal
 
 import torch
 from torch import Tensor
 
-from unmodelled.engine.free_run import Method
-
+Method = Literal["euler", "rk4"]
 Acceleration = Callable[[Tensor, Tensor], Tensor]  # (angle, speed) -> acceleration, all of one shape
 
 #: A diverging simulation is held at this speed, rad/s: far beyond any machine, finite for every metric.
