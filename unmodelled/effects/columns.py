@@ -60,7 +60,7 @@ def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
     """The same logs with more constants of the operating point, values (n,) or a `Column` each.
 
     They take the place of columns of the same name. The states are still those of the system as it was, see
-    `Logs.for_system`.
+    `prepare`.
     """
     values = {
         name: column(logs.experiments) if isinstance(column, Member | Order) else np.asarray(column)
