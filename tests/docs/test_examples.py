@@ -17,7 +17,8 @@ MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FI
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_examples_print_what_they_show(name: str) -> None:
+def test_examples_print_what_they_show(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)  # examples read systems/*.yaml
     try:
         module = importlib.import_module(name)
     except ModuleNotFoundError as missing:

@@ -1,4 +1,4 @@
-"""Expressions of a system file: text to SymPy against a whitelist; nothing is ever executed."""
+"""Parser of the expressions of a system file: text to SymPy against an allow-list; nothing is executed."""
 
 from __future__ import annotations
 
@@ -27,16 +27,45 @@ DEEPEST = 40
 
 
 def parse(text: str, scope: Scope, where: str) -> sp.Expr:
-    """The expression `text` in terms of the expressions of `scope`.
+    """Parse a text as a SymPy expression.
+
+    Args:
+        text: expression as written by the user.
+        scope: names that the expression can use.
+        where: start of the error message, such as file and line.
+
+    Returns:
+        Expression in the symbols of `scope`.
 
     Raises:
-        BadInput: one line that starts with `where` and names the token that is not allowed.
+        BadInput: if the text is not a valid expression; the message names the wrong token.
+
+    Examples:
+        >>> from unmodelled.systems.model import symbol
+        >>> parse("2*x + sin(x)**2", Scope({"x": Value(symbol("x"))}), "line 1")
+        2*x + sin(x)**2
+        >>> parse("2*y", Scope({"x": Value(symbol("x"))}), "line 1")
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: line 1: unknown symbol 'y', must be one of x, t, pi
     """
     return evaluate(text, scope, where).expression
 
 
 def evaluate(text: str, scope: Scope, where: str) -> Value:
-    """Like `parse`, with the unit."""
+    """Parse a text as a SymPy expression, together with its unit and size.
+
+    Args:
+        text: expression as written by the user.
+        scope: names that the expression can use.
+        where: start of the error message, such as file and line.
+
+    Returns:
+        Expression with its dimension (as far as it is known) and the size of its tree.
+
+    Raises:
+        BadInput: if the text is not a valid expression, or if its units do not match.
+    """
     line, body = tree(text, where)
     builder = _Builder(line, scope, where)
     value = builder.value(body)
@@ -112,7 +141,7 @@ class _Builder:
         return replace(inner, expression=-inner.expression, size=inner.size + 1)
 
     def _chain(self, node: ast.BinOp, depth: int) -> Value:
-        """Operators left to right, without recursion and at once for each rank, so that sums may be long."""
+        """Evaluate a chain of operators from left to right, without recursion, so that sums can be long."""
         spine: list[ast.BinOp] = [node]
         while isinstance(spine[-1].left, ast.BinOp):
             spine.append(spine[-1].left)

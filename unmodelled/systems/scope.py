@@ -1,4 +1,4 @@
-"""What an expression may name, and what is known of it."""
+"""Names that an expression can use, with their units and sizes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ from unmodelled.systems.sizes import measured
 
 @dataclass(frozen=True)
 class Value:
-    """An expression, what is known of its unit, and the number of parts and the depth of its tree."""
+    """Expression with its unit and the size of its tree.
+
+    Attributes:
+        expression: SymPy expression.
+        quantity: dimension, as far as it is known; default unknown.
+        size: number of nodes of the tree; default 1.
+        depth: depth of the tree; default 1.
+    """
 
     expression: sp.Expr
     quantity: Quantity = UNKNOWN
@@ -24,11 +31,13 @@ class Value:
 
 @dataclass(frozen=True)
 class Scope:
-    """What an expression may name.
+    """Names that an expression can use.
 
     Attributes:
-        values: by name. tables: name -> number. states: names that diff() may differentiate by.
-        refused: names that exist but not here -> why.
+        values: expressions by name.
+        tables: number of each table by name; default none.
+        states: names that diff() can differentiate by; default none.
+        refused: reason by name, for names that exist but are not allowed here; default none.
     """
 
     values: Mapping[str, Value]
@@ -38,7 +47,14 @@ class Scope:
 
 
 def scope_of(system: System) -> Scope:
-    """States, inputs, constants, parameters, efforts, signals and tables of `system`."""
+    """Return the scope of all names of a system.
+
+    Args:
+        system: system to take the names from.
+
+    Returns:
+        Scope of its states, inputs, constants, parameters, efforts, signals and tables.
+    """
     symbols = (*system.x, *system.u, *system.c, *system.p, *system.e)
     values = {str(s): Value(s) for s in symbols}
     values |= {name: Value(e, UNKNOWN, *measured(e)) for name, e in system.signals.items()}

@@ -1,4 +1,4 @@
-"""How large expressions are, and would become, so that a small file cannot ask for a huge one."""
+"""Limits on the size of expressions, so that a small file cannot ask for a huge expression."""
 
 from __future__ import annotations
 
@@ -10,7 +10,19 @@ LARGEST_DERIVATIVE = 4 * LARGEST
 
 
 def measured(expression: sp.Expr) -> tuple[int, int]:
-    """The number of parts of the tree, and its depth."""
+    """Return the number of nodes and the depth of an expression tree.
+
+    Args:
+        expression: SymPy expression.
+
+    Returns:
+        Number of nodes and depth.
+
+    Examples:
+        >>> x = sp.Symbol("x")
+        >>> measured(sp.sin(x) + 1)
+        (4, 3)
+    """
     parts, depth, level = 0, 0, [expression]
     while level:
         parts, depth = parts + len(level), depth + 1
@@ -19,7 +31,14 @@ def measured(expression: sp.Expr) -> tuple[int, int]:
 
 
 def derivative_size(expression: sp.Expr) -> int:
-    """A bound on the parts of a derivative before it is taken: each factor of a product makes a product."""
+    """Return an upper bound of the number of nodes of a derivative, without differentiating.
+
+    Args:
+        expression: SymPy expression; each factor of a product gives one product in the derivative.
+
+    Returns:
+        Upper bound of the number of nodes.
+    """
     return _sizes(expression)[1]
 
 
