@@ -21,17 +21,21 @@ def effort_signals(
     written: str,
     names: Sequence[str],
 ) -> Signals:
-    """Signals, the last of which is the effort of `port` with more of it, affine in the acceleration `a`.
+    """Return signals for the effort of a port that depends linearly on the port's acceleration.
 
-    With a = free + mobility*E for any effort E, and E = F + q + r*a, it is
-    E = (F + q + r*free) / (1 - r*mobility). So the sum holds with all that other ports and laws do, now or
-    later.
+    With a = free + mobility*E for any effort E, and E = F + q + r*a, the effort is E = (F + q + r*free) / (1
+    - r*mobility). It includes all other ports and laws, also those added later.
 
     Args:
-        system: whose effort is to grow. port: its port. a: symbol of the acceleration.
-        terms: amplitudes, and what one unit of each adds. written: their sum, with the free acceleration for
-            a.
-        names: of the free acceleration, the mobility and the whole effort.
+        system: system of the port.
+        port: port whose effort grows.
+        a: symbol of the acceleration in `terms`.
+        terms: pairs of an amplitude and the contribution of one unit of it.
+        written: sum of the terms as text, with the name of the free acceleration for a.
+        names: names of the free acceleration, the mobility and the total effort.
+
+    Returns:
+        Expression and text of the three signals by name; the last one is the total effort.
     """
     effort = symbol(port.effort)
     rates = [f.xreplace({effort: sp.S.Zero}) for f in system.dynamics]
@@ -48,7 +52,7 @@ def effort_signals(
 
 
 def _written_acceleration(system: System, port: Port) -> str:
-    """The acceleration without the effort of `port`, as the system's author would write it."""
+    """Return the acceleration without the effort of the port, as the author of the system would write it."""
     v = system.expression(str(port.velocity))
     parts = []
     for state, x in zip(system.states, system.x, strict=True):

@@ -1,4 +1,4 @@
-"""How the velocity of a port changes, and what its effort does to that."""
+"""Acceleration of a port, and the influence of its effort on it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,16 @@ from unmodelled.systems.model import Port, System, symbol
 
 
 def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Expr:
-    """Time derivative of the velocity of `port`, given those of all states; zero where it has no velocity."""
+    """Return the acceleration of a port for given rates of the states.
+
+    Args:
+        system: system of the port.
+        port: port to look at.
+        rates: time derivative of each state.
+
+    Returns:
+        Time derivative of the port's velocity; zero if the port has no velocity.
+    """
     if port.velocity is None:
         return sp.S.Zero
     v = system.expression(port.velocity)
@@ -19,12 +28,36 @@ def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Exp
 
 
 def mobility(system: System, port: Port) -> sp.Expr:
-    """Derivative of the acceleration of `port` by its effort: minus one over the mass that it feels."""
+    """Return the derivative of a port's acceleration by its effort: minus one over the mass that the port
+    feels.
+
+    Args:
+        system: system of the port.
+        port: port to look at.
+
+    Returns:
+        Expression in the symbols of the system.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> mobility(pendulum, pendulum.port("joint"))
+        -1/J
+    """
     return sanitised(sp.diff(acceleration(system, port, system.dynamics), symbol(port.effort)))
 
 
 def is_inertial(system: System, port: Port) -> bool:
-    """Whether the acceleration of `port` follows from the states' rates and is affine in its effort."""
+    """Return whether a port's acceleration depends linearly on its effort.
+
+    Args:
+        system: system of the port.
+        port: port to look at.
+
+    Returns:
+        False if the port has no velocity, or if its velocity depends on an input or on time.
+    """
     if port.velocity is None:
         return False
     beta = mobility(system, port)
