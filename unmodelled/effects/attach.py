@@ -12,9 +12,8 @@ import sympy as sp
 from unmodelled.effects.added import Added
 from unmodelled.effects.columns import Column, Member
 from unmodelled.effects.extrapolation import continued, extent, slopes
-from unmodelled.effects.inertial import effort_signals
 from unmodelled.effects.law import Amplitude, Law, Shape
-from unmodelled.effects.motion import acceleration
+from unmodelled.effects.motion import acceleration, effort_signals
 from unmodelled.effects.place import Place, Site
 from unmodelled.effects.substitution import substituted, with_law, with_output, with_states
 from unmodelled.effects.translation import Translation

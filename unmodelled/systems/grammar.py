@@ -12,14 +12,21 @@ from fractions import Fraction
 import sympy as sp
 
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.systems import numbers, quantities, sizes
+from unmodelled.systems import numbers, quantities
 from unmodelled.systems.functions import lookup, sanitised
 from unmodelled.systems.model import TIME, symbol
 from unmodelled.systems.numbers import NoValue
 from unmodelled.systems.operations import COMPARISONS, FUNCTIONS, OPERATORS, RANKS, Operation
 from unmodelled.systems.quantities import CLOCK, UNKNOWN, NotDimensionless, Quantity, UnitsDiffer
-from unmodelled.systems.scope import Scope, Value
-from unmodelled.systems.sizes import LARGEST, LARGEST_DERIVATIVE, derivative_size, measured
+from unmodelled.systems.scope import (
+    DEEPEST_TREE,
+    LARGEST,
+    LARGEST_DERIVATIVE,
+    Scope,
+    Value,
+    derivative_size,
+    tree_size,
+)
 from unmodelled.systems.syntax import shown, tree
 from unmodelled.systems.units import ONE
 
@@ -73,7 +80,7 @@ def evaluate(text: str, scope: Scope, where: str) -> Value:
         expression = sanitised(numbers.checked(value.expression))
     except NoValue:
         raise builder.wrong(f"{shown(line)} has no finite real value") from None
-    return Value(expression, value.quantity, *measured(expression))
+    return Value(expression, value.quantity, *tree_size(expression))
 
 
 @dataclass(frozen=True)
@@ -223,7 +230,7 @@ class _Builder:
             raise self.wrong(f"{self.source(node)}: the derivative is too large")
         expression = sanitised(sp.diff(inner.expression, symbol(by.id)))
         unit = replace(quantities.quotient(inner.quantity, state.quantity), number=False)
-        return self._sized(node, expression, unit, [Value(expression, UNKNOWN, *measured(expression))])
+        return self._sized(node, expression, unit, [Value(expression, UNKNOWN, *tree_size(expression))])
 
     def _apply(
         self, operation: Operation, node: ast.expr, nodes: Sequence[ast.expr], parts: list[Value]
@@ -245,7 +252,7 @@ class _Builder:
 
     def _sized(self, node: ast.expr, expression: sp.Expr, unit: Quantity, parts: Sequence[Value]) -> Value:
         size, depth = 1 + sum(part.size for part in parts), 1 + max(part.depth for part in parts)
-        if size > LARGEST or depth > sizes.DEEPEST:
+        if size > LARGEST or depth > DEEPEST_TREE:
             raise self.wrong(f"{self.source(node)} is too large once its signals are written out")
         return Value(expression, unit, size, depth)
 
