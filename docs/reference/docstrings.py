@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-HEADING = re.compile(r"^(Args|Attributes|Class attributes|Raises|Returns|Yields):$", re.M)
+HEADING = re.compile(r"^(Args|Attributes|Class attributes|Examples|Raises|Returns|Yields):$", re.M)
 
 
 @dataclass(frozen=True)
