@@ -10,9 +10,11 @@ import pdoc
 import pdoc.render
 
 FOLDER = Path(__file__).parent / "api"
-#: Packages that only the library itself uses. (Also, pdoc cannot read the annotations of the NamedTuples in
-#: `engine.machine`.)
+#: Packages that only the library itself uses.
 INTERNAL = ("base", "cli", "conf", "engine.machine")
+
+#: What pdoc says of the annotations of a NamedTuple, which it looks for in the module of `NamedTuple` itself.
+NAMED_TUPLE = r"Error parsing type annotation ForwardRef\('\w+'\) for [\w.]+\.__init__"
 
 
 def build(folder: Path) -> None:
@@ -28,6 +30,7 @@ def build(folder: Path) -> None:
     pdoc.render.configure(docformat="google", footer_text="unmodelled", show_source=False)
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
+        warnings.filterwarnings("ignore", NAMED_TUPLE)
         pdoc.pdoc("unmodelled", *(f"!unmodelled.{name}" for name in INTERNAL), output_directory=folder)
 
 
