@@ -59,9 +59,15 @@ members = pytest.mark.parametrize(
     [
         pytest.param(member, np.array(alpha), id=f"{family.__name__}{alpha}")
         for family in EVERY
-        for member, alpha in MEMBERS[family]
+        for member, alpha in MEMBERS.get(family, [])
     ],
 )
+
+
+def test_every_family_is_exported_and_has_members() -> None:
+    exported = {getattr(families, name) for name in families.__all__}
+    assert set(EVERY) <= exported, "name the new family in unmodelled/uncertainty/families/__init__.py"
+    assert set(EVERY) == set(MEMBERS), "give MEMBERS above some distributions of the new family"
 
 
 def integral(values_at: Callable[[Array], Array], breaks: Array) -> Array:
