@@ -111,7 +111,10 @@ LOGS: dict[str, tuple[str | bytes, list[str]]] = {
     "zip": (zipped("b.csv"), ["is a zip archive, not a CSV table: unpack it"]),
     "xlsx": (zipped("[Content_Types].xml"), ["is an Excel file, not a CSV table: save it as CSV"]),
     "mat": (mat(), ["is a MAT file, not a CSV table: save it as CSV, in MATLAB with writetable"]),
-    "mat since 7.3": (b"\x89HDF\r\n\x1a\n", ["is an HDF5 file, not a CSV table: save it as CSV or Parquet"]),
+    "HDF5 that breaks off": (
+        b"\x89HDF\r\n\x1a\n",
+        ["not an HDF5 file, or damaged (Unable to synchronously open file (bad byte number in an address))"],
+    ),
     "UTF-16": (TEXT.encode("utf-16"), ["is UTF-16 text, not a CSV table: save it as UTF-8"]),
     "Latin-1": (
         "\n".join([HEADER, *LINES[:3], "0,0,µ,0"]).encode("latin-1"),
@@ -153,6 +156,7 @@ def table(content: str | bytes) -> Callable[[Path], object]:
         (table("id,file,M\na,a.csv,1\n"), "row 1: column m is missing; there is 'M': rename it"),
         (table("id,file,m\nb,B.csv,1\n"), "row 2: column file: 'B.csv': no such file; there is 'b.csv'"),
         (table(parquet()), "is a Parquet file, not a CSV table: save it as CSV"),
+        (table(b"\x89HDF\r\n\x1a\n"), "is an HDF5 file, not a CSV table: give it as logs=<file>"),
         (rename("experiments.csv", "Experiments.csv"), "no such file; there is 'Experiments.csv': rename it"),
         (rename("experiments.csv", "list"), "no such file; write one with a row (id, file) per log"),
     ],
@@ -193,10 +197,10 @@ def test_all_faults_of_a_folder_are_told_at_once(tmp_path: Path) -> None:
         "experiments.csv: row 3: column id: 'a' stands in row 2 already",
         "experiments.csv: row 5: column id: is empty",
         f"experiments.csv: row 2: column m: 'x' {number} (the first of 2 such rows)",
+        "experiments.csv: row 4: column file: 'c.csv': no such file",
         f"a.csv: row 10: column voltage: 'nan' {number}",
         f"a.csv: row 10: column angle: 'abc' {number} (the first of 2 such rows)",
         "b.csv: row 11: column t: time must increase, 0.016 s follows 0.018 s",
-        "experiments.csv: row 4: column file: 'c.csv': no such file",
         "d.mat: is a MAT file, not a CSV table: save it as CSV, in MATLAB with writetable",
         "provenance.json: data is missing",
     ]
