@@ -25,6 +25,7 @@ FIGURES: list[Draw] = [
     example.contributions_over_time,
     contributions.relative_contributions,
     contributions.agreement_with_exact,
+    contributions.contributions_by_value,
 ]
 
 
