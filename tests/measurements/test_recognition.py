@@ -197,10 +197,10 @@ def test_all_faults_of_a_folder_are_told_at_once(tmp_path: Path) -> None:
         "experiments.csv: row 3: column id: 'a' stands in row 2 already",
         "experiments.csv: row 5: column id: is empty",
         f"experiments.csv: row 2: column m: 'x' {number} (the first of 2 such rows)",
-        "experiments.csv: row 4: column file: 'c.csv': no such file",
         f"a.csv: row 10: column voltage: 'nan' {number}",
         f"a.csv: row 10: column angle: 'abc' {number} (the first of 2 such rows)",
         "b.csv: row 11: column t: time must increase, 0.016 s follows 0.018 s",
+        "experiments.csv: row 4: column file: 'c.csv': no such file",
         "d.mat: is a MAT file, not a CSV table: save it as CSV, in MATLAB with writetable",
         "provenance.json: data is missing",
     ]

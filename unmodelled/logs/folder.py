@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -140,19 +141,20 @@ def _logs(table: Path, named: Sequence[tuple[int, str]], system: System, faults:
     units |= {i.column: i.unit for i in system.inputs} | {o.column: o.unit for o in system.outputs}
     files = {file.partition(":/")[0] for _, file in named}
     spare = sorted({path.name for path in table.parent.iterdir()} - {table.name, *files})
-    places, packed = [], []
+    packed: dict[Address, None] = {}
+    for row, file in named:
+        with suppress(BadInput):  # is told below, in the order of the rows
+            place = _place(table, row, file, spare)
+            packed |= {place: None} if is_hdf5(place.file) else {}
+    read, logs = read_hdf5(list(packed), units, faults), []
     for row, file in named:
         with faults.collected():
-            places.append(_place(table, row, file, spare))
-            packed += [places[-1]] if is_hdf5(places[-1].file) else []
-    read = read_hdf5(list(dict.fromkeys(packed)), units, faults)
-    checked: dict[Address, Columns] = {}
-    for place in (place for place in dict.fromkeys(places) if place in read or place not in packed):
-        with faults.collected():
-            log = read[place] if place in read else read_columns(place.file, list(units))
-            _check_log(log, system)
-            checked[place] = log
-    return [checked[place] for place in places if place in checked]
+            place = _place(table, row, file, spare)
+            if place in read or place not in packed:
+                log = read[place] if place in packed else read_columns(place.file, list(units))
+                _check_log(log, system)
+                logs.append(log)
+    return logs
 
 
 def _place(path: Path, row: int, file: str, spare: Sequence[str]) -> Address:
