@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.withheld.cases import Case, Planted
-from pipeline.rigs.withheld.effect import Plan, Plantable, Port
+from pipeline.rigs.withheld.effects.effect import Plan, Plantable, Port
 from pipeline.rigs.withheld.effects.friction import Coulomb
 from pipeline.rigs.withheld.effects.play import LooseInertia
 from pipeline.rigs.withheld.experiments import run

@@ -15,7 +15,7 @@ import yaml
 from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
-from pipeline.rigs.withheld.effect import Only, Plan
+from pipeline.rigs.withheld.effects.effect import Only, Plan
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machine import Machine

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.rigs.withheld.cases import Case
-from pipeline.rigs.withheld.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Sensor
 from pipeline.rigs.withheld.references import references

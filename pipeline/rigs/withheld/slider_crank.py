@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Plantable as P
-from pipeline.rigs.withheld.effect import Port
+from pipeline.rigs.withheld.effects.effect import Plantable as P
+from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.effects import (
     actuators,
     changing,

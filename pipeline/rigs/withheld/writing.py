@@ -12,7 +12,7 @@ import yaml
 
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES
-from pipeline.rigs.withheld.effect import Plan
+from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.experiments import Experiments, run
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.parquet import write_parquet
