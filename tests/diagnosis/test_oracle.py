@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case, Planted
-from pipeline.rigs.withheld.writing import write
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.judged import Judged
 from unmodelled.diagnosis.search.oracle import Known, oracle
