@@ -5,8 +5,8 @@ The numbers of docs/decisions/0010-a-library-and-a-pipeline.md come from this pr
 - A room is a folder directly below a package; an arrow is a pair of rooms of which one imports the other.
 - An ambiguous name is a public function or class that is defined in at least two modules.
 - An array function is a public function or method whose annotations name an array or a tensor.
-- Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of a
-  file if it depends on the file, on a folder above it, on a digest of code (data/digests) that changes with it, or
+- Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of
+  a file if it depends on the file, on a folder above it, on a digest of code (data/digests) that changes, or
   on a result of a stale stage. The stage that writes the digests is not counted.
 """
 
