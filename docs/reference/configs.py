@@ -20,6 +20,7 @@ GROUPS = {
     "drivetrain of the cam-follower: `f_bb`, `f_h1`, `f_h2`, `lls`, `motor`, `best`; of its jumps: others.",
     "training": "What models have in common: `training@model=shooting` swaps it, `model.windows.epochs=50` "
     "changes one of its keys.",
+    "detachment": "Members of models of the follower's jumps: a model without the runs that it is fitted to.",
     "split": "Which experiments a model may see, and which it is judged on.",
     "profile": "How long everything takes.",
     "source": "Where logs come from.",

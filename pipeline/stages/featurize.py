@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
-from pipeline.chapters.labels import mean_extreme
+from pipeline.cam_follower.labels import mean_extreme
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track
 from unmodelled.engine.kernels import numpy_function
@@ -21,7 +21,7 @@ from unmodelled.engine.resample import resample
 from unmodelled.logs.trajectory import Campaign
 
 #: What to do with the result (`pipeline.written`).
-NEXT = "next: python -m pipeline train features={out}"
+NEXT = "next: python -m pipeline train model.features={out}"
 
 Array = NDArray[np.float64]
 
