@@ -10,8 +10,8 @@ from unmodelled.base.ownership import verb
 from unmodelled.evaluation.splits import Split
 from unmodelled.learning.recipe import Recipe
 
-#: Next step, which the last line of the verb names.
-NEXT = "next: python -m pipeline evaluate fits={out} with the same keys"
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "next: {program} evaluate fits={out} with the same keys"
 
 
 @verb()
