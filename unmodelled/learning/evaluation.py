@@ -72,11 +72,11 @@ class Evaluation:
 
     __repr__ = __str__
 
-    def plot(self, id: str | None = None) -> Figure:
+    def plot(self, experiment: str | None = None) -> Figure:
         """Draw the measured and the simulated states of one held-out experiment over time.
 
         Args:
-            id: id of the experiment; default: the first held-out experiment.
+            experiment: id of the experiment; default: the first held-out experiment.
 
         Returns:
             A figure with one axis per measured state.
@@ -87,9 +87,10 @@ class Evaluation:
         from matplotlib.figure import Figure
 
         ids = list(dict.fromkeys(self.examples["id"]))
-        name = ids[0] if id is None else id
+        name = ids[0] if experiment is None else experiment
         if name not in ids:
-            raise BadInput(f"id: {name!r} was not held out, must be one of {', '.join(map(str, ids))}")
+            raise
+            BadInput(f"experiment: {name!r} was not held out, must be one of {', '.join(map(str, ids))}")
         shown = self.examples[self.examples["id"] == name]
         shown = shown[shown["fold"] == shown["fold"].iloc[0]]
         states = list(dict.fromkeys(self.errors["state"]))
