@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.integrate import Method
+from unmodelled.engine.free_run import Integration, Method
 from unmodelled.evaluation.splits import Fold, Split
 from unmodelled.learning.evaluation import judged
 from unmodelled.learning.fit import Fit, load_stack
@@ -23,7 +23,7 @@ from unmodelled.learning.recipe import Tables, check_folds, required
 from unmodelled.learning.windows import Problem, Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured
 from unmodelled.models.structures import Plan, Structure
 from unmodelled.systems.model import System

@@ -11,10 +11,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.engine.free_run import Integration
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, surfaces
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,8 +90,7 @@ class Evaluation:
         ids = list(dict.fromkeys(self.examples["id"]))
         name = ids[0] if experiment is None else experiment
         if name not in ids:
-            raise
-            BadInput(f"experiment: {name!r} was not held out, must be one of {', '.join(map(str, ids))}")
+            raise BadInput(f"experiment: {name!r} must be one of the held-out {', '.join(map(str, ids))}")
         shown = self.examples[self.examples["id"] == name]
         shown = shown[shown["fold"] == shown["fold"].iloc[0]]
         states = list(dict.fromkeys(self.errors["state"]))

@@ -14,8 +14,9 @@ from unmodelled.base.files import replacing, write_json
 from unmodelled.base.parquet import read_parquet, write_parquet
 from unmodelled.base.shapes import check_shape
 from unmodelled.engine.compiled.structure import Augmented, Network
+from unmodelled.engine.free_run import Integration
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.structures import network_inputs, texts_of
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
