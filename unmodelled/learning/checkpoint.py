@@ -100,15 +100,16 @@ def restore(model: nn.Module, content: dict[str, Any], path: Path) -> None:
     Raises:
         BadInput: when the weights belong to another model.
 
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "model.pt"
-    >>> save(nn.Linear(2, 1), path, {"seed": 0})
-    >>> content = read_checkpoint(path)
-    >>> content["class"], content["about"]
-    ('Linear', {'seed': 0})
-    >>> restore(nn.Linear(2, 3), content, Path("model.pt"))
-    Traceback (most recent call last):
-    unmodelled.base.errors.BadInput: model.pt: does not fit the configured model (...)
+    Examples:
+        >>> import tempfile
+        >>> path = Path(tempfile.mkdtemp()) / "model.pt"
+        >>> save(nn.Linear(2, 1), path, {"seed": 0})
+        >>> content = read_checkpoint(path)
+        >>> content["class"], content["about"]
+        ('Linear', {'seed': 0})
+        >>> restore(nn.Linear(2, 3), content, Path("model.pt"))
+        Traceback (most recent call last):
+        unmodelled.base.errors.BadInput: model.pt: does not fit the configured model (...)
     """
     if content["class"] != type(model).__name__:
         raise BadInput(

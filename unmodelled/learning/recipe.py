@@ -81,9 +81,10 @@ def required(system: Path | None, logs: Path | None) -> tuple[Path, Path]:
     Raises:
         BadInput: when one of them is missing.
 
-    >>> required(Path("pendulum.yaml"), None)
-    Traceback (most recent call last):
-    unmodelled.base.errors.BadInput: a hybrid model of a system needs system=... and logs=...: logs is missing
+    Examples:
+        >>> required(Path("pendulum.yaml"), None)
+        Traceback (most recent call last):
+        unmodelled.base.errors.BadInput: a hybrid model of a system needs system=... logs is missing
     """
     if system is None or logs is None:
         missing = [name for name, path in (("system", system), ("logs", logs)) if path is None]
@@ -103,9 +104,10 @@ def refused(system: Path | None, logs: Path | None, start: Path | None = None) -
     Raises:
         BadInput: when one of them was given.
 
-    >>> refused(Path("pendulum.yaml"), None)
-    Traceback (most recent call last):
-    unmodelled.base.errors.BadInput: only hybrid models of a system take system=...: leave it out
+    Examples:
+        >>> refused(Path("pendulum.yaml"), None)
+        Traceback (most recent call last):
+        unmodelled.base.errors.BadInput: only hybrid models of a system take system=...: leave it out
     """
     paths = {"system": system, "logs": logs, "start": start}
     given = [f"{name}=..." for name, path in paths.items() if path is not None]

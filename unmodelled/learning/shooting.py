@@ -105,8 +105,9 @@ class Shooting:
         Returns:
             Last epoch of the stage, and its penalty of the mean squared gap.
 
-        >>> Shooting(50, 20, Windows(1, 10), stages=2).stage(15)
-        (20, 0.1)
+        Examples:
+            >>> Shooting(50, 20, Windows(1, 10), stages=2).stage(15)
+            (20, 0.1)
         """
         ends = [self.warm_up.epochs + self.iterations * (k + 1) // self.stages for k in range(self.stages)]
         k = next(k for k, end in enumerate(ends) if end > epoch)

@@ -64,8 +64,9 @@ class Windows:
         clip: largest norm of the gradient of one mini-batch; default 10.
         workers: number of models of a stack that are trained side by side; default 2.
 
-    >>> Windows(horizon=20, epochs=100)
-    Windows(horizon=20, epochs=100, batch=200, rate=0.003, physics_rate=0.003, clip=10.0)
+    Examples:
+        >>> Windows(horizon=20, epochs=100)
+        Windows(horizon=20, epochs=100, batch=200, rate=0.003, physics_rate=0.003, clip=10.0)
     """
 
     horizon: int
@@ -263,8 +264,9 @@ def fall(windows: Windows, epoch: int, count: int) -> Array:
     Returns:
         Relative learning rates, (count,), 1 at the start of the training and 0 after its end.
 
-    >>> fall(Windows(horizon=1, epochs=2), epoch=1, count=2).round(3).tolist()
-    [0.5, 0.146]
+    Examples:
+        >>> fall(Windows(horizon=1, epochs=2), epoch=1, count=2).round(3).tolist()
+        [0.5, 0.146]
     """
     done = (epoch + np.arange(count) / count) / windows.epochs
     return np.asarray(0.5 * (1.0 + np.cos(np.pi * done)))

@@ -40,10 +40,11 @@ def physics_only() -> Structure:
     Returns:
         Structure for any system.
 
-    >>> from unmodelled.systems.reader import read_system
-    >>> plan = physics_only()(read_system("systems/pendulum.yaml"), ("b",))
-    >>> plan.structure.networks, plan.structure.trainable
-    ((), ('b',))
+    Examples:
+        >>> from unmodelled.systems.reader import read_system
+        >>> plan = physics_only()(read_system("systems/pendulum.yaml"), ("b",))
+        >>> plan.structure.networks, plan.structure.trainable
+        ((), ('b',))
     """
     return _physics_only
 
@@ -60,10 +61,11 @@ def one_per_port(hidden: int, inputs: Sequence[str] | None = None) -> Structure:
         Structure for any system; it raises `BadInput` for a port without position and velocity if no inputs
         are given, and for an input that is no expression of the system.
 
-    >>> from unmodelled.systems.reader import read_system
-    >>> plan = one_per_port(hidden=32)(read_system("systems/pendulum.yaml"), ("b",))
-    >>> [(network.port, network.inputs, network.size) for network in plan.structure.networks]
-    [('joint', (theta, omega), 129)]
+    Examples:
+        >>> from unmodelled.systems.reader import read_system
+        >>> plan = one_per_port(hidden=32)(read_system("systems/pendulum.yaml"), ("b",))
+        >>> [(network.port, network.inputs, network.size) for network in plan.structure.networks]
+        [('joint', (theta, omega), 129)]
     """
     return partial(_one_per_port, hidden=hidden, inputs=inputs)
 
@@ -81,10 +83,11 @@ def conservative_and_dissipative(hidden: int, penalty: float) -> Structure:
     Returns:
         Structure for any system; it raises `BadInput` for a port without position or velocity.
 
-    >>> from unmodelled.systems.reader import read_system
-    >>> plan = conservative_and_dissipative(16, 1e-5)(read_system("systems/pendulum.yaml"), ())
-    >>> [(network.label, network.inputs) for network in plan.structure.networks], plan.penalties
-    ([('tau_c', (theta,)), ('tau_nc', (theta, omega))], (0.0, 1e-05))
+    Examples:
+        >>> from unmodelled.systems.reader import read_system
+        >>> plan = conservative_and_dissipative(16, 1e-5)(read_system("systems/pendulum.yaml"), ())
+        >>> [(network.label, network.inputs) for network in plan.structure.networks], plan.penalties
+        ([('tau_c', (theta,)), ('tau_nc', (theta, omega))], (0.0, 1e-05))
     """
     return partial(_conservative_and_dissipative, hidden=hidden, penalty=penalty)
 
@@ -101,10 +104,11 @@ def black_box(hidden: int, inputs: Sequence[str]) -> Structure:
     Returns:
         Structure for any system; it raises `BadInput` for an input that is no expression of the system.
 
-    >>> from unmodelled.systems.reader import read_system
-    >>> plan = black_box(16, ["theta", "omega", "torque"])(read_system("systems/pendulum.yaml"), ())
-    >>> plan.structure.system.dynamics
-    (omega, rate_of_omega)
+    Examples:
+        >>> from unmodelled.systems.reader import read_system
+        >>> plan = black_box(16, ["theta", "omega", "torque"])(read_system("systems/pendulum.yaml"), ())
+        >>> plan.structure.system.dynamics
+        (omega, rate_of_omega)
     """
     return partial(_black_box, hidden=hidden, inputs=inputs)
 
@@ -122,9 +126,10 @@ def network_inputs(system: System, texts: Sequence[str]) -> tuple[sp.Expr, ...]:
     Raises:
         BadInput: when an expression is refused, or depends on an effort, which a network cannot know.
 
-    >>> from unmodelled.systems.reader import read_system
-    >>> network_inputs(read_system("systems/pendulum.yaml"), ["sin(theta)", "omega"])
-    (sin(theta), omega)
+    Examples:
+        >>> from unmodelled.systems.reader import read_system
+        >>> network_inputs(read_system("systems/pendulum.yaml"), ["sin(theta)", "omega"])
+        (sin(theta), omega)
     """
     scope = scope_of(system)
     found = tuple(parse(text, scope, f"network input {text!r}") for text in texts)
@@ -144,10 +149,11 @@ def texts_of(system: System, inputs: Sequence[sp.Expr]) -> list[str]:
     Returns:
         One text per input.
 
-    >>> from unmodelled.systems.reader import read_system
-    >>> system = read_system("systems/pendulum.yaml")
-    >>> texts_of(system, network_inputs(system, ["sin(theta)", "omega"]))
-    ['sin(theta)', 'omega']
+    Examples:
+        >>> from unmodelled.systems.reader import read_system
+        >>> system = read_system("systems/pendulum.yaml")
+        >>> texts_of(system, network_inputs(system, ["sin(theta)", "omega"]))
+        ['sin(theta)', 'omega']
     """
     names = [name for name in scope_of(system).values if name not in system.signals]
     return [printed(expression, names, [table.name for table in system.tables]) for expression in inputs]
