@@ -20,7 +20,7 @@ from tests.physics.effects.benches import (
     system,
     values,
 )
-from unmodelled.diagnosis.data.readings import readings
+from unmodelled.diagnosis.data.window_tables import readings
 from unmodelled.effects.library import effects
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.units import parse_unit

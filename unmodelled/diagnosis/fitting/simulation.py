@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data import loops
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.tables import Reader, Tables
+from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTables
+from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.engine.machine.machine import Windows, simulated
 from unmodelled.engine.machine.machine_program import Equations, Program, assembled
 from unmodelled.evaluation.free_run import WHOLE
@@ -76,7 +76,9 @@ class Simulation:
         self.c = recording.logs.c if c is None else c
         self.program = assembled(Equations.of(system, [o.expression for o in system.outputs]))
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
-        self.reader = Reader(system, recording, self._delayed(inputs), self._delayed(outputs), self.c)
+        self.reader = WindowTableReader(
+            system, recording, self._delayed(inputs), self._delayed(outputs), self.c
+        )
         self.measured = [reading.state for reading in self.reader.readings]
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
 
@@ -135,7 +137,7 @@ class Simulation:
         rest = np.where(np.abs(late - whole) > WHOLE, late - whole, 0.0)
         later = whole.astype(np.int64)
         rows = record.rows[:, None, :, None] + later[:, None]
-        shown = loops.read_late(y, rest, record.steps) if rest.any() else y[:, :, 1:]
+        shown = error_kernels.delayed_values(y, rest, record.steps) if rest.any() else y[:, :, 1:]
         return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
 
     @cached_property
@@ -143,7 +145,7 @@ class Simulation:
         """The states that no output shows, driven by the inputs and all other states."""
         return observer(self.system, self.hidden)
 
-    def _integrated(self, tables: Tables, p: Array) -> Array:
+    def _integrated(self, tables: WindowTables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
 
         They depend on a few of the numbers only: sets that are alike in those are integrated once.

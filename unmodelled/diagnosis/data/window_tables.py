@@ -1,4 +1,4 @@
-"""What drives windows and where they start; sensors' gains and delays change it."""
+"""Which output shows which state, and the tables that drive windows and start them."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.readings import readings
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.engine.machine.machine import evaluated
 from unmodelled.engine.machine.machine_program import Equations, Program, assembled
@@ -22,7 +22,57 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Tables:
+class StateReading:
+    """A state that an output shows as gain * state + offset, or that is the derivative of such a state.
+
+    Attributes:
+        state, output: their numbers.
+        gain, offset: in terms of parameters and constants of the operating point.
+        slope: whether the state is the time derivative of what the output shows.
+    """
+
+    state: int
+    output: int
+    gain: sp.Expr
+    offset: sp.Expr
+    slope: bool = False
+
+    @property
+    def plain(self) -> bool:
+        """Whether the output, or its derivative, is the state itself."""
+        return bool(self.gain == 1 and self.offset == 0)
+
+
+def readings(system: System) -> tuple[StateReading, ...]:
+    """All states that outputs show, in the order of the states; `measurements.states` reads the same ones."""
+    found: dict[int, StateReading] = {}
+    outputs = range(len(system.outputs))
+    for j in sorted(outputs, key=lambda j: system.outputs[j].expression not in system.x):
+        reading = _reading(system, j)
+        if reading is not None:
+            found.setdefault(reading.state, reading)
+    for k, shown in list(found.items()):
+        if system.dynamics[k] in system.x:
+            v = system.x.index(system.dynamics[k])
+            found.setdefault(v, StateReading(v, shown.output, shown.gain, sp.S.Zero, slope=True))
+    return tuple(found[k] for k in sorted(found))
+
+
+def _reading(system: System, j: int) -> StateReading | None:
+    expression = system.outputs[j].expression
+    seen = expression.free_symbols & set(system.x)
+    if len(seen) != 1 or not expression.free_symbols <= {*seen, *system.p, *system.c}:
+        return None
+    (state,) = seen
+    gain = sp.diff(expression, state)
+    offset = sp.expand(expression - gain * state)
+    if gain.has(state) or offset.has(state):
+        return None
+    return StateReading(system.x.index(state), j, gain, offset)
+
+
+@dataclass(frozen=True)
+class WindowTables:
     """Samples of all experiments, once for all sets that read them alike.
 
     Attributes:
@@ -45,7 +95,7 @@ class Tables:
         return np.asarray(self.member * self.u.shape[1])
 
 
-class Reader:
+class WindowTableReader:
     """Makes tables.
 
     Args:
@@ -68,7 +118,7 @@ class Reader:
         known = [k for k, s in enumerate(system.p) if s in symbols]
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
-    def __call__(self, values: Array) -> Tables:
+    def __call__(self, values: Array) -> WindowTables:
         """The tables of `values` (experiments, sets, numbers)."""
         if not self.columns:
             return self._same(values.shape[1])
@@ -77,20 +127,20 @@ class Reader:
         return self._made(values[:, first], member.ravel())
 
     @cached_property
-    def _only(self) -> Tables:
+    def _only(self) -> WindowTables:
         numbers = len(self.system.parameters)
         own = np.broadcast_to(np.array(self.system.values), (len(self.recording.logs), 1, numbers))
         return self._made(own, np.zeros(1, np.int64))
 
-    def _same(self, sets: int) -> Tables:
+    def _same(self, sets: int) -> WindowTables:
         only = self._only
-        return Tables(only.u, only.x, np.zeros(sets, np.int64))
+        return WindowTables(only.u, only.x, np.zeros(sets, np.int64))
 
-    def _made(self, values: Array, member: Indices) -> Tables:
+    def _made(self, values: Array, member: Indices) -> WindowTables:
         gains, delays = self.gains(values), self.delays(values[0])
         sets = range(values.shape[1])
         u = np.stack([self._inputs(values[0, d]) for d in sets])
-        return Tables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
+        return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
 
     def delays(self, values: Array) -> Array:
         """(sets, outputs) of what is shown, s, from sets of numbers (sets, numbers)."""
