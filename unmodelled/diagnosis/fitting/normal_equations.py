@@ -20,7 +20,7 @@ RANK = 1e-12
 
 
 @dataclass(frozen=True)
-class Normal:
+class NormalEquations:
     """Products of derivatives and residuals.
 
     Attributes:
@@ -37,7 +37,7 @@ class Normal:
     @classmethod
     def of(
         cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, precision: Array
-    ) -> Normal:
+    ) -> NormalEquations:
         """From residuals and weights (windows, ...), slopes (windows, unknowns + states, ...), and how far
         the starts are moved (windows, states).
         """

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.diagnosis import Model
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.fit import fit
-from unmodelled.diagnosis.fitting.fitted import Fitted
 from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
@@ -24,32 +24,32 @@ from unmodelled.systems.model import System
 Array = NDArray[np.float64]
 
 
-def known(study: Study) -> Model:
+def known_model(study: Study) -> JudgedModel:
     """The system as it was given."""
-    return Model("known", study.system, study.logs, judged(study.system, study.logs, study))
+    return JudgedModel("known", study.system, study.logs, held_out_gap(study.system, study.logs, study))
 
 
-def model(label: str, fitted: Fitted) -> Model:
+def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
     """A hypothesis with its fitted numbers."""
     study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
     system = _shared(fitted)
     logs = study.logs
     for effect in effects:
         logs = extended(logs, effect.columns)
-    own = own_values(fitted)
+    own = values_per_experiment(fitted)
     if own:
         system = in_columns(system, own)
         logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
     logs = prepare(system, logs)
-    return Model(label, system, logs, judged(system, logs, study))
+    return JudgedModel(label, system, logs, held_out_gap(system, logs, study))
 
 
-def judged(system: System, logs: Logs, study: Study) -> Gap:
+def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
     """Its gap on the held-out experiments."""
     return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
 
 
-def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
+def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float]]:
     """By name and id: the numbers that every experiment has for itself, of the held-out ones too.
 
     These can be known from the experiment itself only: they are fitted there, with all that is shared as it
@@ -65,7 +65,7 @@ def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
     return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
 
 
-def _shared(fitted: Fitted) -> System:
+def _shared(fitted: FittedHypothesis) -> System:
     """The system with the numbers and delays that all experiments share."""
     hypothesis, values = fitted.hypothesis, fitted.fit.values
     system = with_numbers(hypothesis.full, hypothesis.effects, values)

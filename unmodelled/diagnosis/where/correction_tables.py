@@ -10,10 +10,10 @@ import pandas as pd
 import sympy as sp
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.diagnosis import Diagnosis
-from unmodelled.diagnosis.where.channels import channel
+from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.where import MUCH, Where
+from unmodelled.diagnosis.where.effect_channels import channel_of
+from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
@@ -26,7 +26,7 @@ PORT, OTHER = ("level", "rate", "acceleration"), ("level", "rate")
 BINS, POINTS = 30, 120
 
 
-def windows(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
+def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
     """A row for every window that says something about a channel.
 
     Columns: stage (lacking: of the physics without effects, left: of the augmented model), channel,
@@ -48,8 +48,10 @@ def windows(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
 def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
     """Those of the effects and those with a large share, or the ports if there are none."""
     model = diagnosis.reidentified
-    effects = [channel(model, found.added.place) for found in diagnosis.effects]
-    large = [row["port"] for row in where.channels if row["share"] >= MUCH]
+    effects = [channel_of(model, found.added.place) for found in diagnosis.effects]
+    large = [
+        row["port"] for row in where.channels if row["share"] >= where.lacking.thresholds.shown_channel_share
+    ]
     every = [place.channel for place in where.lacking.places]
     return [name for name in dict.fromkeys([*effects, *large]) if name in every] or every[:1]
 
@@ -62,7 +64,7 @@ def main_coordinate(table: pd.DataFrame, name: str) -> str:
     return max(scores, key=lambda column: scores[column], default="t")
 
 
-def laws(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
+def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
     """The found laws along the main coordinates of channels.
 
     Columns: channel, x, low, law, high (tenth, half and nine tenths of the values there, SI).

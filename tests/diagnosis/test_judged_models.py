@@ -11,10 +11,10 @@ from tests.diagnosis.benches import FRICTION, PERIOD, Bench
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, effect, fitted, study
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting import deviation, models
-from unmodelled.diagnosis.fitting.fitted import Fitted
+from unmodelled.diagnosis.fitting import deviation
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
 from unmodelled.effects.place import Place
 from unmodelled.logs.clock import delayed
 
@@ -30,7 +30,7 @@ def rubbing(tmp_path_factory: pytest.TempPathFactory) -> Study:
 
 
 @pytest.fixture(scope="module")
-def late(rubbing: Study) -> Fitted:
+def late(rubbing: Study) -> FittedHypothesis:
     hypothesis = Hypothesis.known(rubbing).plus(effect("coulomb_friction"), JOINT)
     return fitted(hypothesis.plus(effect("sensor_delay"), ANGLE))
 
@@ -43,15 +43,15 @@ def earlier(found: Study, time: float) -> Study:
 
 
 def test_the_known_system_is_judged_as_it_was_given(rubbing: Study) -> None:
-    found = models.known(rubbing)
+    found = known_model(rubbing)
     expected = free_runs(rubbing.system, rubbing.logs, HORIZON, rubbing.held_out)
     assert (found.label, found.system, found.logs) == ("known", rubbing.system, rubbing.logs)
     assert found.gap.value == pytest.approx(expected.value, rel=1e-6)
     assert set(found.gap.per_experiment) == {rubbing.logs.ids[i] for i in rubbing.held_out}
 
 
-def test_numbers_and_delays_stand_in_the_system(late: Fitted, rubbing: Study) -> None:
-    found = models.model("late", late)
+def test_numbers_and_delays_stand_in_the_system(late: FittedHypothesis, rubbing: Study) -> None:
+    found = judged_model("late", late)
     values = dict(zip((p.name for p in found.system.parameters), found.system.values, strict=True))
     assert values["F_c"] == pytest.approx(0.06, rel=0.03) and values["F_c"] == late.fit.values["F_c"]
     assert found.system.inputs[0].delay == late.fit.values["timing_torque"]
@@ -67,7 +67,7 @@ def test_a_model_does_what_its_hypothesis_does(rubbing: Study) -> None:
     """Held-out experiments, seen through the file's numbers or through those of the fit."""
     place = Place("port", "joint", "group", "old")
     one = fitted(Hypothesis.known(rubbing).plus(effect("coulomb_friction"), place))
-    found = models.model("old", one)
+    found = judged_model("old", one)
     held = Recording.of(rubbing.logs, HORIZON, rubbing.held_out)
     simulation = one.hypothesis.simulation(held)
     assert found.gap.value == pytest.approx(
@@ -89,7 +89,7 @@ def test_held_out_experiments_have_numbers_of_their_own(scattered: Study, time: 
     seen = earlier(scattered, time)
     one = fitted(Hypothesis.known(seen).plus(effect("scatter"), Place("parameter", "F_c")))
     assert one.fit.values["timing_torque"] == pytest.approx(time, abs=1e-4)
-    own = models.own_values(one)["F_c_deviation"]
+    own = values_per_experiment(one)["F_c_deviation"]
     learned = one.fit.own["F_c_deviation"]
     assert {i: own[i] for i in learned} == learned
     friction = {i: one.fit.values["F_c"] + own[i] for i in seen.logs.ids}
@@ -97,11 +97,11 @@ def test_held_out_experiments_have_numbers_of_their_own(scattered: Study, time: 
     held = [seen.logs.ids[i] for i in seen.held_out]
     off = [friction[i] - SCATTERED[seen.logs.ids.index(i)] for i in held]
     assert np.abs(off).max() < 8e-4
-    found = models.model("scattered", one)
+    found = judged_model("scattered", one)
     column = found.logs.c[:, found.logs.constants.index("F_c_deviation")]
     np.testing.assert_array_equal(column, [own[i] for i in seen.logs.ids])
     assert found.gap.value < 1.3 * found.gap.floor
 
 
-def test_without_scatter_no_experiment_has_numbers_of_its_own(late: Fitted) -> None:
-    assert models.own_values(late) == {}
+def test_without_scatter_no_experiment_has_numbers_of_its_own(late: FittedHypothesis) -> None:
+    assert values_per_experiment(late) == {}

@@ -9,9 +9,8 @@ import numpy as np
 
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.choose import Scores, settled
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.effects.added import Added
 
@@ -23,12 +22,10 @@ DEPTHS = (1, 14), (2, 5), (1, 5)
 EXCHANGES, EXCHANGED = 2, 4
 #: A shape with so many starting values has many optima; the best one is sought among neighbours.
 ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
-#: A complexity up to which a model is not expected to stand for a simpler one with more effects.
-SIMPLE = 4.0
 
 
 @dataclass
-class Search:
+class EffectSearch:
     """Models that were fitted so far, the known physics first.
 
     Attributes:
@@ -40,7 +37,7 @@ class Search:
     study: Study
     workers: int = 1
     progress: Callable[[str], None] = lambda _: None
-    fits: dict[frozenset[object], Fitted] = field(default_factory=dict)
+    fits: dict[frozenset[object], FittedHypothesis] = field(default_factory=dict)
     screens: dict[frozenset[object], list[Screened]] = field(default_factory=dict)
     widened: set[frozenset[object]] = field(default_factory=set)
 
@@ -50,29 +47,34 @@ class Search:
         length = float(recording.steps.mean())
         self.fitted = recording.thinned(max(8, round(FITTED / length)))
         self.screened = self.fitted.thinned(max(8, round(SCREENED / length)))
-        base = Fitted.of(Hypothesis.known(self.study), self.fitted)
+        base = FittedHypothesis.of(Hypothesis.known(self.study), self.fitted)
         self.fits[base.hypothesis.key] = base
 
     @property
-    def base(self) -> Fitted:
+    def base(self) -> FittedHypothesis:
         """The known physics, re-identified."""
         return self.fits[frozenset()]
 
-    def run(self) -> Scores:
+    @property
+    def candidates(self) -> Candidates:
+        """Return what was fitted so far, on one scale."""
+        return Candidates(tuple(self.fits.values()), self.study.thresholds)
+
+    def run(self) -> Candidates:
         """Add effects as long as it pays and something is left to explain."""
         for depth, (parents, count) in enumerate(DEPTHS):
-            scores = Scores(tuple(self.fits.values()))
-            named = scores.fits[scores.chosen()]
-            if len(named.hypothesis.effects) < depth or (depth and _settled(named)):
+            candidates = self.candidates
+            named = candidates.fits[candidates.leading()]
+            if len(named.hypothesis.effects) < depth or (depth and self._settled(named)):
                 break
-            for parent in (scores.fits[k] for k in scores.ranked(depth)[:parents]):
+            for parent in (candidates.fits[k] for k in candidates.ranked(depth)[:parents]):
                 found = self.screen(parent)
                 self.progress(f"fit effects on top of {parent.hypothesis}")
                 self.fit(_promising(found, count))
                 self._widen()
         return self._exchanged()
 
-    def screen(self, base: Fitted) -> list[Screened]:
+    def screen(self, base: FittedHypothesis) -> list[Screened]:
         """All candidates on top of a fitted model, the most promising first."""
         key = base.hypothesis.key
         if key not in self.screens:
@@ -80,19 +82,24 @@ class Search:
             self.screens[key] = screen(base, self.screened, self.workers)
         return self.screens[key]
 
-    def _exchanged(self) -> Scores:
+    def _settled(self, named: FittedHypothesis) -> bool:
+        """Whether only noise remains, and no much simpler candidate is to be expected."""
+        simple = named.hypothesis.complexity <= self.study.thresholds.simple_complexity
+        return simple and self.candidates.at_floor(named)
+
+    def _exchanged(self) -> Candidates:
         """With each effect of the named model taken out, and others in its place: what was added first may
         have stood in for what came later.
         """
         for _ in range(EXCHANGES):
-            scores = Scores(tuple(self.fits.values()))
-            effects = scores.fits[scores.chosen()].hypothesis.effects
+            candidates = self.candidates
+            effects = candidates.fits[candidates.leading()].hypothesis.effects
             for gone in effects if len(effects) > 1 else ():
                 before = self.base.hypothesis
                 for effect in (e for e in effects if e is not gone):
                     before = self.fitted_with(before, effect).hypothesis
                 self.fit(_promising(self.screen(self.fits[before.key]), EXCHANGED))
-        return Scores(tuple(self.fits.values()))
+        return self.candidates
 
     def fit(self, candidates: Iterable[Screened]) -> None:
         """Fit what was not fitted yet."""
@@ -112,8 +119,8 @@ class Search:
             self.widened.add(local.hypothesis.key)
             self.fits[wide.hypothesis.key] = self._again(wide, [local.fit.values])
 
-    def _fit(self, candidate: Screened) -> Fitted:
-        fitted = Fitted.of(candidate.hypothesis, self.fitted, candidate.starts)
+    def _fit(self, candidate: Screened) -> FittedHypothesis:
+        fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, candidate.starts)
         shapes = candidate.hypothesis.effects[-1].shapes
         rough = next((name for name, values in shapes.items() if len(values) >= ROUGH), None)
         if rough is None:
@@ -121,23 +128,18 @@ class Search:
         values = fitted.fit.values
         return self._again(fitted, [{**values, rough: near * values[rough]} for near in NEAR])
 
-    def _again(self, fitted: Fitted, starts: Sequence[Mapping[str, float]]) -> Fitted:
+    def _again(self, fitted: FittedHypothesis, starts: Sequence[Mapping[str, float]]) -> FittedHypothesis:
         """The same from other starts, if that is better."""
-        tries = Scores((fitted, Fitted.of(fitted.hypothesis, self.fitted, starts)))
+        tries = Candidates((fitted, FittedHypothesis.of(fitted.hypothesis, self.fitted, starts)))
         return tries.fits[int(np.argmin(tries.losses.sum(1)))]
 
-    def fitted_with(self, before: Hypothesis, added: Added) -> Fitted:
+    def fitted_with(self, before: Hypothesis, added: Added) -> FittedHypothesis:
         """The fit of `before` with an effect that belongs to another hypothesis, from where it was fitted."""
         key = before.key | {(added.family, added.variant, added.place)}
         if key not in self.fits:
             found = self.screen(self.fits[before.key])
             self.fit(s for s in found if s.key == key)
         return self.fits[key]
-
-
-def _settled(named: Fitted) -> bool:
-    """Whether there is nothing left to explain, and nothing much simpler to hope for."""
-    return settled(named) and named.hypothesis.complexity <= SIMPLE
 
 
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:

@@ -1,4 +1,4 @@
-"""What drives windows and where they start; sensors' gains and delays change it."""
+"""Tables that drive windows and start them; gains and delays of sensors change them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Tables:
+class WindowTables:
     """Samples of all experiments, once for all sets that read them alike.
 
     Attributes:
@@ -43,7 +43,7 @@ class Tables:
         return np.asarray(self.member * self.u.shape[1])
 
 
-class Reader:
+class WindowTableReader:
     """Makes tables.
 
     Args:
@@ -66,7 +66,7 @@ class Reader:
         known = [k for k, s in enumerate(system.p) if s in symbols]
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
-    def __call__(self, values: Array) -> Tables:
+    def __call__(self, values: Array) -> WindowTables:
         """The tables of `values` (experiments, sets, numbers)."""
         if not self.columns:
             return self._same(values.shape[1])
@@ -75,20 +75,20 @@ class Reader:
         return self._made(values[:, first], member.ravel())
 
     @cached_property
-    def _only(self) -> Tables:
+    def _only(self) -> WindowTables:
         numbers = len(self.system.parameters)
         own = np.broadcast_to(np.array(self.system.values), (len(self.recording.logs), 1, numbers))
         return self._made(own, np.zeros(1, np.int64))
 
-    def _same(self, sets: int) -> Tables:
+    def _same(self, sets: int) -> WindowTables:
         only = self._only
-        return Tables(only.u, only.x, np.zeros(sets, np.int64))
+        return WindowTables(only.u, only.x, np.zeros(sets, np.int64))
 
-    def _made(self, values: Array, member: Indices) -> Tables:
+    def _made(self, values: Array, member: Indices) -> WindowTables:
         gains, delays = self.gains(values), self.delays(values[0])
         sets = range(values.shape[1])
         u = np.stack([self._inputs(values[0, d]) for d in sets])
-        return Tables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
+        return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
 
     def delays(self, values: Array) -> Array:
         """(sets, outputs) of what is shown, s, from sets of numbers (sets, numbers)."""

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from unmodelled.diagnosis.search.regression import Products
+from unmodelled.diagnosis.search.least_squares import Products
 
 Array = NDArray[np.float64]
 FREE = np.inf

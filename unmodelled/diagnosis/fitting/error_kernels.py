@@ -26,7 +26,7 @@ def cut_errors(y, measured, noise, largest, steps):
 
 
 @jit()
-def slopes(r, largest, steps):
+def forward_differences(r, largest, steps):
     """Forward differences (windows, sets - 1, samples, outputs) of `cut_errors`; zero where one was cut.
 
     steps (windows, sets - 1).
@@ -44,7 +44,7 @@ def slopes(r, largest, steps):
 
 
 @jit()
-def read_late(y, late, steps):
+def delayed_values(y, late, steps):
     """Values of y (windows, sets, samples, outputs) `late` (sets, outputs) samples before every sample.
 
     By the cubic through four neighbours; y begins with the first sample of a window, what is returned with

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from unmodelled.diagnosis.data.log_fault import LogFault
 from unmodelled.effects.added import Added
 from unmodelled.evaluation.gap import Gap
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-Verdict = Literal["effect", "no_gap", "unknown", "check_logs"]
 Interval = tuple[float, float]
+
+Verdict = Literal["effect", "no_gap", "unknown", "check_logs"]
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class JudgedModel:
     """A model that was judged on the held-out experiments.
 
     Attributes:
@@ -46,7 +46,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class DiagnosedEffect:
     """A diagnosed effect.
 
     Attributes:
@@ -105,13 +105,13 @@ class Diagnosis:
     seed: int
     verdict: Verdict
     confidence: float
-    effects: tuple[Found, ...]
+    effects: tuple[DiagnosedEffect, ...]
     partial: bool
-    known: Model
-    reidentified: Model
-    augmented: Model
-    neural: Model
-    steps: tuple[Model, ...]
+    known: JudgedModel
+    reidentified: JudgedModel
+    augmented: JudgedModel
+    neural: JudgedModel
+    steps: tuple[JudgedModel, ...]
     floor: float
     shrink: float
     interval: Interval
@@ -121,3 +121,26 @@ class Diagnosis:
     notes: tuple[str, ...]
     signs: Mapping[str, float] = field(default_factory=dict)
     faults: tuple[LogFault, ...] = ()
+
+
+@dataclass(frozen=True)
+class LogFault:
+    """A fault of the logs.
+
+    Attributes:
+        channels: names of the outputs and inputs that have it, `t` for time, `experiments` for whole logs.
+        problem: its name, such as "degrees" or "sign". explains: share of the mean square error of the known
+            physics that its correction takes away; None where it is not about the error.
+        experiments: ids of those that have it; () for all.
+        sentence: what is seen, and what to do.
+        decides: whether it is the answer to a diagnosis.
+        indistinguishable: channels and problem of other faults that explain as much.
+    """
+
+    channels: tuple[str, ...]
+    problem: str
+    explains: float | None
+    experiments: tuple[str, ...]
+    sentence: str
+    decides: bool
+    indistinguishable: tuple[tuple[tuple[str, ...], str], ...] = ()
