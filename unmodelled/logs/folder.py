@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -34,8 +35,8 @@ from unmodelled.systems.model import System
 Array = NDArray[np.float64]
 
 
-def read_logs(folder: Path, system: System) -> Logs:
-    """The experiments in `folder`, a log folder or a store that `Logs.write` wrote.
+def read_logs(folder: Path | str, system: System) -> Logs:
+    """Read measured experiments from a log folder, or from a store that `Logs.write` wrote.
 
     Args:
         folder: with experiments.csv (one row per experiment: `id`, `file`, the operating point where the
@@ -47,10 +48,20 @@ def read_logs(folder: Path, system: System) -> Logs:
 
     Raises:
         BadInput: a line for every fault in the folder, which names file, row and column.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> um.read_logs(logs.source, system)
+        4 experiments, 1600 samples every 0.005 s, up to 2 s long
+        outputs: theta
+        inputs: torque
+        note: omega was estimated from theta by smoothing differentiation over 21 samples
     """
+    folder = Path(folder)
     _check_folder(folder)
     if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
-        return Logs.read(folder, system)
+        return replace(Logs.read(folder, system), source=str(folder))
     table, faults = folder / "experiments.csv", Faults()
     header, rows = read_rows(table, ["id", "file"])
     with faults.collected():
@@ -70,7 +81,7 @@ def read_logs(folder: Path, system: System) -> Logs:
         with faults.collected():
             period = common_period(logs)
     faults.check()
-    return _assembled(system, experiments, logs, period, notes, provenance)
+    return replace(_assembled(system, experiments, logs, period, notes, provenance), source=str(folder))
 
 
 def _check_folder(folder: Path) -> None:

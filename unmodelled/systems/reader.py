@@ -23,11 +23,26 @@ _OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tab
 _LARGEST = 100_000
 
 
-def read_system(path: Path) -> System:
-    """The system that the file `path` describes; nothing in the file is executed.
+def read_system(path: Path | str) -> System:
+    """Read a system file (system/1); nothing in the file is executed.
+
+    Args:
+        path: YAML file with states, inputs, outputs, parameters, ports and dynamics.
+
+    Returns:
+        The system that the file describes.
 
     Raises:
         BadInput: one line that names file, line and place, when anything in it is wrong.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> system, _ = um.example("pendulum")
+        >>> again = um.read_system(system.source)
+        >>> again == system
+        True
+        >>> again.port_names, again.uncertain
+        (('joint',), ('b',))
     """
     root = load(Path(path))
     schema = root.entries().get("schema")
@@ -35,7 +50,8 @@ def read_system(path: Path) -> System:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
     sections = root.fields(_REQUIRED, _OPTIONAL)
     name = checked_name(sections["name"].text(), sections["name"])
-    return _Equations(sections, read_declarations(sections)).system(name)
+    found = _Equations(sections, read_declarations(sections)).system(name)
+    return replace(found, source=str(path))
 
 
 @dataclass

@@ -27,14 +27,28 @@ _PLAIN = re.compile(
 _UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 
 
-def write_system(system: System, path: Path) -> None:
-    """Write `system` to `path`, and its tables as CSV files beside it, so that reading gives it back.
+def write_system(system: System, path: Path | str) -> None:
+    """Write a system as a file (system/1), and its tables as CSV files beside it.
 
-    An expression is written as the user wrote it where that still says the same.
+    Reading the file gives the system back. An expression is written as the user wrote it where that still
+    says the same.
+
+    Args:
+        system: system to write.
+        path: YAML file; replaced where it exists.
 
     Raises:
         ValueError: when an expression has no form in the grammar, such as the slope of a table.
         BadInput: when a file cannot be written.
+
+    Examples:
+        >>> from tempfile import TemporaryDirectory
+        >>> import unmodelled as um
+        >>> system, _ = um.example("pendulum")
+        >>> with TemporaryDirectory() as folder:
+        ...     um.write_system(system, f"{folder}/copy.yaml")
+        ...     um.read_system(f"{folder}/copy.yaml") == system
+        True
     """
     path = Path(path)
     files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}
