@@ -226,7 +226,8 @@ def _program() -> str:
 
 def _stage(request: Request, terminal: list[int], connection: socket.socket) -> NoReturn:
     """Be the stage: its exit code goes to who asked, the end of this process says that it is over."""
-    from pipeline.__main__ import THREADS, main
+    from pipeline.__main__ import main
+    from unmodelled.base.workers import NUMERICAL
 
     heed_interruptions()
     for standard, descriptor in enumerate(terminal):
@@ -237,7 +238,7 @@ def _stage(request: Request, terminal: list[int], connection: socket.socket) -> 
     os.environ.clear()
     os.environ.update(request.environment)
     # its workers are forks as well, where no library has threads that they would miss
-    if all(os.environ.get(library) == "1" for library in THREADS):
+    if all(os.environ.get(library) == "1" for library in NUMERICAL):
         multiprocessing.set_start_method("fork")
     sys.argv = [str(PACKAGE / "__main__.py"), *request.arguments]
     sys.path[0] = request.folder
@@ -268,7 +269,7 @@ def _end_with(connection: socket.socket) -> None:
 
 
 if __name__ == "__main__":
-    from pipeline.__main__ import one_thread
+    from unmodelled.base.workers import one_thread
 
     if len(sys.argv) < 2:
         sys.exit("usage: python -m pipeline.preloaded <command>, such as dvc repro")

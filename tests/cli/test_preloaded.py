@@ -16,8 +16,9 @@ from typing import NamedTuple
 import psutil
 import pytest
 
-from pipeline.__main__ import INTERRUPTION, THREADS
 from pipeline.preloaded import ADDRESS
+from unmodelled.base.workers import NUMERICAL
+from unmodelled.cli.command_line import INTERRUPTION
 
 ASK = "import sys; from pipeline.preloaded import ask; print(ask(sys.argv[1:]))"
 
@@ -46,7 +47,7 @@ class Server(NamedTuple):
 @pytest.fixture(scope="module")
 def server() -> Iterator[Server]:
     # without progress, which is said after some seconds only
-    environment = {**os.environ, **dict.fromkeys(THREADS, "1"), "EXP_PROGRESS": "quiet"}
+    environment = {**os.environ, **dict.fromkeys(NUMERICAL, "1"), "EXP_PROGRESS": "quiet"}
     command = ["bash", "-c", f"echo $$ ${ADDRESS}; cat; kill -9 $$"]
     with subprocess.Popen(
         [sys.executable, "-m", "pipeline.preloaded", *command],
@@ -142,7 +143,7 @@ def at_work(folder: Path) -> Iterator[tuple[subprocess.Popen[str], list[psutil.P
         [sys.executable, "-m", "pipeline.preloaded", *stage],
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, **dict.fromkeys(THREADS, "1"), "EXP_PROGRESS": "quiet", "TMPDIR": str(folder)},
+        env={**os.environ, **dict.fromkeys(NUMERICAL, "1"), "EXP_PROGRESS": "quiet", "TMPDIR": str(folder)},
         start_new_session=True,
     ) as server:
         try:

@@ -13,7 +13,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import unmodelled as um
-from tests.diagnosis.diagnoses import JOINT, Said, diagnosis
+from tests.diagnosis.diagnoses import HELD_OUT, HORIZON, JOINT, Said, diagnosis
+from tests.diagnosis.test_augmented import CASES
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import MARKER
 from unmodelled.base.parquet import read_parquet
@@ -192,7 +193,7 @@ def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Pa
 def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tmp_path: Path) -> None:
     answer.save(tmp_path / "out", pages=False)
     read = um.read_system(tmp_path / "out" / "augmented_system.yaml")
-    logs = answer.findings.diagnosis.logs.for_system(read)
+    logs = answer.findings.diagnosis.logs
     saved, own = um.simulate(read, logs), um.simulate(answer.system, logs)
     assert saved.value == pytest.approx(own.value, rel=1e-9)
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
@@ -201,6 +202,16 @@ def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tm
         "diagnosis.json",
         "tables",
     }
+
+
+@pytest.mark.parametrize("name", ["coulomb", "group", "memory", "order", "scatter", "late_input", "many"])
+def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp_path: Path) -> None:
+    said, timing = CASES[name]
+    found = diagnosis(tmp_path / "case", *said, timing=timing)
+    own = um.Answer(Findings(found, where(found), exported=True))
+    held_out = [found.logs.ids[i] for i in HELD_OUT]
+    again = um.simulate(own.system, found.logs, HORIZON, held_out)
+    assert again.value == pytest.approx(found.augmented.gap.value, rel=1e-6)
 
 
 def test_every_figure_of_the_page_can_be_drawn_by_its_name(answer: um.Answer) -> None:

@@ -28,9 +28,8 @@ from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs
 from pipeline.chapters.reported import read_judged, read_refit, read_told, read_truth
 from pipeline.recordings import emps
-from pipeline.recordings.rawlogs import Archive
+from pipeline.recordings.rawlogs import RawLogs
 from pipeline.rigs.pendulum import PendulumCampaign
-from pipeline.sweep.runs import OVERRIDES, read_run
 from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
 from tests.fuzz.inputs import Case
@@ -38,6 +37,7 @@ from tests.measurements.systems import motor, run, write_folder
 from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
+from unmodelled.cli.sweep.runs import OVERRIDES, read_run
 from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
@@ -120,7 +120,7 @@ def archive_cases(folder: Path) -> dict[str, Case]:
     savemat(recording, {"t": t, "vir": np.sin(t), "qm": np.cos(t)})
 
     def campaign(f: Path) -> object:
-        found = Archive(f / "campaign.zip")
+        found = RawLogs(f / "campaign.zip")
         return [found.log(int(exp)) for exp in found.parameters()["exp"]]
 
     # a process of its own reads a recording of EMPS, within a second

@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.stages.diagnose import diagnose
-from pipeline.stages.simulate import simulate
 from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
 from unmodelled.api import diagnosis as api
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
+from unmodelled.cli.verbs.diagnose import diagnose
+from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer import findings
 from unmodelled.report.figures import files as figures
 
@@ -81,7 +81,7 @@ def test_the_same_seed_gives_the_same_files_and_a_result_is_replaced(case: Path)
 
 
 def test_names_of_files_may_be_texts_as_in_a_notebook(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from pipeline import diagnose as verb
+    from unmodelled.cli.verbs.diagnose import diagnose as verb
 
     assert verb is diagnose
     monkeypatch.chdir(case)

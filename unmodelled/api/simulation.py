@@ -17,9 +17,9 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.parquet import write_parquet
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.evaluation.free_run import steps_of
-from unmodelled.evaluation.gap import Gap
+from unmodelled.evaluation.gap import Gap, steps_of
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepared_for
 from unmodelled.report.figures.free_run import measured_and_simulated
 from unmodelled.systems.model import System
 
@@ -188,7 +188,7 @@ def simulate(
 
     Args:
         system: known physics, with laws in its ports where it has any.
-        logs: measured experiments, read for this system.
+        logs: measured experiments with the inputs and outputs of the system.
         horizon: length of the free-run windows, s; default 0.1.
         only: ids of the experiments to simulate, or one id; default: all. The scale of the outputs is that of
             all experiments in any case.
@@ -214,8 +214,8 @@ def simulate(
         >>> list(gap.table().columns)
         ['experiment', 't', 'window', 'theta_measured', 'theta_simulated']
     """
-    runs = _chosen(only, logs)
-    return Simulation(system, logs, horizon, tuple(runs), free_runs(system, logs, horizon, runs))
+    runs, own = _chosen(only, logs), prepared_for(system, logs)
+    return Simulation(system, own, horizon, tuple(runs), free_runs(system, own, horizon, runs))
 
 
 def _chosen(only: Sequence[str] | str | None, logs: Logs) -> list[int]:

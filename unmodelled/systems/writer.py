@@ -1,4 +1,4 @@
-"""Systems as `system/1` files (shared/contracts/system.md)."""
+"""Writer of `system/1` files."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class _Text:
         return "\n".join(lines) + "\n"
 
     def _expression(self, place: str, expression: sp.Expr) -> str:
-        """What the user wrote there, if it still means `expression`; else printed in base symbols."""
+        """Return an expression as the user wrote it if it still means the same, otherwise printed anew."""
         written = self.system.text.get(place)
         if written is not None and self._means(written, expression):
             return _quoted(written)

@@ -139,9 +139,7 @@ def callable_response(
     return Formula(tuple(names), box, function)
 
 
-def _asked(
-    system: System, event: str | None, uncertain: Sequence[str] | None
-) -> tuple[str, tuple[str, ...]]:
+def _asked(system: System, event: str | None, uncertain: Sequence[str] | None) -> tuple[str, tuple[str, ...]]:
     """The event and the uncertain parameters, named or those of the system."""
     if event is None and len(system.events) != 1:
         known = ", ".join(e.name for e in system.events) or "none"

@@ -1,0 +1,137 @@
+"""The runs of a sweep as one table: which keys each was given, and the numbers that it left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import yaml
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import OBJECTS, check_file
+from unmodelled.base.ownership import RECORD
+from unmodelled.cli.sweep.metrics import metrics_of
+
+#: The keys that a run of a sweep was given.
+OVERRIDES = Path(RECORD) / "overrides.yaml"
+#: What a run of a sweep that failed leaves: one line that says why.
+FAILURE = Path(RECORD) / "error.txt"
+
+Value = str | int | float | bool | None
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a sweep.
+
+    Attributes:
+        name: its folder, seen from the folder of the sweep.
+        keys: the keys that it was given, and those that the fit it read (fits=<folder>) was given.
+        metrics: see `unmodelled.cli.sweep.metrics.metrics_of`.
+        failure: why there are no metrics; empty if there are.
+    """
+
+    name: str
+    keys: dict[str, Value]
+    metrics: dict[str, float]
+    failure: str
+
+    def has(self, metric: str) -> bool:
+        """Whether it left `metric`, and as a finite number."""
+        return math.isfinite(self.metrics.get(metric, math.nan))
+
+
+def run_folders(folder: Path) -> list[Path]:
+    """The folders of all runs under `folder`, in the order of their numbers.
+
+    Raises:
+        BadInput: when there is no such folder, or no run of a sweep in it.
+    """
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: no such folder")
+    found = [path.parent.parent for path in folder.rglob(str(OVERRIDES))]
+    if not found:
+        raise BadInput(f"{folder}: no runs of a sweep in it, that is no folder with {OVERRIDES}")
+    return sorted(found, key=lambda path: [(len(p) if p.isdigit() else 0, p) for p in path.parts])
+
+
+def read_run(folder: Path, sweep: Path) -> Run:
+    """The run in `folder`, a folder of `sweep`.
+
+    Raises:
+        BadInput: when a file cannot be read.
+    """
+    metrics = metrics_of(folder)
+    failure = ""
+    if not metrics:
+        told = folder / FAILURE
+        check_file(told)
+        failure = told.read_text(errors="replace").strip() if told.exists() else "nothing written"
+    return Run(folder.relative_to(sweep).as_posix(), _keys(folder / OVERRIDES), metrics, failure)
+
+
+def _keys(path: Path) -> dict[str, Value]:
+    keys = _overrides(path)
+    fit = Path(str(keys.get("fits"))) / OVERRIDES
+    if fit.exists():
+        del keys["fits"]
+        keys = {**_overrides(fit), **keys}
+    return keys
+
+
+def _overrides(path: Path) -> dict[str, Value]:
+    check_file(path, OBJECTS)
+    try:
+        lines = yaml.safe_load(path.read_text())
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
+        raise BadInput(f"{path}: cannot be read: {' '.join(str(error).split())}") from None
+    if not (isinstance(lines, list) and all(isinstance(line, str) for line in lines)):
+        raise BadInput(f"{path}: must be a list of key=value")
+    keys: dict[str, Value] = {}
+    for number, line in enumerate(lines, start=1):
+        try:
+            override = OverridesParser.create().parse_override(line)
+        except (HydraException, LookupError, ValueError):
+            raise BadInput(f"{path}: item {number}: {line!r} is not key=value") from None
+        value = override.value()
+        if not (value is None or isinstance(value, str | int | float)):
+            value = override.get_value_element_as_str()
+        keys[override.key_or_group] = value
+    return keys
+
+
+def table_of(runs: Sequence[Run]) -> pd.DataFrame:
+    """A row per run: run, its keys, its metrics, failure; what a run lacks is missing."""
+    keys, metrics = _names([run.keys for run in runs]), _names([run.metrics for run in runs])
+    columns = {"run": pd.Series([run.name for run in runs], dtype="str")}
+    columns |= {key: _column([run.keys.get(key) for run in runs]) for key in keys}
+    columns |= {name: pd.Series([run.metrics.get(name) for run in runs], dtype=float) for name in metrics}
+    return pd.DataFrame({**columns, "failure": [run.failure or None for run in runs]})
+
+
+def swept_keys(runs: Sequence[Run]) -> list[str]:
+    """The keys whose values differ between `runs`."""
+    names = _names([run.keys for run in runs])
+    return [name for name in names if len({str(run.keys.get(name)) for run in runs}) > 1]
+
+
+def metric_names(runs: Sequence[Run]) -> list[str]:
+    """The metrics that at least one of `runs` has as a finite number."""
+    return [name for name in _names([run.metrics for run in runs]) if any(run.has(name) for run in runs)]
+
+
+def _names(rows: Sequence[dict[str, Value]] | Sequence[dict[str, float]]) -> list[str]:
+    return list(dict.fromkeys(name for row in rows for name in row))
+
+
+def _column(values: list[Value]) -> pd.Series:
+    """Numbers if all are numbers, else text: a column of a table has one type."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {int, float}:
+        return pd.Series(values, dtype="Float64" if float in kinds else "Int64")
+    return pd.Series([None if value is None else str(value) for value in values], dtype="str")

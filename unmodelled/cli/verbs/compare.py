@@ -1,0 +1,73 @@
+"""The runs of a sweep as one table and one figure."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing
+from unmodelled.base.ownership import verb
+from unmodelled.base.parquet import write_parquet
+from unmodelled.base.progress import track
+from unmodelled.cli.sweep.figure import comparison, horizontal_key
+from unmodelled.cli.sweep.metrics import PREFERRED
+from unmodelled.cli.sweep.runs import Run, metric_names, read_run, run_folders, swept_keys, table_of
+from unmodelled.report.figures.style import save, verbatim
+
+
+@verb(inside=["runs"])
+def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None:
+    """Write `comparison.parquet`, the same as `comparison.csv`, and `comparison.svg`; say what was compared.
+
+    The table has a row per run: `run` (its folder), the keys it was given, every number it left
+    (`unmodelled.cli.sweep.metrics`), and `failure`, why there are none. The figure shows one of the
+    numbers over the key that was swept. `compare <folder>` is short for `compare runs=<folder>`.
+
+    Args:
+        runs: folder of a sweep (outputs/train/2026-01-31_12-00-00), or one with several of them.
+        metric: the vertical axis of the figure; null: the main one of the verb that was swept.
+        over: the key on the horizontal axis; null: the swept one with most values, numbers before names.
+        out: folder that is new, empty or was made by this verb.
+
+    Raises:
+        BadInput: when there are no runs, none has metrics, a file cannot be read, or `metric` or `over` is
+            unknown.
+    """
+    folders = run_folders(runs)
+    found = [read_run(folder, runs) for folder in track(folders, len(folders), "reading runs")]
+    swept, metrics = swept_keys(found), metric_names(found)
+    if not metrics:
+        raise BadInput(f"{runs}: no run has metrics; run {found[0].name}: {found[0].failure}")
+    table = table_of(found)
+    metric = metric or next((name for name in PREFERRED if name in metrics), metrics[0])
+    over = over or horizontal_key(table, swept)
+    _check(metric, metrics, "metric")
+    _check(over, ["run", *swept], "over")
+    with replacing(out / "comparison.parquet") as temporary:
+        write_parquet(table, temporary)
+    with replacing(out / "comparison.csv") as temporary:
+        table.to_csv(temporary, index=False)
+    with verbatim(), replacing(out / "comparison.svg") as temporary:
+        save(comparison(table, swept, metric, over), temporary)
+    _say(found, swept, metric)
+
+
+def _check(name: str, known: Sequence[str], argument: str) -> None:
+    if name not in known:
+        raise BadInput(f"{argument}: unknown {name!r}, must be one of {', '.join(known)}")
+
+
+def _say(runs: Sequence[Run], swept: Sequence[str], metric: str) -> None:
+    print(f"{len(runs)} runs, swept: {', '.join(swept) or 'nothing'}")
+    ranked = sorted((r for r in runs if r.has(metric)), key=lambda run: run.metrics[metric])
+    for word, run in (("smallest", ranked[0]), ("largest", ranked[-1])):
+        print(f"{word} {metric}: {run.metrics[metric]:.4g}, {_about(run, swept)}")
+    for run in runs:
+        if run.failure:
+            print(f"without metrics: {_about(run, swept)}: {run.failure}", file=sys.stderr)
+
+
+def _about(run: Run, swept: Sequence[str]) -> str:
+    return " ".join([f"run {run.name}", *(f"{key}={run.keys.get(key, 'default')}" for key in swept)])

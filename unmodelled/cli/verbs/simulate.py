@@ -1,0 +1,44 @@
+"""Free-run simulation of a system file along measured experiments, and the gap between the two."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from unmodelled.api.simulation import simulate as simulated
+from unmodelled.base.ownership import verb
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
+
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
+
+
+@verb()
+def simulate(
+    system: Path, logs: Path, horizon: float, out: Path, only: Sequence[str] | str | None = None
+) -> None:
+    """Write `simulation.parquet` and `simulation.json`, and print the gap.
+
+    The gap, its noise floor and the scale of every output are those of `diagnose`: standard deviations within
+    runs, over all experiments of the logs, whichever are simulated. Beside them stand the root mean square
+    errors in units of the outputs, at the horizon and over whole runs.
+
+    The table has a row per sample: experiment, t (s), window, and of every output `<name>_measured` and
+    `<name>_simulated` in its unit, nan where an output with a delay shows nothing that was simulated. A
+    simulated value that diverged is cut ten standard deviations from the measured one, as in the gap.
+
+    Args:
+        system: file of the known physics (system/1).
+        logs: folder of the measured experiments.
+        horizon: of the free-run windows, s.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
+        only: ids of the experiments to simulate, [run1,run2] for instance; all if null.
+
+    Raises:
+        BadInput: when the system file, the logs, the horizon or an id cannot be used.
+    """
+    model = read_system(system)
+    found = simulated(model, read_logs(logs, model), horizon, only)
+    found.save(out)
+    print(found)

@@ -1,0 +1,84 @@
+"""What a verb has written, and how to look at it: the line that every verb ends with."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+#: Arguments that name what a verb writes.
+RESULTS = ("out", "reports")
+#: Names of files that the line shows.
+NAMES = 6
+#: How a file is looked at; of several the one that stands here first.
+VIEWS = (
+    ("index.html", "open {}"),
+    ("*.svg", "open {}"),
+    ("*.md", "read {}"),
+    ("*.csv", "read {}"),
+    ("*.parquet", "read {} with pandas.read_parquet"),
+    ("*.json", "read {}"),
+)
+
+
+def written(program: str, verb: str, arguments: Mapping[str, Any], since: float, hints: bool = True) -> str:
+    """Return the line that says what a verb wrote and how to look at it.
+
+    Args:
+        program: what a user types before the verb.
+        verb: dotted name of the verb's module. Its constant `NEXT`, if any, is the next step, with {program}
+            for the program and {key} for the value of an argument.
+        arguments: arguments of the verb by name.
+        since: time at which the verb began, s since the epoch; older files are named only where no newer ones
+            are.
+        hints: whether to say how to look at the files, and the next step; default: yes.
+
+    Returns:
+        One line; empty if nothing was written.
+    """
+    places = [_near(Path(str(arguments[name]))) for name in RESULTS if arguments.get(name) is not None]
+    found = {place: files for place in places if (files := _entries(place, since))}
+    if not found:
+        return ""
+    parts = [f"{place}: {_listed(files)}" if place.is_dir() else str(place) for place, files in found.items()]
+    if not hints:
+        return f"wrote {', '.join(map(str, found))}"
+    view = _view([file for files in found.values() for file in files])
+    following = str(getattr(sys.modules.get(verb), "NEXT", "")).format_map({**arguments, "program": program})
+    return "; ".join([f"wrote {', '.join(parts)}", *(step for step in (view, following) if step)])
+
+
+def _near(path: Path) -> Path:
+    """As a user in this folder would write it."""
+    return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
+
+
+def _entries(place: Path, since: float) -> list[Path]:
+    """The files and folders in `place` that are not hidden; only what is new, where something is."""
+    if place.is_file():
+        return [place]
+    entries = sorted(path for path in place.glob("*") if not path.name.startswith("."))
+    return [path for path in entries if _is_new(path, since)] or entries
+
+
+def _is_new(path: Path, since: float) -> bool:
+    try:
+        inside = path.rglob("*") if path.is_dir() else ()
+        return any(file.lstat().st_mtime >= since for file in (path, *inside))
+    except OSError:  # another stage has just replaced it
+        return False
+
+
+def _listed(files: list[Path]) -> str:
+    names = [file.name + ("/" if file.is_dir() else "") for file in files]
+    more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
+    return ", ".join(names[:NAMES]) + more
+
+
+def _view(files: list[Path]) -> str:
+    for pattern, how in VIEWS:
+        for file in files:
+            if file.match(pattern):
+                return how.format(file)
+    return ""

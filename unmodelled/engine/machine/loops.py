@@ -1,0 +1,171 @@
+"""What the register machine does, whatever the program: compiled once and for all."""
+
+# mypy: ignore-errors
+
+import numpy as np
+
+from unmodelled.engine.compiled.layout import jit
+from unmodelled.engine.machine.interpreter import execute
+from unmodelled.engine.machine.opcodes import LANES
+
+#: Lanes are filled up to a multiple of this, so that loops over them have no rest outside vector registers.
+FULL = 16
+
+
+@jit()
+def filled(lanes):
+    """How many lanes of a block are computed where `lanes` of them count."""
+    return -(-lanes // FULL) * FULL
+
+
+@jit()
+def fill_numbers(w, row, numbers):
+    for j in range(len(numbers)):
+        for i in range(LANES):
+            w[row + j, i] = numbers[j]
+
+
+@jit()
+def at_share(w, lanes, at, now, slope, clock, share, period):
+    """Inputs and time `share` of a period after the last sample."""
+    for j in range(len(now)):
+        for i in range(lanes):
+            w[at.u + j, i] = now[j, i] + share * slope[j, i]
+    for i in range(lanes):
+        w[at.t, i] = clock[i] + share * period
+
+
+@jit()
+def at_sample(lanes, now, slope, after, clock, windows, k, start, steps, shift, hold):
+    """What every lane reads of its window at sample k; after its end the last one."""
+    for i in range(lanes):
+        clock[i] = windows.t[start[i] + min(k, steps[i])]
+    for j in range(len(now)):
+        if k == 0:
+            for i in range(lanes):
+                after[j, i] = windows.u[shift[i] + start[i], j]
+        for i in range(lanes):
+            now[j, i] = after[j, i]
+            after[j, i] = windows.u[shift[i] + start[i] + min(k + 1, steps[i]), j]
+            slope[j, i] = hold * (after[j, i] - now[j, i])
+
+
+@jit()
+def advance_state(lanes, rate, now, total, last, weight, part, stage):
+    """See `advance`; all (lanes,)."""
+    if stage == 0:
+        for i in range(lanes):
+            total[i] = last[i] + weight * rate[i]
+            now[i] = last[i] + part * rate[i]
+    elif stage == 3:
+        for i in range(lanes):
+            last[i] = total[i] + weight * rate[i]
+            now[i] = last[i]
+    else:
+        for i in range(lanes):
+            total[i] += weight * rate[i]
+            now[i] = last[i] + part * rate[i]
+
+
+@jit()
+def advance(w, lanes, rates, k1, total, last, stage, h):
+    """The state of the next stage of Runge and Kutta's method, or at the end of the step."""
+    weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
+    part = h if stage == 2 else 0.5 * h
+    n = len(rates)
+    # the rate of one state may be the register of another, which is about to change
+    for j in range(n):
+        if rates[j] < n:
+            for i in range(lanes):
+                k1[j, i] = w[rates[j], i]
+    for j in range(n):
+        if rates[j] < n:
+            advance_state(lanes, k1[j], w[j], total[j], last[j], weight, part, stage)
+        else:
+            advance_state(lanes, w[rates[j]], w[j], total[j], last[j], weight, part, stage)
+
+
+@jit()
+def begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last):
+    """Everything that stays the same in the lanes of a block, and their first states; its longest window."""
+    at, sets, longest, wide = program.at, x0.shape[1], 0, filled(lanes)
+    for i in range(wide):
+        lane = first + min(i, lanes - 1)
+        m, b = lane // sets, lane % sets
+        start[i], steps[i] = windows.start[m], windows.steps[m]
+        shift[i], owner = windows.shift[b], windows.owner[m]
+        longest = max(longest, steps[i])
+        for j in range(p.shape[2]):
+            w[at.p + j, i] = p[owner, b, j]
+        for j in range(c.shape[1]):
+            w[at.c + j, i] = c[owner, j]
+        for j in range(x0.shape[2]):
+            last[j, i] = w[j, i] = x0[m, b, j]
+    execute(w, wide, program.code, at.prologue, at.driven, program.curves)
+    return longest
+
+
+@jit()
+def simulate(program, windows, p, c, x0, substeps, period, hold, y):
+    """Observed values y (windows, sets, samples, observed) of all windows for all sets; see `machine`."""
+    at, code, curves = program.at, program.code, program.curves
+    n, m = x0.shape[2], windows.u.shape[1]
+    h = period / substeps
+    w = np.zeros((at.rows, LANES))
+    fill_numbers(w, at.numbers, program.numbers)
+    start, steps, shift = np.empty(LANES, np.int64), np.empty(LANES, np.int64), np.empty(LANES, np.int64)
+    last, total, k1 = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
+    now, slope, after = np.empty((m, LANES)), np.empty((m, LANES)), np.empty((m, LANES))
+    clock, shown = np.empty(LANES), program.shown
+    count = len(windows.start) * x0.shape[1]
+    # a run in every row
+    runs = y.reshape(count, y.shape[2], y.shape[3])
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        wide = filled(lanes)
+        longest = begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last)
+        for k in range(longest + 1):
+            at_sample(wide, now, slope, after, clock, windows, k, start, steps, shift, hold)
+            at_share(w, wide, at, now, slope, clock, 0.0, period)
+            execute(w, wide, code, at.driven, at.observed, curves)
+            execute(w, wide, code, at.observed, at.rates, curves)
+            for j in range(len(shown)):
+                for i in range(lanes):
+                    if k <= steps[i]:
+                        runs[first + i, k, j] = w[shown[j], i]
+            if k == longest:
+                break
+            for sub in range(substeps):
+                for stage in range(4):
+                    if stage == 1 or stage == 3:
+                        share = (sub + (0.5 if stage == 1 else 1.0)) / substeps
+                        at_share(w, wide, at, now, slope, clock, share, period)
+                        execute(w, wide, code, at.driven, at.observed, curves)
+                    execute(w, wide, code, at.rates, at.end, curves)
+                    advance(w, wide, program.rates, k1, total, last, stage, h)
+
+
+@jit()
+def evaluate(program, t, x, u, p, c, y):
+    """Observed values y (samples, observed) at samples of everything, t (samples, 1)."""
+    at, code, curves = program.at, program.code, program.curves
+    w = np.zeros((at.rows, LANES))
+    fill_numbers(w, at.numbers, program.numbers)
+    for first in range(0, len(t), LANES):
+        lanes = min(LANES, len(t) - first)
+        wide = filled(lanes)
+        for i in range(wide):
+            k = first + min(i, lanes - 1)
+            w[at.t, i] = t[k, 0]
+            for j in range(x.shape[1]):
+                w[j, i] = x[k, j]
+            for j in range(u.shape[1]):
+                w[at.u + j, i] = u[k, j]
+            for j in range(p.shape[1]):
+                w[at.p + j, i] = p[k, j]
+            for j in range(c.shape[1]):
+                w[at.c + j, i] = c[k, j]
+        execute(w, wide, code, at.prologue, at.rates, curves)
+        for i in range(lanes):
+            for j in range(len(program.shown)):
+                y[first + i, j] = w[program.shown[j], i]
