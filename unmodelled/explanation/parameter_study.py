@@ -27,7 +27,7 @@ SHOWN = 8
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ParameterStudy:
-    """How well parameters can be identified, alone and beside networks; made by `identifiability`.
+    """Study of the identifiability of parameters, alone and beside networks; made by `identifiability`.
 
     Attributes:
         system: studied system.
