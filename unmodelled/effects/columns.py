@@ -78,7 +78,7 @@ L = TypeVar("L", bound=Experiments)
 def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
     """Return the logs with additional constants of the operating point.
 
-    The states stay those of the system as it was; `Logs.for_system` estimates them anew.
+    The states stay those of the system as it was; `prepare` estimates them anew.
 
     Args:
         logs: logs of n experiments.

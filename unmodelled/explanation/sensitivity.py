@@ -11,7 +11,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.differentiate import smooth_derivative
+from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.functions import gradient
 from unmodelled.systems.model import Parameter, Port, System, symbol
