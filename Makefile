@@ -68,7 +68,7 @@ $(VENV)/ready: pyproject.toml constraints.txt
 	@test -d $(VENV) || $(PYTHON) -m venv $(VENV)
 	@echo "installing into $(VENV) (once, about a minute)"
 	@$(INSTALL) --upgrade pip  # the one that comes with Python takes minutes to look through all releases
-	@$(INSTALL) --no-compile -e ".[sweep]"
+	@$(INSTALL) --no-compile -e ".[pipeline]"
 	@$(BIN)/python -m compileall -q -j 0 -x '/tests?/' $(VENV)/lib unmodelled pipeline >/dev/null || true  # on all cores, unlike pip
 	@test -d .git || $(BIN)/dvc config -q --local core.no_scm true
 	@touch $@

@@ -99,8 +99,6 @@ def run(arguments: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    from pipeline.__main__ import one_thread
-
-    one_thread()
+    workers.one_thread()
     workers.heed_interruptions()
     workers.leave(run(sys.argv[1:]))

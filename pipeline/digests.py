@@ -2,9 +2,9 @@
 
 The stage `code` of dvc.yaml writes them, every other stage depends on some of them:
 
-    data/digests/<verb>.json          conf/<verb>.yaml and all code that the verb imports
-    data/digests/<group>/<name>.json  conf/<group>/<name>.yaml, the files it is built on, the code that they name
-    data/digests/lists/<key>.json     a list of params.yaml, with the files of conf/ that it names
+    data/digests/<verb>.json          its config file and all code that the verb imports
+    data/digests/<group>/<name>.json  a config file that a key chooses, the files it is built on, the code they name
+    data/digests/lists/<key>.json     a list of params.yaml, with the config files that it names
 
 Comments and docstrings are not part of a digest, and neither is the layout of a file.
 """
@@ -25,7 +25,8 @@ import yaml
 
 #: Packages whose modules are followed.
 PACKAGES = ("unmodelled", "pipeline")
-CONF = Path("conf")
+#: Folders of config files; of two with the same name one verb may read the one and another verb the other.
+CONF = (Path("conf"), Path("unmodelled/conf"))
 OUT = Path("data/digests")
 #: In packages of this name a docstring is the caption of a figure, and part of the digest.
 CAPTIONED = "figures"
@@ -56,12 +57,14 @@ def _is_type_checking(node: ast.AST) -> bool:
 
 
 def _statements(node: ast.AST, functions: bool) -> Iterator[ast.AST]:
-    """All nodes below `node` that are executed, those within functions only if `functions`."""
+    """Yield the statements below a node that are executed, those within functions only if `functions`."""
     for child in ast.iter_child_nodes(node):
         if _is_type_checking(child):
             assert isinstance(child, ast.If)
             yield from (inner for other in child.orelse for inner in (other, *_statements(other, functions)))
-        elif functions or not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+        elif isinstance(child, ast.stmt | ast.excepthandler | ast.match_case) and (
+            functions or not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef)
+        ):
             yield child
             yield from _statements(child, functions)
 
@@ -126,7 +129,7 @@ def data_files(module: str) -> tuple[Path, ...]:
     """Return the files that a module which names `__file__` may read: those beside it that are not Python."""
     file = source(module)
     assert file is not None, module
-    if not any(isinstance(node, ast.Name) and node.id == "__file__" for node in ast.walk(tree(module))):
+    if b"__file__" not in file.read_bytes():
         return ()
     folders = [d for d in file.parent.iterdir() if d.is_dir() and not any(d.glob("*.py"))]
     found = [file.parent.glob("*"), *(d.rglob("*") for d in folders if d.name != "__pycache__")]
@@ -142,20 +145,26 @@ def of_code(modules: Iterable[str]) -> Digests:
 
 @cache
 def configuration(file: Path) -> Any:
-    """Read a file of conf/."""
+    """Read a config file."""
     return yaml.safe_load(file.read_bytes()) or {}
 
 
-def built_on(file: Path) -> list[Path]:
-    """Return a file of a group of conf/ and the files of its `defaults`, and theirs."""
-    found = [file]
-    for entry in configuration(file).get("defaults", []):
-        given = entry if isinstance(entry, dict) else {"": entry}
-        for group, name in ((key.split("@")[0], str(value).split("@")[0]) for key, value in given.items()):
-            if name != "_self_":
-                folder = CONF / group.lstrip("/") if group.startswith("/") else file.parent / group
-                found += built_on(folder / f"{name}.yaml")
-    return found
+def config_files(pattern: str) -> Iterator[Path]:
+    """Yield the config files below the folders of config files that match a pattern."""
+    for folder in CONF:
+        yield from folder.glob(pattern)
+
+
+def built_on(group: str, name: str) -> Iterator[Path]:
+    """Yield the config files of one choice of a group, those of their `defaults`, and theirs."""
+    for file in config_files(f"{group}/{name}.yaml"):
+        yield file
+        for entry in configuration(file).get("defaults", []):
+            # "name@package" of the same group, or a group, "/group@package", with a name
+            given = entry if isinstance(entry, dict) else {group: entry}
+            for key, value in given.items():
+                if value != "_self_":
+                    yield from built_on(key.split("@")[0].lstrip("/"), str(value).split("@")[0])
 
 
 def targets(node: Any) -> Iterator[str]:
@@ -181,20 +190,19 @@ def of_files(files: Iterable[Path]) -> dict[str, Digests]:
 
 
 def of_list(values: Any) -> dict[str, Any]:
-    """Digest a list of params.yaml and the files of conf/ that it names, such as models or splits."""
+    """Digest a list of params.yaml and the config files that it names, such as models or splits."""
     names = [*values, *values.values()] if isinstance(values, dict) else values
-    named = [CONF.glob(f"*/{name}.yaml") for name in names if isinstance(name, str)]
-    return {"list": values, **of_files(part for files in named for file in files for part in built_on(file))}
+    chosen = [(file.parent.name, file.stem) for name in names for file in config_files(f"*/{name}.yaml")]
+    return {"list": values, **of_files(file for choice in chosen for file in built_on(*choice))}
 
 
 def all_digests() -> dict[str, Any]:
     """Return the content of all files that are written, by their names below `OUT`."""
-    found = {file.stem: of_files([file]) for file in CONF.glob("*.yaml")}
-    for file in CONF.glob("*/*.yaml"):
-        found[f"{file.parent.name}/{file.stem}"] = of_files(built_on(file))
+    found = {file.stem: of_files([file]) for file in config_files("*.yaml")}
+    for group, name in {(file.parent.name, file.stem) for file in config_files("*/*.yaml")}:
+        found[f"{group}/{name}"] = of_files(built_on(group, name))
     params = configuration(Path("params.yaml"))
-    found |= {f"lists/{key}": of_list(value) for key, value in params.items() if isinstance(value, list | dict)}
-    return found
+    return found | {f"lists/{key}": of_list(v) for key, v in params.items() if isinstance(v, list | dict)}
 
 
 def main() -> int:

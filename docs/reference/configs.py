@@ -11,7 +11,7 @@ import yaml
 
 from docs.reference.docstrings import of
 from docs.reference.markdown import code, table, value
-from pipeline.__main__ import CONF
+from pipeline.__main__ import PROGRAM
 
 #: Group -> what it is.
 GROUPS = {
@@ -41,7 +41,7 @@ def page() -> str:
 
 
 def _section(group: str, text: str) -> str:
-    files = sorted((CONF / group).glob("*.yaml"))
+    files = list(PROGRAM.groups()[group].values())
     rows = [_row(path) for path in files]
     used: dict[str, set[str]] = {}
     for path in files:

@@ -9,28 +9,28 @@ import yaml
 
 from docs.reference.docstrings import Documented, of
 from docs.reference.markdown import code, table, value
-from pipeline.__main__ import CONF, verbs
+from pipeline.__main__ import CONF, PROGRAM
 
 OUT = "${hydra:runtime.output_dir}"
 
 
 def page() -> str:
     """One section a verb, in the order of their names."""
-    known = verbs()
+    known = PROGRAM.summaries()
     index = "\n".join(f"- [{verb}](#{verb}): {line}" for verb, line in known.items())
     head = f"# Verbs\n\n`python -m pipeline <verb> key=value ...`\n\n{index}\n"
     return "\n".join([head, *(_section(verb, line) for verb, line in known.items())])
 
 
 def _section(verb: str, line: str) -> str:
-    found = of(f"pipeline.stages.{verb}.{verb}")
-    config = yaml.safe_load((CONF / f"{verb}.yaml").read_text())
+    found = of(PROGRAM.target(verb))
+    config = yaml.safe_load(PROGRAM.config(verb).read_text())
     chosen = {
         group: name for d in config.get("defaults", []) if isinstance(d, dict) for group, name in d.items()
     }
     meanings = found.meanings()
     rows = [
-        (code(name), _default(name, kind, config, chosen), meanings.get(name, ""))
+        (code(name), _default(verb, name, kind, config, chosen), meanings.get(name, ""))
         for name, kind in found.parameters.items()
     ]
     parts = [
@@ -44,7 +44,7 @@ def _section(verb: str, line: str) -> str:
     return "\n".join(parts)
 
 
-def _default(name: str, kind: str, config: dict[str, Any], chosen: dict[str, str]) -> str:
+def _default(verb: str, name: str, kind: str, config: dict[str, Any], chosen: dict[str, str]) -> str:
     if name in chosen or name == "profile_name":
         return f"[{code(chosen.get(name, config.get(name)))}](configs.md#{name.removesuffix('_name')})"
     content = config[name]
@@ -53,7 +53,7 @@ def _default(name: str, kind: str, config: dict[str, Any], chosen: dict[str, str
     if content == "???" or (content is None and kind == "Path"):
         return "must be given"
     if isinstance(content, dict) and len(str(content)) > 80:
-        return f"see [conf/{config['_target_'].rpartition('.')[2]}.yaml](../../conf)"
+        return f"see [{verb}.yaml](../../{PROGRAM.config(verb).relative_to(CONF.parent)})"
     return code(value(content))
 
 

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 
-#: What to do with the result (`pipeline.written`).
-NEXT = "use it as logs={out} with a system file, or: python -m pipeline ingest raw={out}"
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "use it as logs={out} with a system file, or: {program} ingest raw={out}"
 
 
 class Source(Protocol):

@@ -20,8 +20,8 @@ from unmodelled.engine.kernels import numpy_function
 from unmodelled.engine.resample import resample
 from unmodelled.logs.trajectory import Campaign
 
-#: What to do with the result (`pipeline.written`).
-NEXT = "next: python -m pipeline train features={out}"
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "next: {program} train features={out}"
 
 Array = NDArray[np.float64]
 

@@ -21,8 +21,8 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.reader import read_system
 
-#: What to do with the result (`pipeline.written`).
-NEXT = "use it as logs={out} with a system file, or: python -m pipeline featurize trajectories={out}"
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "use it as logs={out} with a system file, or: {program} featurize trajectories={out}"
 
 Chunk = tuple[list[int], dict[str, NDArray[np.float32 | np.float64]]]
 

@@ -21,8 +21,8 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.reader import read_system
 
-#: What to do with the result (`pipeline.written`).
-NEXT = "next: python -m pipeline evaluate fits={out} with the same keys"
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "next: {program} evaluate fits={out} with the same keys"
 
 
 @verb()

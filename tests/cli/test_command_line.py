@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.__main__ import CONF, main, verbs
+from pipeline.__main__ import CONF, PROGRAM, main
 from tests.conftest import log_text, write_archive
 from unmodelled.base.ownership import MARKER
 
@@ -35,7 +35,7 @@ def assert_refused(result: subprocess.CompletedProcess[str], *words: str) -> Non
 def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == 0
     printed = capsys.readouterr().out
-    for verb in verbs():
+    for verb in PROGRAM.verbs:
         assert f"  {verb} " in printed
 
 
@@ -46,12 +46,12 @@ def test_help_imports_nothing_heavy() -> None:
         assert f"'{heavy}'" not in printed
 
 
-@pytest.mark.parametrize("verb", verbs())
+@pytest.mark.parametrize("verb", PROGRAM.verbs)
 def test_help_of_a_verb_explains_its_arguments(verb: str) -> None:
     result = run(verb, "--help")
     assert result.returncode == 0, result.stderr
     assert "Args:" in result.stdout
-    assert f"_target_: pipeline.stages.{verb}.{verb}" in result.stdout
+    assert f"_target_: {PROGRAM.target(verb)}" in result.stdout
 
 
 def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,32 +9,30 @@ import re
 import hydra
 import pytest
 import yaml
-from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig, OmegaConf
 
-from pipeline.__main__ import CONF, verbs
+from pipeline.__main__ import CONF, PROGRAM
 from tests.conftest import stages
 
 ROOT = CONF.parent
 #: What models have in common; not a choice on the command line.
 SHARED = "training"
-GROUPS = [p.parent.name + "=" + p.stem for p in sorted(CONF.glob("*/*.yaml")) if p.parent.name != SHARED]
+GROUPS = [f"{group}={name}" for group, names in PROGRAM.groups().items() if group != SHARED for name in names]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
 #: Sweeps, and what reads them, are no part of the graph, nor is what writes a file of the program.
-NODES = [verb for verb in verbs() if verb not in ("compare", "calibrate_withheld")]
+NODES = [verb for verb in PROGRAM.verbs if verb not in ("compare", "calibrate_withheld")]
 
 
 def composed(verb: str, *overrides: str) -> DictConfig:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        return compose(verb, [f"hydra.runtime.output_dir={ROOT}", *overrides], return_hydra_config=True)
+    return PROGRAM.compose(verb, [f"hydra.runtime.output_dir={ROOT}", *overrides], with_hydra=True)
 
 
 def stage_of(config: DictConfig) -> object:
     return hydra.utils.get_method(config["_target_"])
 
 
-@pytest.mark.parametrize("verb", verbs())
+@pytest.mark.parametrize("verb", PROGRAM.verbs)
 def test_a_signature_is_its_config_schema(verb: str) -> None:
     config = composed(verb)
     signature = inspect.signature(stage_of(config))  # type: ignore[arg-type]
@@ -51,7 +49,7 @@ def test_every_stage_has_a_verb_a_config_and_a_node(verb: str) -> None:
 @pytest.mark.parametrize("choice", GROUPS)
 def test_every_choice_composes_and_instantiates(choice: str) -> None:
     group = choice.split("=")[0]
-    verb = next(v for v in verbs() if f"- {group}:" in (CONF / f"{v}.yaml").read_text())
+    verb = next(verb for verb in PROGRAM.verbs if group in PROGRAM.choices(verb))
     config = composed(verb, choice)
     OmegaConf.set_readonly(config.hydra, False)
     resolved = OmegaConf.to_container(config[group], resolve=True)
@@ -80,7 +78,7 @@ def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> 
 
 def test_models_and_splits_of_jumps_exist_and_their_change_reruns_them() -> None:
     for split, family in PARAMS["jumps"].items():
-        assert (CONF / "split" / f"{split}.yaml").exists()
+        assert split in PROGRAM.groups()["split"]
         entries = yaml.safe_load((CONF / "model" / f"{family}.yaml").read_text())["defaults"]
         members = {entry.split("@")[0] for entry in entries if "@" in entry}
         for stage in ("train_jumps", "evaluate_jumps"):
@@ -92,7 +90,7 @@ def test_models_and_splits_of_jumps_exist_and_their_change_reruns_them() -> None
 def test_params_name_existing_files(kind: str) -> None:
     group = {"splits": "split", "mechanisms": "mechanism", "campaigns": "source"}.get(kind, "model")
     for name in PARAMS[kind]:
-        assert (CONF / group / f"{name}.yaml").exists()
+        assert name in PROGRAM.groups()[group]
 
 
 @pytest.mark.parametrize("verb", NODES)
@@ -100,12 +98,14 @@ def test_a_stage_declares_the_configs_that_hydra_chooses(verb: str) -> None:
     """Every conf file that the command composes is a parameter of the stage, so that editing it reruns it."""
     stage = STAGES[verb]
     declared = {next(iter(p)) if isinstance(p, dict) else p for p in stage["params"]}
-    assert f"conf/{verb}.yaml" in declared
+    assert str(PROGRAM.config(verb).relative_to(ROOT)) in declared
     overridden = dict(re.findall(r"(\w+)=(\$\{[\w.]+\})", stage["cmd"]))
-    for entry in yaml.safe_load((CONF / f"{verb}.yaml").read_text()).get("defaults", []):
+    for entry in yaml.safe_load(PROGRAM.config(verb).read_text()).get("defaults", []):
         if isinstance(entry, dict):
             ((group, name),) = entry.items()
-            assert f"conf/{group}/{overridden.get(group, name)}.yaml" in declared, group
+            choice = overridden.get(group, name)  # a name, or ${item}
+            file = PROGRAM.groups()[group].get(choice, CONF / group / f"{choice}.yaml")
+            assert str(file.relative_to(ROOT)) in declared, group
 
 
 def test_heavy_imports_are_lazy() -> None:

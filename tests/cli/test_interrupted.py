@@ -13,8 +13,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from pipeline.__main__ import INTERRUPTION
 from unmodelled.base.ownership import MARKER
+from unmodelled.cli.command_line import INTERRUPTION
 
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 

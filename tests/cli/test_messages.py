@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.__main__ import FAULTS, main, verbs
+from pipeline.__main__ import PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
-from pipeline.written import written
 from unmodelled.base.errors import LONGEST, BadInput, Faults
+from unmodelled.cli.refusal import FAULTS
+from unmodelled.cli.written import written
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,7 +42,7 @@ KEYS = "(all keys: python -m pipeline help simulate)"
         ("diagnos", "unknown verb 'diagnos'; did you mean 'diagnose'?"),
         ("help diagnos", "unknown verb 'diagnos'; did you mean 'diagnose'?"),
         ("Simulate", "unknown verb 'Simulate'; did you mean 'simulate'?"),
-        ("xyz", f"unknown verb 'xyz', must be one of {', '.join(verbs())}"),
+        ("xyz", f"unknown verb 'xyz', must be one of {', '.join(PROGRAM.verbs)}"),
         (
             "diagnose",
             "system, logs must be given: system=... logs=... (all keys: python -m pipeline help diagnose)",
@@ -103,7 +104,7 @@ def test_several_mistyped_words_are_told_at_once(capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize("word", ["-V", "--version", "version"])
 def test_the_version(word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([word]) == 0
-    assert capsys.readouterr().out.startswith("hybrid-dynamics-pipeline 0.")
+    assert capsys.readouterr().out.startswith("unmodelled 0.")
 
 
 def test_help_of_a_verb_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,7 +112,7 @@ def test_help_of_a_verb_both_ways(capsys: pytest.CaptureFixture[str]) -> None:
     first, second = capsys.readouterr().out.split("usage: ")[1:]
     assert first == second
     assert main(["help", "diagnose"]) == 0
-    assert "_target_: pipeline.stages.diagnose.diagnose" in capsys.readouterr().out
+    assert "_target_: unmodelled.cli.verbs.diagnose.diagnose" in capsys.readouterr().out
 
 
 def test_all_faults_of_a_log_folder_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -180,22 +181,22 @@ def test_only_what_is_new_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     arguments = {"out": tmp_path / "out", "reports": "reports", "seed": 0}
     since = time.time() - 60.0
     expected = "wrote out: index.html, tables/, reports: claims.json; open out/index.html"
-    assert written("pipeline.stages.report", arguments, since) == expected
+    assert written("python -m pipeline", "pipeline.stages.report", arguments, since) == expected
     for number in range(9):
         (out / f"fig_{number}.svg").write_text("x")
     (out / "index.html").unlink()
-    line = written("pipeline.stages.draw", {"out": "out"}, since)
+    line = written("python -m pipeline", "pipeline.stages.draw", {"out": "out"}, since)
     shown = ", ".join(f"fig_{number}.svg" for number in range(6))
     assert line == f"wrote out: {shown} and 4 more; open out/fig_0.svg"
-    assert written("pipeline.stages.tune", {"out": tmp_path / "none"}, since) == ""
+    assert written("python -m pipeline", "pipeline.stages.tune", {"out": tmp_path / "none"}, since) == ""
 
 
-@pytest.mark.parametrize("verb", verbs())
+@pytest.mark.parametrize("verb", PROGRAM.verbs)
 def test_the_next_step_names_arguments_of_its_verb(verb: str) -> None:
-    module = import_module(f"pipeline.stages.{verb}")
+    module = import_module(PROGRAM.target(verb).rpartition(".")[0])
     known = set(inspect.signature(getattr(module, verb)).parameters)
     named = {name for _, name, _, _ in string.Formatter().parse(getattr(module, "NEXT", "")) if name}
-    assert named <= known
+    assert named <= {*known, "program"}
     assert known & {"out", "reports"}  # which say what every verb writes
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hydra.utils import get_method
 
-from pipeline.__main__ import CONF, main, verbs
+from pipeline.__main__ import CONF, PROGRAM, main
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER, OUTPUTS, Out, Place, path_arguments
 
@@ -18,7 +18,7 @@ Stage = Callable[..., object]
 
 
 def stage(verb: str) -> Stage:
-    found: Stage = get_method(f"pipeline.stages.{verb}.{verb}")
+    found: Stage = get_method(PROGRAM.target(verb))
     return found
 
 
@@ -36,7 +36,7 @@ def inputs(verb: str) -> list[str]:
     return [name for name in paths(verb) if name not in OUTPUTS]
 
 
-WRITING = [verb for verb in verbs() if "out" in paths(verb)]
+WRITING = [verb for verb in PROGRAM.verbs if "out" in paths(verb)]
 WITH_INPUTS = [(verb, name) for verb in WRITING for name in inputs(verb)]
 
 
@@ -66,8 +66,8 @@ def call(verb: str, known: dict[str, Path], out: Path) -> None:
 
 
 def test_every_verb_but_those_without_an_out_is_looked_at() -> None:
-    assert set(verbs()) - set(WRITING) == {"tabulate_real"}
-    assert all(isinstance(place(verb), Place) for verb in verbs())
+    assert set(PROGRAM.verbs) - set(WRITING) == {"tabulate_real"}
+    assert all(isinstance(place(verb), Place) for verb in PROGRAM.verbs)
     assert {verb for verb in WRITING if not inputs(verb)} == {"acquire"}
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from pipeline.__main__ import main
-from pipeline.overrides import check_kinds
 from unmodelled.base.errors import BadInput
+from unmodelled.cli.overrides import check_kinds
 
 WRITTEN: dict[str, Any] = {
     "seed": 0,

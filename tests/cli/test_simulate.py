@@ -13,10 +13,10 @@ import pandas as pd
 import pytest
 
 from pipeline.__main__ import CONF
-from pipeline.stages.simulate import simulate
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import MARKER
+from unmodelled.cli.verbs.simulate import simulate
 
 ROOT = CONF.parent
 SYSTEM = """

@@ -8,10 +8,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pipeline.stages.simulate import simulate
 from tests.diagnosis.diagnoses import ANGLE, HELD_OUT, HORIZON, JOINT, TORQUE, Said, diagnosis
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
+from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.place import Place

@@ -11,12 +11,11 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from hydra import compose, initialize_config_dir
 
-from pipeline.__main__ import CONF, main, verbs
+from pipeline.__main__ import CONF, PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
-from pipeline.stages.simulate import simulate
+from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.systems.reader import read_system
 
 ROOT = CONF.parent
@@ -60,10 +59,9 @@ def test_links_lead_somewhere(page: Path) -> None:
 @pytest.mark.parametrize("command", commands())
 def test_commands_have_a_configuration(command: str) -> None:
     verb, *rest = shlex.split(command)[3:]
-    assert verb in verbs()
+    assert verb in PROGRAM.verbs
     overrides = [word for word in rest if "=" in word]
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        assert compose(verb, overrides)["_target_"] == f"pipeline.stages.{verb}.{verb}"
+    assert PROGRAM.compose(verb, overrides)["_target_"] == PROGRAM.target(verb)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

@@ -6,7 +6,7 @@ import pytest
 
 from docs.reference.docstrings import of
 from docs.reference.generate import HERE, pages
-from pipeline.__main__ import CONF, verbs
+from pipeline.__main__ import PROGRAM
 from unmodelled.effects.library import effects
 
 PAGES = pages()
@@ -18,8 +18,8 @@ def test_it_is_up_to_date(name: str) -> None:
 
 
 def test_every_key_of_every_verb_has_a_meaning() -> None:
-    for verb in verbs():
-        found = of(f"pipeline.stages.{verb}.{verb}")
+    for verb in PROGRAM.verbs:
+        found = of(PROGRAM.target(verb))
         lacking = set(found.parameters) - set(found.meanings())
         assert not lacking, (verb, lacking)
         assert f"\n## {verb}\n" in PAGES["verbs.md"]
@@ -28,8 +28,8 @@ def test_every_key_of_every_verb_has_a_meaning() -> None:
 def test_every_law_and_every_config_is_there() -> None:
     rows = [line for line in PAGES["effects.md"].splitlines() if line.startswith("| ")]
     assert sum(not line.startswith("| variant") for line in rows) == len(effects())
-    chosen = [p for p in CONF.glob("*/*.yaml") if p.parent.name != "hydra"]
-    assert all(f"| `{path.stem}` |" in PAGES["configs.md"] for path in chosen)
+    chosen = [name for files in PROGRAM.groups().values() for name in files]
+    assert all(f"| `{name}` |" in PAGES["configs.md"] for name in chosen)
 
 
 def test_meanings_that_share_a_line_are_told_apart() -> None:

@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from pipeline.rigs.slider_crank import SliderCrankCampaign
-from pipeline.stages.identifiability import identifiability
 from tests.explanation.motions import motion, read
 from unmodelled.base.errors import BadInput
+from unmodelled.cli.verbs.identifiability import identifiability
 from unmodelled.explanation.advice import advise
 from unmodelled.explanation.identifiability import COLLINEAR, Identifiability, collinearity, identify_sets
 from unmodelled.logs.folder import read_logs

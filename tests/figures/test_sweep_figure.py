@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.sweep import comparison, horizontal_key
+from unmodelled.cli.sweep.figure import comparison, horizontal_key
 from unmodelled.report.figures.style import save, verbatim
 
 

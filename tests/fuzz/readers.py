@@ -30,7 +30,6 @@ from pipeline.chapters.reported import read_judged, read_refit, read_told, read_
 from pipeline.recordings import emps
 from pipeline.recordings.rawlogs import Archive
 from pipeline.rigs.pendulum import PendulumCampaign
-from pipeline.sweep.runs import OVERRIDES, read_run
 from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
 from tests.fuzz.inputs import Case
@@ -38,6 +37,7 @@ from tests.measurements.systems import motor, run, write_folder
 from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
+from unmodelled.cli.sweep.runs import OVERRIDES, read_run
 from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from pipeline.__main__ import CONF, main
+from pipeline.__main__ import CONF, PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
 from tests.fuzz.inputs import draws
 from unmodelled.logs.trajectory import Campaign
@@ -36,9 +35,8 @@ RUNS = {
 
 def keys(verb: str) -> list[str]:
     """Dotted names of all values that a run of `verb` reads."""
-    choices = [change for change in RUNS[verb] if (CONF / change.split("=")[0]).is_dir()]
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        config = compose(verb, choices)
+    choices = [change for change in RUNS[verb] if PROGRAM.is_choice(change)]
+    config = PROGRAM.compose(verb, choices)
     return [name for name in _leaves(OmegaConf.to_container(config), "") if not name.endswith("_")]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import grimp
 import pytest
 
+from pipeline.__main__ import PROGRAM
 from tests.conftest import stages
 
 ROOT = Path(__file__).parents[2]
@@ -45,7 +46,7 @@ def test_a_stage_depends_on_what_it_imports(name: str) -> None:
     stage = stage.get("do", stage)
     verb = re.search(r"-m pipeline (\w+)", stage["cmd"])
     assert verb, stage["cmd"]
-    module = f"pipeline.stages.{verb[1]}"
+    module = PROGRAM.target(verb[1]).rpartition(".")[0]
     files = {f"{m.replace('.', '/')}.py" for m in {module, *imports().find_upstream_modules(module)}}
     run = {path for path in files if (ROOT / path).is_file()} - PLUMBING
     known = [str(d) for d in stage["deps"]]

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import hydra
-from hydra import compose, initialize_config_dir
 from omegaconf import DictConfig, OmegaConf
 
-from pipeline.__main__ import CONF
+from pipeline.__main__ import PROGRAM
 
 #: Enough to run everything, not to learn anything.
 TINY = {
@@ -29,12 +28,11 @@ SHARES = "split.folds.shares=[0.05,0.3,0.5]"
 
 def call(verb: str, *overrides: str, **paths: Path) -> None:
     """Run a stage as the command line does."""
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        has_profile = "profile:" in (CONF / f"{verb}.yaml").read_text()
-        tiny = [f"profile.{key}={value}" for key, value in TINY.items()] if has_profile else []
-        few = [SHARES] if verb in ("attribute", "tabulate_jumps") else []
-        few = [SHARES.replace("folds", "folds.parts.uniform.folds")] if f"split={BOTH}" in overrides else few
-        config = compose(verb, [*tiny, *few, *overrides, f"out={paths['out']}"])
+    has_profile = "profile" in PROGRAM.choices(verb)
+    tiny = [f"profile.{key}={value}" for key, value in TINY.items()] if has_profile else []
+    few = [SHARES] if verb in ("attribute", "tabulate_jumps") else []
+    few = [SHARES.replace("folds", "folds.parts.uniform.folds")] if f"split={BOTH}" in overrides else few
+    config = PROGRAM.compose(verb, [*tiny, *few, *overrides, f"out={paths['out']}"])
     OmegaConf.resolve(config)
     arguments: dict[str, Any] = {
         str(key): hydra.utils.instantiate(value) if isinstance(value, DictConfig) else value

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 from pipeline.stages import diagnose as stage
-from pipeline.stages.diagnose import diagnose
-from pipeline.stages.simulate import simulate
 from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
+from unmodelled.cli.verbs.diagnose import diagnose
+from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.report.figures import files as figures
 
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
@@ -80,7 +80,7 @@ def test_the_same_seed_gives_the_same_files_and_a_result_is_replaced(case: Path)
 
 
 def test_names_of_files_may_be_texts_as_in_a_notebook(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from pipeline import diagnose as verb
+    from unmodelled.cli.verbs.diagnose import diagnose as verb
 
     assert verb is diagnose
     monkeypatch.chdir(case)

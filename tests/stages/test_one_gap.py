@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.stages.simulate import simulate
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.studies import HORIZON
 from unmodelled.base.files import read_json
+from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, write_augmented
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary

@@ -10,10 +10,18 @@ import pandas as pd
 import pytest
 import yaml
 
-from pipeline.sweep.metrics import metrics_of
-from pipeline.sweep.runs import FAILURE, OVERRIDES, metric_names, read_run, run_folders, swept_keys, table_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.cli.sweep.metrics import metrics_of
+from unmodelled.cli.sweep.runs import (
+    FAILURE,
+    OVERRIDES,
+    metric_names,
+    read_run,
+    run_folders,
+    swept_keys,
+    table_of,
+)
 
 
 def make_run(folder: Path, *overrides: str, loss: float | None = None) -> Path:

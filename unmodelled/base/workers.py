@@ -16,8 +16,10 @@ from typing import Any, NoReturn, TypeVar
 
 T = TypeVar("T", bound=Executor)
 
-#: What numerical libraries read when they are loaded: how many threads they may use.
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+#: Environment variables that numerical libraries read when they are loaded: how many threads they may use.
+NUMERICAL = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+#: The same for processes that work side by side: numba, too, uses one.
+THREADS = (*NUMERICAL, "NUMBA_NUM_THREADS")
 #: Exit code of a program that Ctrl-C ended, as shells count: 128 and the number of the signal.
 INTERRUPTED = 128 + signal.SIGINT
 #: Whether Ctrl-C was pressed: a library may make another exception of KeyboardInterrupt.
@@ -74,6 +76,16 @@ def _ended(pool: T, waits: bool) -> Iterator[T]:
         pool.shutdown(wait=not interrupted.is_set() or waits)
 
 
+def one_thread() -> None:
+    """Give numerical libraries one thread unless the user says otherwise; they read it when they are loaded.
+
+    Matrices here are so small that threads wait for each other, beside another process most of the time.
+    Work that profits from cores has processes.
+    """
+    for library in NUMERICAL:
+        os.environ.setdefault(library, "1")
+
+
 def heed_interruptions() -> None:
     """Let Ctrl-C raise KeyboardInterrupt in this process, and a second one end it at once."""
 
@@ -98,15 +110,15 @@ def heed_interruptions() -> None:
 
 
 def leave(code: int) -> NoReturn:
-    """End this process; after an interruption without waiting for its threads."""
-    at_work = any(not each.daemon and each is not threading.main_thread() for each in threading.enumerate())
-    if code == INTERRUPTED and at_work:
+    """End this process; after an interruption at once.
+
+    Then threads are not waited for. Python would also end by the signal, not by the exit code, if the
+    interruption came within the `exec` of a string, which makes every dataclass.
+    """
+    if code == INTERRUPTED:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
-    # after an interruption within the exec of a string, as when a dataclass is made, Python would end by the
-    # signal instead of the exit code; only the exec of another string makes it forget
-    exec("")
     sys.exit(code)
 
 

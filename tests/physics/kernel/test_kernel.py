@@ -149,7 +149,7 @@ def test_folder_that_others_may_write_to_is_replaced(
     )
     cache.chmod(0o700)
     monkeypatch.setattr("unmodelled.base.compiling.os.getuid", lambda: os.geteuid() + 1)
-    (tmp_path / "temporary" / f"hybrid-dynamics-{os.geteuid() + 1}").mkdir()
+    (tmp_path / "temporary" / f"unmodelled-{os.geteuid() + 1}").mkdir()
     assert list(cache_folders()) == []
     assert f"note: {cache}: compiled functions are not kept there, it belongs to" in capsys.readouterr().err
 
@@ -173,4 +173,4 @@ def test_a_full_disk_is_no_obstacle(
 def test_without_a_choice_the_users_cache_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("HYBRID_DYNAMICS_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert next(cache_folders()) == tmp_path / "hybrid-dynamics"
+    assert next(cache_folders()) == tmp_path / "unmodelled"

@@ -53,10 +53,10 @@ def cache_folders() -> Iterator[Path]:
     Kernels are imported, so that a folder to which others may write is not taken.
     """
     chosen = os.environ.get("HYBRID_DYNAMICS_CACHE")
-    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "hybrid-dynamics"
+    home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "unmodelled"
     for folder in (
         Path(chosen) if chosen else home,
-        Path(tempfile.gettempdir()) / f"hybrid-dynamics-{os.getuid()}",
+        Path(tempfile.gettempdir()) / f"unmodelled-{os.getuid()}",
     ):
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)

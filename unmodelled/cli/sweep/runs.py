@@ -12,10 +12,10 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
-from pipeline.sweep.metrics import metrics_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.base.ownership import RECORD
+from unmodelled.cli.sweep.metrics import metrics_of
 
 #: The keys that a run of a sweep was given.
 OVERRIDES = Path(RECORD) / "overrides.yaml"
@@ -32,7 +32,7 @@ class Run:
     Attributes:
         name: its folder, seen from the folder of the sweep.
         keys: the keys that it was given, and those that the fit it read (fits=<folder>) was given.
-        metrics: see `pipeline.sweep.metrics.metrics_of`.
+        metrics: see `unmodelled.cli.sweep.metrics.metrics_of`.
         failure: why there are no metrics; empty if there are.
     """
 

@@ -6,14 +6,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.figures.sweep import comparison, horizontal_key
-from pipeline.sweep.metrics import PREFERRED
-from pipeline.sweep.runs import Run, metric_names, read_run, run_folders, swept_keys, table_of
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
+from unmodelled.cli.sweep.figure import comparison, horizontal_key
+from unmodelled.cli.sweep.metrics import PREFERRED
+from unmodelled.cli.sweep.runs import Run, metric_names, read_run, run_folders, swept_keys, table_of
 from unmodelled.report.figures.style import save, verbatim
 
 
@@ -22,7 +22,7 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
     """Write `comparison.parquet`, the same as `comparison.csv`, and `comparison.svg`; say what was compared.
 
     The table has a row per run: `run` (its folder), the keys it was given, every number it left
-    (`pipeline.sweep.metrics`), and `failure`, why there are none. The figure shows one of the
+    (`unmodelled.cli.sweep.metrics`), and `failure`, why there are none. The figure shows one of the
     numbers over the key that was swept. `compare <folder>` is short for `compare runs=<folder>`.
 
     Args:

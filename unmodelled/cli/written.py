@@ -22,14 +22,16 @@ VIEWS = (
 )
 
 
-def written(stage: str, arguments: Mapping[str, Any], since: float, hints: bool = True) -> str:
+def written(program: str, verb: str, arguments: Mapping[str, Any], since: float, hints: bool = True) -> str:
     """Return the line that says what a verb wrote and how to look at it.
 
     Args:
-        stage: name of the stage's module. A constant `NEXT` there is the next step, with {key} for the value
-            of an argument.
-        arguments: of the verb.
-        since: when the verb began, s since the epoch; older files are named only where no newer ones are.
+        program: what a user types before the verb.
+        verb: dotted name of the verb's module. Its constant `NEXT`, if any, is the next step, with {program}
+            for the program and {key} for the value of an argument.
+        arguments: arguments of the verb by name.
+        since: time at which the verb began, s since the epoch; older files are named only where no newer ones
+            are.
         hints: whether to say how to look at the files, and the next step; default: yes.
 
     Returns:
@@ -43,7 +45,7 @@ def written(stage: str, arguments: Mapping[str, Any], since: float, hints: bool 
     if not hints:
         return f"wrote {', '.join(map(str, found))}"
     view = _view([file for files in found.values() for file in files])
-    following = str(getattr(sys.modules.get(stage), "NEXT", "")).format_map(arguments)
+    following = str(getattr(sys.modules.get(verb), "NEXT", "")).format_map({**arguments, "program": program})
     return "; ".join([f"wrote {', '.join(parts)}", *(step for step in (view, following) if step)])
 
 

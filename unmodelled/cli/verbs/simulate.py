@@ -21,8 +21,8 @@ from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
-#: What to do with the result (`pipeline.written`).
-NEXT = "the cause of the gap: python -m pipeline diagnose system={system} logs={logs}"
+#: What to do with the result (`unmodelled.cli.written`).
+NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
 
 TABLE, SUMMARY = "simulation.parquet", "simulation.json"
 

@@ -67,7 +67,7 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
             found = _with_augmented(found, folder)
         write_json(folder / SUMMARY, summary(found, place))
     # the answer is safe from here on, whatever becomes of the pictures
-    command = f"python -m pipeline diagnose {system=!s} {logs=!s} {horizon=} {seed=}"
+    command = f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}"
     with replacing_folder(out) as folder:
         shutil.copytree(out, folder, ignore=shutil.ignore_patterns(".*"), dirs_exist_ok=True)
         found = _shown(found, place, folder, command)

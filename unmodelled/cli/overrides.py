@@ -8,13 +8,11 @@ import math
 import re
 import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import nullcontext, redirect_stderr
+from contextlib import redirect_stderr
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from hydra import compose, initialize_config_dir
-from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException, MissingConfigException
@@ -24,6 +22,7 @@ from omegaconf import DictConfig, OmegaConf
 from unmodelled.base.errors import BadInput, Faults, closest, nearest
 from unmodelled.base.files import check_name
 from unmodelled.base.ownership import path_arguments
+from unmodelled.cli.program import Program
 
 #: No count or seed is larger.
 LARGEST = 2**32
@@ -33,11 +32,12 @@ LARGEST = 2**32
 INSTEAD = {"str": "", "Path": "", "int": -1, "float": -1.0, "list[str]": [""], "list[float]": [-1.0]}
 
 
-def checked_paths(config: DictConfig, conf: Path) -> dict[str, Path]:
+def checked_paths(config: DictConfig, program: Program) -> dict[str, Path]:
     """Check the keys of the stage that `config` names, and resolve it; those that are paths as such.
 
     Args:
-        config: of the job that Hydra runs. conf: folder of the config files.
+        config: configuration of the job that Hydra runs.
+        program: program that runs it.
 
     Raises:
         BadInput: one line that names the key.
@@ -52,9 +52,10 @@ def checked_paths(config: DictConfig, conf: Path) -> dict[str, Path]:
     if missing:
         names = sorted(missing, key=lambda name: [*given, name].index(name))
         verb = str(config["_target_"]).rpartition(".")[2]
-        raise BadInput(f"{', '.join(names)} must be given: {'=... '.join(names)}=...{_all_keys(verb)}")
+        as_keys = " ".join(f"{name}=..." for name in names)
+        raise BadInput(f"{', '.join(names)} must be given: {as_keys}{_all_keys(program, verb)}")
     OmegaConf.resolve(config)
-    check_overrides(config, conf, kinds)
+    check_overrides(config, program, kinds)
     given_paths = [name for name in path_arguments(given) if config.get(name) is not None]
     found = {name: Path(str(config[name])) for name in given_paths}
     for name, path in found.items():
@@ -62,11 +63,13 @@ def checked_paths(config: DictConfig, conf: Path) -> dict[str, Path]:
     return found
 
 
-def check_words(verb: str, words: Sequence[str]) -> None:
+def check_words(program: Program, verb: str, words: Sequence[str]) -> None:
     """Refuse words of a command line that are neither key=value nor an option.
 
     Args:
-        verb: what they are given to. words: those after the verb.
+        program: program that is run.
+        verb: name of the verb that they are given to.
+        words: words of the command line after the verb.
 
     Raises:
         BadInput: one line for every such word.
@@ -84,7 +87,7 @@ def check_words(verb: str, words: Sequence[str]) -> None:
         faults.add(f"unknown option {option!r}{meant}")
     for word in parsed.overrides:
         with faults.collected():
-            _check_word(verb, word)
+            _check_word(program, verb, word)
     faults.check()
 
 
@@ -100,10 +103,10 @@ def _options() -> argparse.ArgumentParser:
     return parser
 
 
-def _check_word(verb: str, word: str) -> None:
+def _check_word(program: Program, verb: str, word: str) -> None:
     name, equals, value = word.partition("=")
     if not name.partition("@")[0].strip("+~/ ") or not (equals or word.startswith("~")):
-        raise BadInput(f"{word!r} is not key=value{_all_keys(verb)}")
+        raise BadInput(f"{word!r} is not key=value{_all_keys(program, verb)}")
     try:
         OverridesParser.create().parse_override(word)
     except (HydraException, ValueError):
@@ -120,17 +123,19 @@ def _escaped(text: str) -> str:
     return text.replace("\\", "\\\\").replace("'", "\\'")
 
 
-def _all_keys(verb: str) -> str:
+def _all_keys(program: Program, verb: str) -> str:
     """How an error message goes on that should lead to the keys of a verb."""
-    return f" (all keys: python -m pipeline help {verb})"
+    return f" (all keys: {program.name} help {verb})"
 
 
-def explained(error: Exception, verb: str, words: Sequence[str], conf: Path) -> str:
+def explained(error: Exception, program: Program, verb: str, words: Sequence[str]) -> str:
     """Return on one line what is wrong with a command line that Hydra refuses.
 
     Args:
-        error: of Hydra. verb: whose configuration it is about. words: those after the verb.
-        conf: folder of the config files.
+        error: error that Hydra raised.
+        program: program that was run.
+        verb: name of the verb whose configuration the error is about.
+        words: words of the command line after the verb.
     """
     text = " ".join(str(error).split())
     if isinstance(error, MissingConfigException) and error.options and error.missing_cfg_file:
@@ -139,8 +144,8 @@ def explained(error: Exception, verb: str, words: Sequence[str], conf: Path) -> 
         meant = f"; did you mean {near!r}?" if near else "."
         return f"{group}={choice}: there is no such choice{meant} Choices: {', '.join(error.options)}"
     if found := re.match(r"Could not (?:override|delete from config\.) '([^']+)'", text):
-        choices = [word for word in words if (conf / word.split("=")[0]).is_dir()]
-        return f"unknown key {found[1]!r} of {verb}{_either(found[1], _keys(verb, choices, conf))}"
+        choices = [word for word in words if program.is_choice(word)]
+        return f"unknown key {found[1]!r} of {verb}{_either(found[1], _keys(program, verb, choices))}"
     if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*?)' 1\. ", text):
         place = f"{found[1]}: commas separate the runs of a sweep (-m)"
         return f"{place}; as a text write {_quoted(found[1], found[2])}"
@@ -161,13 +166,12 @@ def _either(name: str, known: Collection[str]) -> str:
     return f", must be one of {', '.join(among)}{added}"
 
 
-def _keys(verb: str, choices: list[str], conf: Path) -> list[str]:
+def _keys(program: Program, verb: str, choices: list[str]) -> list[str]:
     """Dotted names of all keys of a verb after some choices of config files."""
-    with initialize_config_dir(str(conf.resolve()), version_base="1.3"):
-        try:
-            config = compose(verb, choices)
-        except HydraException:  # one of them is the word at fault, or several of a sweep
-            config = compose(verb)
+    try:
+        config = program.compose(verb, choices)
+    except HydraException:  # one of them is the word at fault, or several of a sweep
+        config = program.compose(verb)
     return list(_dotted(OmegaConf.to_container(config), ""))
 
 
@@ -179,23 +183,22 @@ def _dotted(node: Any, place: str) -> Iterator[str]:
             yield from _dotted(inner, dotted)
 
 
-def check_overrides(config: DictConfig, conf: Path, kinds: Mapping[str, str]) -> None:
+def check_overrides(config: DictConfig, program: Program, kinds: Mapping[str, str]) -> None:
     """Refuse what `check_kinds` refuses of the configuration of the job that Hydra runs.
 
     Args:
-        config: resolved. conf: folder of the config files.
-        kinds: annotations of the stage's arguments; those that take several kinds are not looked at.
+        config: resolved configuration.
+        program: program that is run.
+        kinds: annotations of the verb's arguments; those that take several kinds are not looked at.
 
     Raises:
         BadInput: one line that names the key.
     """
     job = HydraConfig.get()
-    choices = [change for change in job.overrides.task if (conf / change.split("=")[0]).is_dir()]
+    choices = [change for change in job.overrides.task if program.is_choice(change)]
     if len(choices) == len(job.overrides.task):
         return
-    running = GlobalHydra.instance().is_initialized()  # not in a worker of a sweep
-    with nullcontext() if running else initialize_config_dir(str(conf.resolve()), version_base="1.3"):
-        before = compose(str(job.job.config_name), choices)
+    before = program.compose(str(job.job.config_name), choices)
     given, written = (_plain(c) for c in (config, before))
     for name, kind in ((name, kind.removesuffix(" | None")) for name, kind in kinds.items()):
         if "|" in kind:

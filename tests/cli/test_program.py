@@ -1,0 +1,42 @@
+"""Two programs of one command line: the library's, and the dissertation's with the library's verbs in it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+from pipeline.__main__ import PROGRAM
+from unmodelled.__main__ import PROGRAM as LIBRARY
+
+
+def test_the_dissertation_has_every_verb_of_the_library() -> None:
+    assert set(LIBRARY.verbs) < set(PROGRAM.verbs)
+    assert {verb: PROGRAM.target(verb) for verb in LIBRARY.verbs} == {
+        v: LIBRARY.target(v) for v in LIBRARY.verbs
+    }
+
+
+@pytest.mark.parametrize("verb", LIBRARY.verbs)
+def test_a_verb_of_the_library_has_the_same_configuration_in_both(verb: str) -> None:
+    shared = ["hydra.runtime.output_dir=out"]
+    ours, theirs = LIBRARY.compose(verb, shared), PROGRAM.compose(verb, shared)
+    assert ours == theirs
+
+
+def test_of_two_config_files_of_one_name_the_shared_keys_are_equal() -> None:
+    for group, files in LIBRARY.groups().items():
+        for name, file in files.items():
+            other = PROGRAM.groups()[group][name]
+            if other != file:
+                own, theirs = yaml.safe_load(file.read_text()), yaml.safe_load(other.read_text())
+                assert own.items() <= theirs.items(), name
+
+
+def test_the_library_runs_as_a_module() -> None:
+    run = [sys.executable, "-m", "unmodelled", "simulat"]
+    done = subprocess.run(run, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "unknown verb 'simulat'; did you mean 'simulate'?" in done.stderr

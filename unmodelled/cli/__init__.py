@@ -1,0 +1,1 @@
+"""Command line: `unmodelled <verb> key=value ...`."""

@@ -1,0 +1,108 @@
+"""One call of a verb, made by Hydra: its configuration becomes arguments, its errors exit codes."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shlex
+import sys
+import time
+import traceback
+from pathlib import Path
+from typing import Any, NoReturn
+
+import hydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import InstantiationException
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from unmodelled.base import workers
+from unmodelled.base.errors import BadInput
+from unmodelled.base.progress import mode
+from unmodelled.cli.overrides import checked_paths
+from unmodelled.cli.program import Program
+from unmodelled.cli.refusal import refuse
+from unmodelled.cli.sweep.runs import FAILURE
+from unmodelled.cli.written import written
+
+#: What a full disk, or one that nothing can be written to, says, wherever it is.
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+
+
+def call(program: Program, config: DictConfig) -> Any:
+    """Call the verb that `config` names and return what it returns: a sweeper may minimise it."""
+    try:
+        return _called(program, config)
+    except Exception as error:
+        if workers.interrupted.is_set():  # a library may have made anything of it
+            raise KeyboardInterrupt from error
+        raise  # to Hydra, one run of a sweep that failed
+
+
+def _called(program: Program, config: DictConfig) -> Any:
+    """Leave with exit code 2 on bad input, 1 on a fault."""
+    started, since, verbose = time.monotonic(), time.time(), mode() == "verbose"
+    try:
+        paths = checked_paths(config, program)
+        if verbose:
+            print(OmegaConf.to_yaml(config), file=sys.stderr)
+        result = hydra.utils.call(config, **paths)
+    except BadInput as error:
+        _leave(error)
+    except OmegaConfBaseException as error:
+        _leave(BadInput(" ".join(str(error).split())))
+    except InstantiationException as error:
+        _leave(_cause(error))
+    seconds = time.monotonic() - started
+    if HydraConfig.get().mode != RunMode.MULTIRUN and mode() != "quiet":
+        arguments = {str(key): value for key, value in config.items()} | paths
+        verb, hints = str(config["_target_"]).rpartition(".")[0], "DVC_STAGE" not in os.environ
+        if line := written(program.name, verb, arguments, since, hints):
+            print(line, file=sys.stderr)
+    if verbose:
+        print(f"done in {seconds:.1f} s", file=sys.stderr)
+    if program.note is not None:
+        running = HydraConfig.get()
+        words = [*program.name.split(), str(running.job.config_name), *running.overrides.task]
+        program.note(shlex.join(words), OmegaConf.to_yaml(config, resolve=True), config.get("seed"), seconds)
+    return result
+
+
+def _cause(error: InstantiationException) -> BaseException:
+    """What the verb raised, which Hydra wraps."""
+    cause: BaseException = error
+    while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
+        cause = cause.__cause__
+    if isinstance(cause, OSError) and cause.errno in FULL:
+        return BadInput(f"{cause.filename or 'disk'}: cannot be written: {cause.strerror}")
+    if isinstance(cause, InstantiationException) or _is_call(cause):
+        return BadInput(" ".join(str(cause).split()))
+    return cause
+
+
+def _is_call(error: BaseException) -> bool:
+    """Whether a call failed as such, because the configuration has other keys than the function."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    inside = trace.tb_frame.f_globals["__name__"] if trace is not None else ""
+    return isinstance(error, TypeError) and str(inside).startswith("hydra.")
+
+
+def _leave(error: BaseException) -> NoReturn:
+    """End a single run; end one run of a sweep and let the others go on."""
+    if workers.interrupted.is_set():
+        raise error
+    if not isinstance(error, BadInput):
+        traceback.print_exception(error)
+    if HydraConfig.get().mode == RunMode.MULTIRUN:
+        line = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
+        told = Path(HydraConfig.get().runtime.output_dir) / FAILURE
+        told.parent.mkdir(exist_ok=True)
+        told.write_text(f"{line}\n")
+        # a worker can send every BadInput home, but not every exception
+        raise error if isinstance(error, BadInput) else RuntimeError(line)
+    # a SystemExit passes through Hydra's job runner without a second line
+    sys.exit(refuse(error) if isinstance(error, BadInput) else 1)

@@ -1,0 +1,179 @@
+"""The words of a command line, and the exit code that they lead to."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+
+# as a module, for a sweep sends functions of this one to its workers with all that they name
+from unmodelled.base import workers
+from unmodelled.cli.program import Program
+
+#: Options of Hydra that no value follows, unlike that of --cfg job.
+FLAGS = {"-m", "--multirun", "--resolve"}
+
+#: Own options: how much is shown (`unmodelled.base.progress`).
+SHOWN = {"-q": "quiet", "--quiet": "quiet", "-v": "verbose", "--verbose": "verbose"}
+
+HELP = """usage: {name} <verb> [key=value ...]
+
+verbs:
+{verbs}
+
+{forms}
+
+EXP_PROGRESS=quiet or verbose stands for -q or -v, for a whole graph too. EXP_LAUNCHER=joblib makes the runs
+of a sweep side by side, EXP_LAUNCHER=slurm on a cluster.
+
+exit codes: 0 done; 2 bad input (a line for every fault, nothing written); 1 a fault of the program;
+            130 interrupted (Ctrl-C)"""
+#: Forms of a command, and what each does.
+FORMS = {
+    "<verb> --help": "the verb's keys, each of which can be given as key=value; the same as `help <verb>`",
+    "<verb> --cfg job": "the configuration after your changes; nothing is run",
+    "<verb> -m key=a,b": "one run for every combination, in folders under outputs/",
+    "compare <folder>": "the runs of a sweep as one table and figure",
+    "<verb> -q": "results without progress",
+    "<verb> -v": "the configuration, progress every second, and the time",
+    "--version": "the version",
+}
+
+#: Said after Ctrl-C.
+INTERRUPTION = "interrupted: what was not finished is not written; the same command starts it again"
+
+
+def main(program: Program, arguments: list[str]) -> int:
+    """Run one verb; return the exit code."""
+    try:
+        return _main(program, arguments)
+    except BaseException as error:
+        if not (isinstance(error, KeyboardInterrupt) or workers.interrupted.is_set()):
+            raise
+        print(INTERRUPTION, file=sys.stderr)
+        return workers.INTERRUPTED
+
+
+def run(program: Program) -> None:
+    """Be the process of a command line: run what its words say, and end with the exit code."""
+    workers.one_thread()
+    workers.heed_interruptions()
+    workers.leave(main(program, sys.argv[1:]))
+
+
+def _main(program: Program, arguments: list[str]) -> int:
+    from unmodelled.base.errors import BadInput, closest
+    from unmodelled.cli.refusal import refuse
+
+    if arguments[:1] == ["help"]:  # `help verb` is `verb --help`
+        arguments = [*arguments[1:2], "--help"]
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(_help(program))
+        return 0
+    verb, rest = arguments[0], arguments[1:]
+    if verb in ("-V", "--version", "version"):
+        print(program.version())
+        return 0
+    if verb not in program.verbs:
+        return refuse(BadInput(f"unknown verb {verb!r}{closest(verb, program.verbs)}"))
+    for word in rest:
+        if word in SHOWN:
+            os.environ["EXP_PROGRESS"] = SHOWN[word]
+    rest = [word for word in rest if word not in SHOWN]
+    if "-h" in rest or "--help" in rest:
+        print(_about(program, verb))
+        rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
+    return _run(program, verb, _options_last(verb, rest))
+
+
+def _help(program: Program) -> str:
+    forms = {f"{program.name} {form}": meaning for form, meaning in FORMS.items()}
+    return HELP.format(name=program.name, verbs=_columns(program.summaries()), forms=_columns(forms))
+
+
+def _columns(rows: Mapping[str, str]) -> str:
+    width = max(map(len, rows))
+    return "\n".join(f"  {name:<{width}}  {meaning}" for name, meaning in rows.items())
+
+
+def _about(program: Program, verb: str) -> str:
+    """The verb's docstring and its choices of config files, read without importing anything."""
+    choices = [f"  {group}={'|'.join(names)}" for group, names in program.choices(verb).items()]
+    usage = f"usage: {program.name} {verb} [key=value ...] [--quiet | --verbose]"
+    head = f"{usage}\n\n{program.docstring(verb)}\n"
+    return "\n".join([head, *(["Choices:", *choices, ""] if choices else []), "Configuration:"])
+
+
+def _options_last(verb: str, rest: list[str]) -> list[str]:
+    """Keys before options, as Hydra needs them; a bare word after `compare` stands for runs=<folder>."""
+    options: list[str] = []
+    keys: list[str] = []
+    for before, word in zip(["", *rest], rest, strict=False):
+        is_value = before.startswith("-") and before not in FLAGS and "=" not in word
+        if word.startswith("-") or is_value:
+            options.append(word)
+        elif verb == "compare" and "=" not in word and not any(key.startswith("runs=") for key in keys):
+            # quoted, for Hydra gives commas and brackets a meaning
+            keys.append("runs='" + word.replace("'", "\\'") + "'")
+        else:
+            keys.append(word)
+    return [*keys, *options]
+
+
+def _run(program: Program, verb: str, rest: list[str]) -> int:
+    import hydra
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+    from yaml import YAMLError
+
+    from unmodelled.base.errors import BadInput
+    from unmodelled.base.progress import mode
+    from unmodelled.cli.call import call
+    from unmodelled.cli.overrides import check_words, explained
+    from unmodelled.cli.refusal import refuse
+
+    if _sweeps(rest) and any(r.startswith("out=") for r in rest):
+        own = "every run of a sweep has a folder of its own, in hydra.sweep.dir=<folder>"
+        return refuse(BadInput(f"out: {own}"))
+    # without this Hydra prints its own traceback and exits
+    os.environ["HYDRA_FULL_ERROR"] = "1"
+    settings = [*program.search_path(verb), *_hydra_settings(verb, rest)]
+    sys.argv = [f"{sys.argv[0]} {verb}", *settings, *rest]
+    task = partial(call, program)
+    task.__module__, task.__name__ = call.__module__, call.__name__  # type: ignore[attr-defined]  # Hydra asks
+    try:
+        check_words(program, verb, rest)
+        hydra.main(version_base="1.3", config_path=program.folder(verb), config_name=verb)(task)()
+    except BadInput as error:
+        return refuse(error)
+    except (HydraException, OmegaConfBaseException, ValueError, YAMLError) as error:
+        return refuse(BadInput(explained(error, program, verb, rest)))
+    except OSError as error:  # the folder of the run
+        return refuse(BadInput(f"{error.filename}: {error.strerror}"))
+    folder = next((r.split("=", 1)[1] for r in [*rest, *settings] if r.startswith("hydra.sweep.dir=")), "")
+    if _sweeps(rest) and Path(folder).is_dir() and mode() != "quiet":
+        print(f"wrote {folder}; compare its runs: {program.name} compare {folder}", file=sys.stderr)
+    return 0
+
+
+def _sweeps(rest: list[str]) -> bool:
+    return "-m" in rest or "--multirun" in rest
+
+
+def _hydra_settings(verb: str, rest: list[str]) -> list[str]:
+    """What is set unless the command line says otherwise."""
+    if not _sweeps(rest):
+        # a stage writes where `out` says and nowhere else; without `out` a folder of its own
+        own = "." if any(r.startswith("out=") for r in rest) else "outputs/${hydra.job.config_name}/last"
+        quiet = ["hydra/job_logging=none", "hydra/hydra_logging=none"]
+        return [*quiet, "hydra.output_subdir=null", f"hydra.run.dir={own}"]
+    settings = ["hydra/job_logging=none", "hydra/hydra_logging=sweep"]
+    settings += [f"hydra.sweep.dir=outputs/{verb}/{time.strftime('%Y-%m-%d_%H-%M-%S')}"]
+    if launcher := os.environ.get("EXP_LAUNCHER"):
+        settings += [f"hydra/launcher={launcher}"]
+        # says how many runs are done and how long the others take
+        settings += ["hydra.launcher.verbose=10"] if launcher == "joblib" else []
+    return settings

@@ -1,0 +1,23 @@
+"""What a user reads when an input cannot be used."""
+
+from __future__ import annotations
+
+import sys
+
+from unmodelled.base import workers
+from unmodelled.base.errors import BadInput
+
+#: Faults of one input that are shown.
+FAULTS = 20
+
+
+def refuse(error: BadInput) -> int:
+    """Print the first fault after `error: `, and every other one after `also: `; return the exit code."""
+    if workers.interrupted.is_set():
+        raise KeyboardInterrupt
+    count = len(error.others)
+    more = f" ({count} more {'fault' if count == 1 else 'faults'} below)" if count else ""
+    also = [f"also: {other}" for other in error.others[: FAULTS - 1]]
+    rest = [f"... and {count - len(also)} more"] if count > len(also) else []
+    print("\n".join([f"error: {error}{more}", *also, *rest]), file=sys.stderr)
+    return 2

@@ -1,0 +1,1 @@
+"""Verbs of the command line: every file is one, and calls one function of the library."""
