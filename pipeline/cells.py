@@ -1,7 +1,7 @@
-"""Run a verb for many cells, side by side: python -m pipeline.cells <verb> key=value ... [+ <verb> key=value ...]
+"""Run a verb for many cells, side by side: python -m pipeline.cells <verb> key=value ... [+ <verb> ...]
 
-A value `@<name>` stands for every entry of that list of params.yaml in turn, and `{<key>}` in another value for
-the entry chosen. Each process loads its libraries once. Commands are independent of each other.
+A value `@<name>` stands for every entry of that list of params.yaml in turn, and `{<key>}` in another value
+for the entry chosen. Each process loads its libraries once. Commands are independent of each other.
 
     python -m pipeline.cells evaluate model=@models fits=data/fits/{model} out=data/predictions/{model}
 """
@@ -38,15 +38,22 @@ def cells(arguments: Sequence[str], params: Mapping[str, Any]) -> dict[str, Word
 
     Raises:
         KeyError: when a list is not in `params`.
+        ValueError: when two cells have the same name.
     """
     found: dict[str, Words] = {}
     for command in _commands(arguments):
-        lists = {key: params[name] for key, name in re.findall(r"^([\w.]+)=@(\w+)$", "\n".join(command), re.MULTILINE)}
+        lists = {
+            key: params[name]
+            for key, name in re.findall(r"^([\w.]+)=@(\w+)$", "\n".join(command), re.MULTILINE)
+        }
         for chosen in product(*lists.values()):
             entries = dict(zip(lists, map(str, chosen), strict=True))
             words = [_filled(word, entries) for word in command]
-            out = next((word for word in words if word.startswith("out=")), "out=")
-            found["-".join(entries.values()) or Path(out).name] = words
+            out = next((word.removeprefix("out=") for word in words if word.startswith("out=")), "")
+            name = "-".join(entries.values()) or "-".join(Path(out).parts[2:]) or out  # without data/<what>
+            if name in found:
+                raise ValueError(f"two cells are called {name!r}: give them different places for out")
+            found[name] = words
     return found
 
 

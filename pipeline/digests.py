@@ -3,7 +3,7 @@
 The stage `code` of dvc.yaml writes them, every other stage depends on some of them:
 
     data/digests/<verb>.json          its config file and all code that the verb imports
-    data/digests/<group>/<name>.json  a config file that a key chooses, the files it is built on, the code they name
+    data/digests/<group>/<name>.json  a config file that a key chooses, what it is built on, the code it names
     data/digests/lists/<key>.json     a list of params.yaml, with the config files that it names
 
 Comments and docstrings are not part of a digest, and neither is the layout of a file.
@@ -117,7 +117,11 @@ def code_digest(module: str) -> str:
 
 
 def _is_text(node: ast.AST) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    return (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    )
 
 
 def _digest(content: bytes) -> str:
@@ -184,7 +188,9 @@ def targets(node: Any) -> Iterator[str]:
 def of_files(files: Iterable[Path]) -> dict[str, Digests]:
     """Digest files of conf/ and the code that they name."""
     chosen = sorted(set(files))
-    content = {str(file): _digest(json.dumps(configuration(file), sort_keys=True).encode()) for file in chosen}
+    content = {
+        str(file): _digest(json.dumps(configuration(file), sort_keys=True).encode()) for file in chosen
+    }
     code = of_code({module for file in chosen for module in targets(configuration(file)) if module})
     return {"configuration": content, "code": code}
 

@@ -44,8 +44,7 @@ def mend(root: Path) -> list[str]:
         except BlockingIOError:
             return []
         _release(temporary / "rwlock")
-        files = (root / "dvc.lock", *sorted(root.glob("graph/*/dvc.lock")))
-        state = [line for path in files for line in _state(path)]
+        state = [*_state(root / "dvc.lock")]
     return [*state, *_cache(root), *_leftovers(root)]
 
 

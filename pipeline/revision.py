@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 #: What decides a result, beside what params.yaml chooses. Results in git do not make the code another.
-CODE = ("unmodelled", "pipeline", "conf", "systems", ":(glob)**/dvc.yaml")
+CODE = ("unmodelled", "pipeline", "conf", "systems", "dvc.yaml")
 
 #: The folder of this program.
 PACKAGE = Path(__file__).parent
