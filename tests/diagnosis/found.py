@@ -17,6 +17,7 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 JOINT = Place("port", "joint")
@@ -82,5 +83,5 @@ def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tupl
     runs = [i for i in range(len(logs)) if i not in held]
     found = fit(Simulation(system, Recording.of(logs, HORIZON, runs)))
     known = system.with_values(found.values)
-    seen = logs.for_system(known)
+    seen = prepare(known, logs)
     return Model(label, known, seen, free_runs(known, seen, HORIZON, held)), found

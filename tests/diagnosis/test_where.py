@@ -25,6 +25,7 @@ from unmodelled.diagnosis.where.factors import factors
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.report.figures import experiments, residual
 from unmodelled.systems.reader import read_system
 
@@ -69,7 +70,7 @@ def true_model(folder: Path, bench: Bench) -> Model:
     system = pendulum(folder)
     logs = bench.logs(folder / "logs", system)
     known = exact(system)
-    seen = logs.for_system(known)
+    seen = prepare(known, logs)
     return Model("true", known, seen, free_runs(known, seen, HORIZON, range(len(logs))))
 
 

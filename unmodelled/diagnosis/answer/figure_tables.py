@@ -25,8 +25,7 @@ from unmodelled.diagnosis.where.windows import (
 )
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
-from unmodelled.evaluation.free_run import steps_of
-from unmodelled.evaluation.gap import LARGEST_ERROR
+from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.slopes import Slope
 from unmodelled.logs.clock import Kind, read_at
-from unmodelled.logs.inputs import acting
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import with_delays
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -70,20 +70,21 @@ class Correction:
         for j, column in self.columns.items():
             y[:, j] = column
         y = self.gain[logs.owner] * y + self.offset[logs.owner]
-        u, common = self.drive[logs.owner] * logs.u, self.common
+        common = self.common
         period = common * logs.period
-        if common != 1.0:
-            # the delays of the inputs were applied on the clock of the file
-            late = [(1.0 - common) * item.delay for item in system.inputs]
-            u = acting(system, logs.ids, u, logs.offsets, period, late)
-        corrected = replace(logs, y=y, u=u, t=common * logs.t, period=period)
+        # the delays of the inputs were applied on the clock of the file
+        late = tuple(common * delay for delay in logs.delays)
+        corrected = replace(
+            logs, y=y, u=self.drive[logs.owner] * logs.u, t=common * logs.t, period=period, delays=late
+        )
+        corrected = with_delays(system, corrected)
         if (self.clock == common).all():
             return corrected
         lengths = [len(self._instants(logs, i)) for i in range(len(logs))]
         return replace(
             corrected,
             y=self._read(y, logs, "cubic"),
-            u=self._read(u, logs, "linear"),
+            u=self._read(corrected.u, logs, "linear"),
             x=self._read(logs.x, logs, "linear"),
             t=period * np.concatenate([np.arange(n) for n in lengths]),
             offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.evaluation.free_run import WHOLE, steps_of
+from unmodelled.evaluation.gap import WHOLE, steps_of
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
@@ -72,6 +72,17 @@ class Recording:
         order = np.argsort(-length, kind="stable")
         first, steps = (values[order].astype(np.int64) for values in (start, length))
         return cls(logs, runs, first, steps, sensors or Sensors(logs), latest / logs.period)
+
+    @classmethod
+    def whole(
+        cls,
+        logs: Logs,
+        runs: Sequence[int] | None = None,
+        latest: float = 0.0,
+        sensors: Sensors | None = None,
+    ) -> Recording:
+        """Return every experiment as one window, from its first state to its end; arguments as in `of`."""
+        return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
 
     def among(self, runs: Sequence[int]) -> Recording:
         """The windows of some of the experiments."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 from math import sqrt
 
 import numpy as np
@@ -12,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.signal import savgol_coeffs
 
 from unmodelled.diagnosis.data.slopes import Slope
-from unmodelled.engine.differentiate import ORDER, noise, resolution
 from unmodelled.evaluation.gap import output_scale
-from unmodelled.logs.clock import shifted
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.differentiate import ORDER, noise, resolution
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
@@ -116,5 +115,4 @@ class Sensors:
     def _earlier(self, values: Array, delay: float) -> Array:
         if delay == 0.0:
             return values
-        parts = (values[a:b] for a, b in pairwise(self.logs.offsets))
-        return np.concatenate([shifted(part, self.logs.period, delay, "cubic") for part in parts])
+        return delayed(values[:, None], self.logs.offsets, self.logs.period, [-delay], "cubic")[:, 0]

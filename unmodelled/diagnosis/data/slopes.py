@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from unmodelled.engine.differentiate import smooth_derivative
+from unmodelled.logs.differentiate import smooth_derivative
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.readings import readings
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.engine.machine.machine import evaluated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
-from unmodelled.logs.clock import shifted
+from unmodelled.engine.machine.program import Program
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.readings import readings
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -103,24 +101,22 @@ class Reader:
         logs = self.recording.logs
         if not self.input_delays:
             return logs.u
-        u = logs.u.copy()
-        for j, column in self.input_delays.items():
-            for a, b in pairwise(logs.offsets):
-                u[a:b, j] = shifted(u[a:b, j], logs.period, -float(values[column]), "linear")
-        return u
+        inputs = range(logs.u.shape[1])
+        delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
+        return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
     def gains(self, values: Array) -> Array:
         """(experiments, sets, readings, gain and offset)"""
         system = self.system
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
-        found = evaluated(self._gains, np.zeros(1), *zeros, p, self.c[:, None])
+        found = self._gains.evaluate(np.zeros(1), *zeros, p, self.c[:, None])
         return found.reshape(*values.shape[:2], len(self.readings), 2)
 
     @cached_property
     def _gains(self) -> Program:
         expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
-        return assembled(Equations.of(self.system, expressions))
+        return Program.of(self.system, expressions)
 
     def _states(self, delays: Array, gains: Array) -> Array:
         sensors, owner = self.recording.sensors, self.recording.logs.owner

@@ -17,8 +17,8 @@ from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
 from unmodelled.evaluation.gap import Gap
-from unmodelled.logs.inputs import acting
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ def model(label: str, fitted: Fitted) -> Model:
     if own:
         system = in_columns(system, own)
         logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
-    logs = _read(system, logs, study.system).for_system(system)
+    logs = prepare(system, logs)
     return Model(label, system, logs, judged(system, logs, study))
 
 
@@ -59,7 +59,7 @@ def own_values(fitted: Fitted) -> dict[str, dict[str, float]]:
         return {}
     study, system = fitted.hypothesis.study, _shared(fitted)
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
-    logs = _read(system, study.logs, study.system)
+    logs = with_delays(system, study.logs)
     held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
     found = fit(Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps).own
     return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
@@ -72,9 +72,3 @@ def _shared(fitted: Fitted) -> System:
     late = {u: values[name] for name, u in hypothesis.timing.items()}
     inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)
     return replace(system, inputs=tuple(inputs))
-
-
-def _read(system: System, logs: Logs, before: System) -> Logs:
-    """Logs with the inputs as they act with the delays of `system`."""
-    delays = [new.delay - old.delay for new, old in zip(system.inputs, before.inputs, strict=True)]
-    return replace(logs, u=acting(system, logs.ids, logs.u, logs.offsets, logs.period, delays))

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data import loops
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.tables import Reader, Tables
-from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
-from unmodelled.evaluation.free_run import WHOLE
-from unmodelled.logs.observer import SUBSTEPS, observer
+from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
+from unmodelled.engine.machine.program import Program
+from unmodelled.evaluation.gap import WHOLE
+from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -41,6 +42,15 @@ class Runs:
     later: Indices
     first: Array
 
+    def errors(self, scale: Array) -> Array:
+        """Return the errors of the first set, (windows, most steps, outputs); not finite where it diverged.
+
+        Args:
+            scale: unit of the errors, (outputs,), such as `Recording.scale`.
+        """
+        with np.errstate(all="ignore"):
+            return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
+
     @property
     def diverged(self) -> NDArray[np.bool_]:
         """(windows, sets) where some output has no finite value."""
@@ -60,6 +70,8 @@ class Simulation:
         delays: names of further numbers -> names of the inputs or outputs that they delay, in s. They count
             from the delays that the system has; the recording must leave them room, see `Recording.of`.
         c: (experiments, constants) operating points; those of the logs unless given.
+        backend: makes ready to be integrated a system and the expressions that its outputs show: the register
+            machine, or `Generated.of` for a compiled kernel.
 
     Attributes:
         measured, hidden: numbers of the states that outputs show, and of the others.
@@ -71,10 +83,12 @@ class Simulation:
         recording: Recording,
         delays: Mapping[str, str] | None = None,
         c: Array | None = None,
+        backend: Callable[[System, Sequence[sp.Expr]], Backend] = Program.of,
     ) -> None:
         self.system, self.recording, self.delays = system, recording, dict(delays or {})
         self.c = recording.logs.c if c is None else c
-        self.program = assembled(Equations.of(system, [o.expression for o in system.outputs]))
+        self.equations = backend(system, [output.expression for output in system.outputs])
+        self._backend = backend
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
         self.reader = Reader(system, recording, self._delayed(inputs), self._delayed(outputs), self.c)
         self.measured = [reading.state for reading in self.reader.readings]
@@ -82,7 +96,7 @@ class Simulation:
 
     def over(self, recording: Recording) -> Simulation:
         """The same system over other windows of the same experiments."""
-        return Simulation(self.system, recording, self.delays, self.c)
+        return Simulation(self.system, recording, self.delays, self.c, self._backend)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -116,7 +130,8 @@ class Simulation:
             tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
         )
-        y = simulated(self.program, windows, p, self.c, x0, substeps, record.logs.period)
+        how = Integration(record.logs.period, "rk4", substeps, hold=1.0)
+        y = free_run(self.equations, windows, p, self.c, x0, how)
         return self._shown(y, self.reader.delays(values[0]) / record.logs.period)
 
     def _shown(self, y: Array, late: Array) -> Runs:
@@ -139,9 +154,9 @@ class Simulation:
         return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
 
     @cached_property
-    def _observer(self) -> Program:
+    def _observer(self) -> Observer:
         """The states that no output shows, driven by the inputs and all other states."""
-        return observer(self.system, self.hidden)
+        return Observer.of(self.system, self.hidden)
 
     def _integrated(self, tables: Tables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
@@ -151,17 +166,11 @@ class Simulation:
         record, logs = self.recording, self.recording.logs
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
+        numbers = np.column_stack([*p[:, :, self._observer.program.parameters], tables.member])
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
-        initial = [self.system.states[k].initial for k in self.hidden]
-        x0 = np.broadcast_to(initial, (len(runs), len(different), len(initial)))
-        place = np.searchsorted(runs, record.owner)
-        for substeps in SUBSTEPS:
-            z = simulated(self._observer, windows, p[:, different], self.c, x0, substeps, logs.period)
-            z = z[place, :, record.start - logs.offsets[record.owner]]
-            if np.isfinite(z).all():
-                break
+        at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]
+        z = self._observer.states(windows, at, p[:, different], self.c, logs.period)
         return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:

@@ -29,7 +29,7 @@ from unmodelled.diagnosis.search.misread import misread
 from unmodelled.diagnosis.search.network import network
 from unmodelled.diagnosis.search.search import Search
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.shrink import shrink
+from unmodelled.evaluation.gap import shrink
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from unmodelled.diagnosis.data.log_fault import LogFault
 from unmodelled.diagnosis.data.log_questions import Problem, Question
 from unmodelled.diagnosis.search.log_trials import Trials
-from unmodelled.engine.differentiate import noise
+from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]

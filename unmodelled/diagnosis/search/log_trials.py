@@ -14,8 +14,7 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
-from unmodelled.evaluation.free_run import steps_of
-from unmodelled.evaluation.gap import LARGEST_ERROR
+from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -15,6 +15,7 @@ from unmodelled.diagnosis.where.experiments import Experiments
 from unmodelled.diagnosis.where.factors import factors
 from unmodelled.diagnosis.where.regions import regions
 from unmodelled.diagnosis.where.shares import shares
+from unmodelled.logs.preparation import prepare
 
 Rows = tuple[dict[str, Any], ...]
 
@@ -93,4 +94,4 @@ def _physics(diagnosis: Diagnosis) -> Model:
     values = dict(zip((p.name for p in augmented.parameters), augmented.values, strict=True))
     own = {p.name: values[p.name] for p in base.system.parameters if p.name in values}
     system = base.system.with_values(own)
-    return replace(base, system=system, logs=base.logs.for_system(system))
+    return replace(base, system=system, logs=prepare(system, base.logs))

@@ -23,18 +23,23 @@ _LOWER = {SHARED: (SCALAR, SAMPLED), RUN: (SCALAR, SAMPLED), SAMPLED: (SCALAR,),
 
 @dataclass(frozen=True)
 class Cascade:
-    """The equations that lead to one event, without efforts, cut by what they change with.
+    """Equations that lead to one event, without efforts, cut by what they change with.
+
+    States that do not lead to the event are in no group.
 
     Attributes:
-        driven: indices of states that the input alone drives. shared: of those that depend on the uncertain
-            parameters too, but not on the operating point. own: of the others. States that do not lead to the
-            event are in none of them.
-        uncertain: symbols of the uncertain parameters. clock: time, inputs and driven states, as far as
-            used.
-        parts: of every place, symbols and their expressions in terms of places that change less (and SHARED:
-            of `clock` and the shared states).
-        driven_rates, shared_rates, rates: time derivatives of driven, shared and own states. event: falls
-            through zero.
+        driven: indices of the states that the input alone drives.
+        shared: indices of the states that depend on the uncertain parameters too, but not on the operating
+            point.
+        own: indices of the other states.
+        uncertain: symbols of the uncertain parameters.
+        clock: symbols of time, inputs and driven states, as far as used.
+        parts: symbols and expressions by place, in terms of places that change less (and SHARED: of `clock`
+            and the shared states).
+        driven_rates: time derivatives of the driven states.
+        shared_rates: time derivatives of the shared states.
+        rates: time derivatives of the own states.
+        event: expression that falls through zero.
     """
 
     driven: tuple[int, ...]
@@ -50,7 +55,13 @@ class Cascade:
 
     @classmethod
     def of(cls, system: System, event: Event, uncertain: Sequence[str]) -> Cascade:
-        """The cascade that leads to `event`; `uncertain` are names of parameters."""
+        """Return the cascade that leads to an event.
+
+        Args:
+            system: system with the event.
+            event: event whose time is wanted.
+            uncertain: names of the uncertain parameters.
+        """
         closed, crossing = equations(system, event)
         follows = dependence(system, closed, crossing, uncertain)
         driven = tuple(k for k, changes in follows.items() if changes == Changes.TIME)
@@ -84,13 +95,24 @@ class Cascade:
 
 
 def common_states(system: System, event: Event, uncertain: Sequence[str]) -> tuple[int, ...]:
-    """Indices of the states that follow the input, whatever the operating point: driven and shared ones."""
+    """Return the indices of the states that follow the input, whatever the operating point.
+
+    Args:
+        system: system with the event.
+        event: event whose time is wanted.
+        uncertain: names of the uncertain parameters.
+    """
     follows = dependence(system, *equations(system, event), uncertain)
     return tuple(k for k, changes in follows.items() if changes in SHARED)
 
 
 def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
-    """Time derivatives of the states and the event's expression, every unknown effort zero."""
+    """Return time derivatives of the states and the event's expression, every unknown effort zero.
+
+    Args:
+        system: system with the event.
+        event: event whose time is wanted.
+    """
     none = dict.fromkeys(system.e, sp.S.Zero)
     return tuple(f.xreplace(none) for f in system.closed), sanitised(event.expression)
 
@@ -98,7 +120,17 @@ def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Exp
 def dependence(
     system: System, closed: Sequence[sp.Expr], event: sp.Expr, uncertain: Sequence[str]
 ) -> dict[int, Changes]:
-    """What every state that leads to `event` changes with besides its own start, by the state's index."""
+    """Find what every state that leads to an event changes with besides its own start.
+
+    Args:
+        system: system of the states.
+        closed: time derivatives of all states.
+        event: expression of the event.
+        uncertain: names of the uncertain parameters.
+
+    Returns:
+        Dependence by index of the state.
+    """
     index = {s: k for k, s in enumerate(system.x)}
     needed = {index[s] for s in event.free_symbols & set(system.x)}
     before = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import sympy as sp
@@ -11,12 +12,14 @@ from unmodelled.systems.model import System
 
 @dataclass(frozen=True)
 class Reading:
-    """A state that an output shows as gain * state + offset, or that is the derivative of such a state.
+    """State that an output shows as gain * state + offset, or that is the derivative of such a state.
 
     Attributes:
-        state, output: their numbers.
-        gain, offset: in terms of parameters and constants of the operating point.
-        slope: whether the state is the time derivative of what the output shows.
+        state: index of the state.
+        output: index of the output.
+        gain: factor in front of the state, in terms of parameters and constants of the operating point.
+        offset: constant beside it, in the same terms.
+        slope: True where the state is the time derivative of what the output shows.
     """
 
     state: int
@@ -31,14 +34,21 @@ class Reading:
         return bool(self.gain == 1 and self.offset == 0)
 
 
-def readings(system: System) -> tuple[Reading, ...]:
-    """All states that outputs show, in the order of the states; `measurements.states` reads the same ones."""
+def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True) -> tuple[Reading, ...]:
+    """Return all states that outputs show, in the order of the states.
+
+    An output that is a state goes before one that is a function of it.
+
+    Args:
+        system: system whose states and outputs are compared.
+        usable: says whether a reading of an output can be used; all can unless given.
+    """
     found: dict[int, Reading] = {}
     outputs = range(len(system.outputs))
     for j in sorted(outputs, key=lambda j: system.outputs[j].expression not in system.x):
         reading = _reading(system, j)
-        if reading is not None:
-            found.setdefault(reading.state, reading)
+        if reading is not None and reading.state not in found and usable(reading):
+            found[reading.state] = reading
     for k, shown in list(found.items()):
         if system.dynamics[k] in system.x:
             v = system.x.index(system.dynamics[k])

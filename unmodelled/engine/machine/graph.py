@@ -1,17 +1,24 @@
-"""Expressions as a graph of instructions in which equal parts are one node (value numbering)."""
+"""Expressions as a graph of instructions in which equal parts are one node (value numbering).
+
+From the graph to a list of instructions: their order, fused products and sums, and registers.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from itertools import groupby
 from typing import NamedTuple
 
 import sympy as sp
 
-from unmodelled.engine.machine.machine_opcodes import Op
+from unmodelled.engine.machine.opcodes import Op
 from unmodelled.systems import functions as f
+
+Instruction = tuple[int, int, int, int, int, int]  # opcode, destination, sources a, b and c, table
 
 #: What a node changes with, from seldom to often: nothing or the lane, time and inputs, states.
 LANE, DRIVEN, STATE = range(3)
@@ -49,9 +56,13 @@ HIGHEST_PRODUCT = 8
 
 
 class Node(NamedTuple):
-    """An instruction, the nodes that it reads and the table that it looks up.
+    """Instruction, the nodes that it reads and the table that it looks up.
 
-    `op` is None for what registers hold from the start.
+    Attributes:
+        op: operation; None for what registers hold from the start.
+        sources: nodes that it reads.
+        level: how often it changes, LANE, DRIVEN or STATE.
+        table: number of the table.
     """
 
     op: Op | None
@@ -65,11 +76,12 @@ class Graph:
 
     Args:
         given: level of every symbol that has a register.
-        laws: what other symbols stand for.
+        laws: expressions that other symbols stand for.
 
     Attributes:
-        nodes: sources before what reads them.
-        symbols, constants: nodes of given symbols and of numbers.
+        nodes: all nodes, sources before what reads them.
+        symbols: nodes of the given symbols.
+        constants: nodes of numbers.
         curves: tables that are looked up, with the order of the derivative, in the order of their numbers.
     """
 
@@ -95,7 +107,11 @@ class Graph:
         return self._done[e]
 
     def constant(self, value: float) -> int:
-        """The node of a number."""
+        """Return the node of a number.
+
+        Args:
+            value: the number.
+        """
         if value not in self.constants:
             self.constants[value] = self._append(Node(None, (), LANE))
         return self.constants[value]
@@ -201,3 +217,93 @@ class Graph:
         half = self._squared(base, power // 2)
         square = self._op(Op.MUL, half, half)
         return self._op(Op.MUL, square, base) if power % 2 else square
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Nodes of a graph that are computed together.
+
+    Attributes:
+        roots: nodes that other segments read.
+        nodes: all nodes, sources first.
+        border: nodes of lower levels that they read or that were asked for.
+    """
+
+    roots: tuple[int, ...]
+    nodes: tuple[int, ...]
+    border: tuple[int, ...]
+
+    @classmethod
+    def of(cls, graph: Graph, wanted: Iterable[int], level: int) -> Segment:
+        """Return the nodes of one level that must be computed to know some nodes.
+
+        Args:
+            graph: graph of all expressions.
+            wanted: nodes that are asked for.
+            level: level that is computed, and those above.
+        """
+        ends = tuple(dict.fromkeys(wanted))
+        nodes: dict[int, None] = {}
+        border: dict[int, None] = {}
+        stack = [(k, False) for k in reversed(ends)]
+        while stack:
+            k, ready = stack.pop()
+            node = graph.nodes[k]
+            if node.op is None or node.level < level:
+                border[k] = None
+            elif ready:
+                nodes[k] = None
+            elif k not in nodes:
+                stack += [(k, True), *((s, False) for s in reversed(node.sources))]
+        return cls(tuple(k for k in ends if k in nodes), tuple(nodes), tuple(border))
+
+    def instructions(
+        self, graph: Graph, fixed: Mapping[int, int], free: int
+    ) -> tuple[list[Instruction], int]:
+        """Return the instructions, and the row after the last one that they use.
+
+        Args:
+            graph: graph with the nodes.
+            fixed: rows of border and roots.
+            free: first row for intermediate results.
+        """
+        fused = self._fused(graph)
+        readers = Counter(s for node in fused.values() for s in node.sources)
+        rows, idle = dict(fixed), list[int]()
+        code: list[Instruction] = []
+        for k, node in fused.items():
+            if k not in rows:
+                rows[k] = idle.pop() if idle else free
+                free = max(free, rows[k] + 1)
+            a, b, c = (*(rows[s] for s in node.sources), 0, 0, 0)[:3]
+            code.append((int(node.op or 0), rows[k], a, b, c, node.table))
+            # only now: an instruction must not write what it reads
+            for s in node.sources:
+                readers[s] -= 1
+                if readers[s] == 0 and s not in fixed:
+                    idle.append(rows[s])
+        return code, free
+
+    def _fused(self, graph: Graph) -> dict[int, Node]:
+        """Instructions by node; a product that one sum reads becomes part of it."""
+        readers = Counter(s for k in self.nodes for s in graph.nodes[k].sources)
+        products = {k for k in self.nodes if graph.nodes[k].op is Op.MUL and readers[k] == 1} - {*self.roots}
+        result: dict[int, Node] = {}
+        for k in self.nodes:
+            node = graph.nodes[k]
+            inner = next((s for s in reversed(node.sources) if s in products), None)
+            if node.op in (Op.ADD, Op.SUB) and inner is not None:
+                del result[inner]
+                node = _with_product(node, inner, graph.nodes[inner].sources)
+            result[k] = node
+        return result
+
+
+def _with_product(node: Node, inner: int, factors: Sequence[int]) -> Node:
+    """A sum or difference with the product `inner` in it."""
+    a, b = node.sources
+    if node.op is Op.ADD:
+        return node._replace(op=Op.MULADD, sources=(*factors, a if inner == b else b))
+    if inner == b:
+        return node._replace(op=Op.NEGMULADD, sources=(*factors, a))
+    return node._replace(op=Op.MULSUB, sources=(*factors, b))

@@ -1,0 +1,260 @@
+"""Programs of a register machine that runs any system at once, without compiling anything for it.
+
+A system becomes a short program: instructions on registers of `LANES` numbers, free runs side by side with
+other starts or other parameters. The interpreter (`loops`) is compiled once; a new structure costs
+milliseconds. Where one structure runs for minutes, a generated kernel (`compiled`) is as fast or faster.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.engine.free_run import Integration, Sizes, Windows
+from unmodelled.engine.machine import loops
+from unmodelled.engine.machine.graph import DRIVEN, LANE, STATE, Graph, Segment
+from unmodelled.systems.model import TIME, System, symbol
+from unmodelled.systems.tables import Table
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Places(NamedTuple):
+    """Rows of registers and numbers of instructions at which the parts of a program begin.
+
+    Attributes:
+        u: first row of the inputs; the states come before.
+        t: row of the time.
+        p: first row of the parameters.
+        c: first row of the constants of the operating point.
+        numbers: first row of numbers.
+        rows: number of rows.
+        prologue: first instruction of what stays the same in a lane.
+        driven: first instruction of what changes with time and inputs.
+        observed: first instruction of the observed values that change with the states.
+        rates: first instruction of the time derivatives.
+        end: number of instructions.
+    """
+
+    u: int
+    t: int
+    p: int
+    c: int
+    numbers: int
+    rows: int
+    prologue: int
+    driven: int
+    observed: int
+    rates: int
+    end: int
+
+
+class Curves(NamedTuple):
+    """Tables one after the other.
+
+    Attributes:
+        knots: abscissae of all tables, shape (knots,).
+        pieces: coefficients of the cubic after every knot, shape (knots, 4).
+        spans: first and last knot of every table, shape (tables, 2).
+        ends: values of every table beyond its first and last knot, shape (tables, 2).
+    """
+
+    knots: Array
+    pieces: Array
+    spans: Indices
+    ends: Array
+
+
+class Program(NamedTuple):
+    """Instructions of the register machine: a backend of `free_run`.
+
+    Attributes:
+        at: rows and instructions at which the parts of the program begin.
+        code: instructions, shape (instructions, 6).
+        numbers: constants of the expressions, shape (numbers,).
+        curves: tables that are looked up.
+        rates: rows of the states' time derivatives, shape (states,).
+        shown: rows of the observed values, shape (observed,).
+    """
+
+    at: Places
+    code: NDArray[np.uint32]
+    numbers: Array
+    curves: Curves
+    rates: Indices
+    shown: Indices
+
+    @classmethod
+    def of(cls, system: System, observed: Sequence[sp.Expr]) -> Program:
+        """Return the program of a system, with the known laws of its ports.
+
+        Args:
+            system: system whose dynamics are integrated.
+            observed: expressions of the system's symbols whose values are wanted.
+
+        Raises:
+            ValueError: when an expression has a symbol or a function that the machine does not know.
+        """
+        return assembled(Equations.of(system, observed))
+
+    @property
+    def parameters(self) -> Indices:
+        """Indices of the parameters that are read or that are a result, shape (such parameters,)."""
+        rows = np.concatenate([self.code[:, 2:5].ravel().astype(np.int64), self.rates, self.shown])
+        found = np.unique(rows[(rows >= self.at.p) & (rows < self.at.c)])
+        return np.asarray(found - self.at.p)
+
+    @property
+    def sizes(self) -> Sizes:
+        """Numbers of states, inputs, parameters and constants of the equations."""
+        at = self.at
+        return Sizes(at.u, at.t - at.u, at.c - at.p, at.numbers - at.c)
+
+    def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
+        """Simulate checked windows; see `free_run`.
+
+        Args:
+            windows: first samples, lengths and inputs of the free runs.
+            p: parameters, shape (experiments, sets, parameters), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
+            x0: states at the first samples, shape (windows, sets, states), SI.
+            how: method, step and course of the inputs between samples.
+
+        Returns:
+            Observed values, shape (windows, sets, most steps + 1, observed).
+
+        Raises:
+            ValueError: when the method is not the Runge-Kutta method of order four.
+        """
+        if how.method != "rk4":
+            raise ValueError(f"the register machine integrates by the method rk4 only, got {how.method}")
+        shape = (*x0.shape[:2], int(windows.steps.max(initial=0)) + 1, len(self.shown))
+        y = np.full(shape, np.nan)
+        loops.simulate(self, windows, p, c, x0, how.substeps, how.period, float(how.hold), y)
+        return y
+
+    def evaluate(self, t: Array, x: Array, u: Array, p: Array, c: Array) -> Array:
+        """Return the observed values at given states, without integration.
+
+        Args:
+            t: time, scalar or shape (...), s; its axes broadcast with the leading axes of the others.
+            x: states, shape (..., states), SI.
+            u: inputs, shape (..., inputs), SI.
+            p: parameters, shape (..., parameters), SI.
+            c: constants of the operating points, shape (..., constants), SI.
+
+        Returns:
+            Observed values, shape (..., observed), SI.
+
+        Examples:
+            >>> import numpy as np
+            >>> from pathlib import Path
+            >>> from unmodelled.systems.reader import read_system
+            >>> system = read_system(Path("systems/pendulum.yaml"))
+            >>> program = Program.of(system, system.dynamics)
+            >>> x, u, c = np.array([0.0, 2.0]), np.zeros(1), np.empty(0)
+            >>> rates = program.evaluate(np.zeros(1), x, u, np.array(system.values), c)
+            >>> rates.shape, rates[0, 0].item()
+            ((1, 2), 2.0)
+        """
+        parts = [np.asarray(t, np.float64)[..., None], *(np.asarray(a, np.float64) for a in (x, u, p, c))]
+        shape = np.broadcast_shapes(*(a.shape[:-1] for a in parts))
+        rows = int(np.prod(shape))
+        flat = (np.broadcast_to(a, (*shape, a.shape[-1])).reshape(rows, a.shape[-1]) for a in parts)
+        y = np.empty((rows, len(self.shown)))
+        loops.evaluate(self, *(np.require(a, np.float64, ["C", "W"]) for a in flat), y)
+        return y.reshape(*shape, len(self.shown))
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Equations x' = rates(t, x, u; p, c), and what is observed of them, in SymPy's terms.
+
+    Attributes:
+        states: symbols of the states.
+        inputs: symbols of the inputs.
+        parameters: symbols of the parameters.
+        constants: symbols of the constants of the operating point.
+        rates: time derivatives of the states.
+        observed: expressions whose values are wanted, any number.
+        laws: expressions that other symbols in them stand for.
+        tables: tables that they look up.
+    """
+
+    states: Sequence[sp.Symbol]
+    inputs: Sequence[sp.Symbol]
+    parameters: Sequence[sp.Symbol]
+    constants: Sequence[sp.Symbol]
+    rates: Sequence[sp.Expr]
+    observed: Sequence[sp.Expr]
+    laws: Mapping[sp.Symbol, sp.Expr]
+    tables: Sequence[Table]
+
+    @classmethod
+    def of(cls, system: System, observed: Sequence[sp.Expr]) -> Equations:
+        """Return the equations of a system, with the known laws of its ports and no other efforts.
+
+        Args:
+            system: system whose dynamics are integrated.
+            observed: expressions of the system's symbols whose values are wanted.
+        """
+        laws = {symbol(port.effort): port.law or sp.S.Zero for port in system.ports}
+        return cls(system.x, system.u, system.p, system.c, system.dynamics, observed, laws, system.tables)
+
+
+def assembled(equations: Equations) -> Program:
+    """Return the program of some equations.
+
+    Args:
+        equations: states, rates and observed values.
+
+    Raises:
+        ValueError: when they have a symbol or a function that the machine does not know.
+    """
+    groups = equations.states, equations.inputs, (TIME,), equations.parameters, equations.constants
+    levels = STATE, DRIVEN, DRIVEN, LANE, LANE
+    given = {s: level for group, level in zip(groups, levels, strict=True) for s in group}
+    graph = Graph(given, equations.laws)
+    rates, shown = ([graph(e) for e in part] for part in (equations.rates, equations.observed))
+    observed, moving = (Segment.of(graph, part, STATE) for part in (shown, rates))
+    driven = Segment.of(graph, (*observed.border, *moving.border), DRIVEN)
+    lane = Segment.of(graph, driven.border, LANE)
+    numbers = {k: value for value, k in graph.constants.items() if k in lane.border}
+    segments = lane, driven, observed, moving
+    kept = [*graph.symbols.values(), *numbers, *(k for segment in segments for k in segment.roots)]
+    rows = {k: row for row, k in enumerate(dict.fromkeys(kept))}
+    parts = [segment.instructions(graph, rows, len(rows)) for segment in segments]
+    code = [instruction for part, _ in parts for instruction in part]
+    symbols = list(accumulate(len(group) for group in groups))
+    firsts = list(accumulate((len(part) for part, _ in parts), initial=0))
+    return Program(
+        Places(*(*symbols, max(end for _, end in parts), *firsts)),
+        np.array(code, np.uint32).reshape(-1, 6),
+        np.array(list(numbers.values()), np.float64),
+        _curves(equations.tables, list(graph.curves)),
+        *(np.array([rows[k] for k in part], np.int64) for part in (rates, shown)),
+    )
+
+
+def _curves(tables: Sequence[Table], used: Sequence[tuple[int, int]]) -> Curves:
+    knots, pieces, spans, ends = [np.empty(0)], [np.empty((0, 4))], [], []
+    for number, order in used:
+        x, c = tables[number].pieces(order)
+        first = sum(map(len, knots))
+        knots.append(x)
+        pieces.append(np.concatenate([c.T, np.zeros((1, 4))]))
+        spans.append((first, first + len(x) - 1))
+        ends.append((0.0, 0.0) if order else (tables[number].y[0], tables[number].y[-1]))
+    return Curves(
+        np.concatenate(knots),
+        np.concatenate(pieces),
+        np.array(spans, np.int64).reshape(-1, 2),
+        np.array(ends, np.float64).reshape(-1, 2),
+    )
