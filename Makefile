@@ -20,18 +20,18 @@ measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 # graph that share no stage run side by side before it, once what they start from is there
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
-LOGS := acquire acquire_withheld ingest featurize
-SLIDER_CRANK := train_slider_crank train_recurrent train_others evaluate_slider_crank
-OTHERS := train tune train_jumps evaluate evaluate_jumps attribute identify_uncertainty assess_uncertainty teach \
+logs := acquire acquire_withheld ingest featurize
+slider_crank := train_slider_crank train_recurrent train_others evaluate_slider_crank
+others := train tune train_jumps evaluate evaluate_jumps attribute identify_uncertainty assess_uncertainty teach \
 	identifiability simulate diagnose diagnose_withheld refit_withheld
 .PHONY: repro slider_crank others
 slider_crank others:
-	@set -o pipefail; $(REPRO) --single-item $($(shell echo $@ | tr a-z A-Z)) 2>&1 | sed -u 's/^/$@ | /'
+	@$(REPRO) --single-item $($@)
 
 CHOOSE := true
 repro: $(VENV)/ready
 	@$(BIN)/python -m pipeline.mend && $(CHOOSE)
-	@$(REPRO) $(LOGS)
+	@$(REPRO) $(logs)
 	@$(MAKE) --no-print-directory --jobs=2 slider_crank others
 	@$(REPRO)
 	@echo "open file://$(CURDIR)/reports/index.html"
@@ -91,8 +91,5 @@ $(VENV)/tools: $(VENV)/ready
 	@$(INSTALL) -e ".[dev]"
 	@touch $@
 
-# params.yaml says which campaign, which profile and whether real machines are diagnosed; it is written only if it
-# changes
-choose = sed -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' -e 's/^real:.*/real: [$(3)]/' \
-	params.yaml > params.yaml.tmp \
-	&& (cmp -s params.yaml params.yaml.tmp && rm params.yaml.tmp || mv params.yaml.tmp params.yaml)
+# params.yaml says which campaign, which profile and whether real machines are diagnosed
+choose = sed -i -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' -e 's/^real:.*/real: [$(3)]/' params.yaml

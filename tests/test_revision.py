@@ -26,5 +26,7 @@ def test_only_what_decides_a_result_makes_a_revision_dirty(
     (tmp_path / "reports" / "a.json").write_text("2\n")
     (tmp_path / "dvc.lock").write_text("2\n")
     assert revision() == clean
+    subprocess.run(["git", *own, "commit", "-qam", "results"], check=True)
+    assert revision() == clean
     (tmp_path / "dvc.yaml").write_text("2\n")
     assert revision() == f"{clean}-dirty"

@@ -16,8 +16,10 @@ from tests.conftest import stages
 
 ROOT = CONF.parent
 #: What models have in common; not a choice on the command line.
-SHARED = "training"
-GROUPS = [f"{group}={name}" for group, names in PROGRAM.groups().items() if group != SHARED for name in names]
+SHARED = ("training", "detachment")
+GROUPS = [
+    f"{group}={name}" for group, names in PROGRAM.groups().items() if group not in SHARED for name in names
+]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
 #: Sweeps, and what reads them, are no part of the graph, nor is what writes a file of the program.
@@ -56,9 +58,10 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
     assert hydra.utils.instantiate(resolved) is not None
 
 
-@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / SHARED).glob("*.yaml")))
+@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "training").glob("*.yaml")))
 def test_shared_files_are_used(name: str) -> None:
-    assert any(f"/{SHARED}@_here_: {name}\n" in p.read_text() for p in (CONF / "model").glob("*.yaml"))
+    files = [*(CONF / "model").glob("*.yaml"), *(CONF / "detachment").glob("*.yaml")]
+    assert any(f"/training@_here_: {name}\n" in p.read_text() for p in files)
 
 
 @pytest.mark.parametrize("kind", ["models", "tuned", "splits", "hybrids", "campaigns", "machines"])

@@ -125,7 +125,7 @@ print("\\n" + json.dumps([code, found]))
         (["ingest", "system=systems/pendulum.yaml", "raw={logs}"], ["mechanism/cam_follower"]),
         (
             ["train", "system=systems/pendulum.yaml", "logs={logs}", "model=hybrid", "split=leave_one_out"],
-            ["model/hybrid", "split/leave_one_out", "mechanism/cam_follower", "profile/quick"],
+            ["model/hybrid", "split/leave_one_out", "profile/quick"],
         ),
     ],
 )
@@ -181,8 +181,6 @@ def test_a_stage_depends_on_the_digests_of_its_verbs_and_choices(name: str) -> N
             for group, choice in entry.items() if isinstance(entry, dict) else ():
                 chosen = given.get(group, choice)
                 needed.add(f"lists/{chosen[1:]}" if chosen.startswith("@") else f"{group}/{chosen}")
-        if "system" in given:  # the cam-follower's constants are of no use there
-            needed.discard("mechanism/cam_follower")
         needed |= {f"lists/{value[1:]}" for value in given.values() if value.startswith("@")}
         assert {f"data/digests/{digest}.json" for digest in needed} <= set(deps)
 
