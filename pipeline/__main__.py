@@ -36,6 +36,6 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    workers.one_thread()
+    workers.limit_threads()
     workers.heed_interruptions()
     workers.leave(main(sys.argv[1:]))

@@ -106,6 +106,6 @@ def run(arguments: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    workers.one_thread()
+    workers.limit_threads()
     workers.heed_interruptions()
     workers.leave(run(sys.argv[1:]))
