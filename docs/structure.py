@@ -106,11 +106,11 @@ class Checkout:
         trees = (tree for path, tree in self.trees.items() if path.is_relative_to(self.root / folder))
         return sum(_numbers(node) for tree in trees for node in tree.body)
 
-    def docstrings(self) -> dict[str, int]:
+    def docstrings(self, package: str) -> dict[str, int]:
         """Return counts of docstrings with examples, and of array functions without docstring or shape."""
         found: Counter[str] = Counter()
-        for tree in self.trees.values():
-            for node in _public(tree):
+        for path in self._files(package):
+            for node in _public(self.trees[path]):
                 text = ast.get_docstring(node) or ""
                 found["with an example"] += ">>>" in text
                 if isinstance(node, ast.FunctionDef) and ARRAY.search(
@@ -256,7 +256,7 @@ def measured(root: Path) -> dict[str, object]:
         "modules in diagnosis used by one other": used_once,
         "numeric constants in diagnosis": here.constants(f"{library}/diagnosis"),
         "ambiguous public names": len(here.ambiguous()),
-        "docstrings": here.docstrings(),
+        "docstrings": {package: here.docstrings(package) for package in here.packages},
     }
 
 
