@@ -37,7 +37,7 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    workers.one_thread()
+    workers.limit_threads()
     workers.heed_interruptions()
     code = None
     if "EXP_PRELOADED" in os.environ:

@@ -269,9 +269,9 @@ def _end_with(connection: socket.socket) -> None:
 
 
 if __name__ == "__main__":
-    from unmodelled.base.workers import one_thread
+    from unmodelled.base.workers import limit_threads
 
     if len(sys.argv) < 2:
         sys.exit("usage: python -m pipeline.preloaded <command>, such as dvc repro")
-    one_thread()
+    limit_threads()
     sys.exit(serve(sys.argv[1:]))
