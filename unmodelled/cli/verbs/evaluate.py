@@ -1,4 +1,4 @@
-"""Predict with a fitted model what it has not seen."""
+"""Predict the held-out experiments with fitted models."""
 
 from __future__ import annotations
 
@@ -19,9 +19,7 @@ def evaluate(
 
     A hybrid model of a system writes `out`/errors.parquet and examples.parquet (free runs), efforts.parquet
     (the networks' efforts on the training experiments) and surface.parquet (networks of two inputs on a
-    grid). A model of the cam-follower's drivetrain writes errors.parquet, examples.parquet and, where the
-    split explores, force.parquet. A model of the follower's detachment writes runs.parquet, repeats.parquet
-    and examples.parquet, see `pipeline.cam_follower.jumps.judge`, with a column `model`.
+    grid). Other models name their tables themselves.
 
     Args:
         system: system file.

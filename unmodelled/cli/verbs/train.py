@@ -32,10 +32,7 @@ def train(
     `out`/model.pt (weights), `out`/system.yaml and `out`/history.parquet (loss and parameters after every
     epoch). A killed training continues from its last checkpoint when the same command is started again.
 
-    Other models carry their own data and take neither: a model of the cam-follower's drivetrain (model=f_h2,
-    motor, ...) writes `out`/model.pt; a model of the follower's detachment (model=tau4, detachment, ...)
-    writes a folder per network with one file per fold and repeat, and continues after the last of these
-    files.
+    Other models carry their own data and take neither `system` nor `logs`; they name their files themselves.
 
     Args:
         system: system file.
