@@ -26,7 +26,8 @@ PART = 32
 
 @one_thread()
 def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences) -> list[Attribution]:
-    """What each feature and setting of each run adds to the mean output of the background, at every step.
+    """Attribute the output of every run at every step to its features and settings, against the background's
+    mean output.
 
     At step k the background is B_k of `shares_of_references`. The time grows with runs x steps x references x
     features.
@@ -59,7 +60,7 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 
 
 def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
-    """Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
+    """Return Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
 
     Args:
         x: trace of the run. r: of the references, as many steps.
@@ -107,7 +108,9 @@ class Multipliers:
 
 
 def multipliers(network: Recurrent, x: Trace, r: Trace) -> Multipliers:
-    """Multipliers between a run `x` (one run in its trace) and references `r`, of as many steps."""
+    """Return the multipliers between a run `x` (one run in its trace) and references `r`, of as many
+    steps.
+    """
     n = network.size
     i, f, o, g = torch.split(0.5 * (x.a + r.a), n, -1)
     c = 0.5 * (x.c + r.c)[:-1]

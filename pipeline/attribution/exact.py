@@ -37,7 +37,7 @@ def exact_shapley(
     background: Sequences,
     groups: Mapping[str, Sequence[str]] | None = None,
 ) -> list[Attribution]:
-    """Shapley values of every run at every step, against the background B_k of `shares_of_references`.
+    """Return Shapley values of every run at every step, against the background B_k of `shares_of_references`.
 
     Settings enter after the LSTM, so it runs once per coalition of signals. The time grows with
     runs x steps x references x coalitions.
@@ -69,7 +69,7 @@ def exact_shapley(
 
 
 def shapley_weights(players: int) -> Tensor:
-    """(players, 2^players) weight of the value of each coalition in the Shapley value of each player.
+    """Return the weight of every coalition's value in the Shapley value of each player, (players, 2^players).
 
     Player i is in coalition S when bit i of S is set.
     """

@@ -37,7 +37,7 @@ class Trace:
     output: Tensor
 
     def until(self, steps: int) -> Trace:
-        """The first `steps` steps."""
+        """Return the first `steps` steps."""
         timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
         return replace(self, c=self.c[: steps + 1], **timed)
 
@@ -67,7 +67,7 @@ class Recurrent:
 
     @classmethod
     def of(cls, network: DetachmentNetwork) -> Recurrent:
-        """The matrices of `network`, on the CPU."""
+        """Return the matrices of `network`, on the CPU."""
         weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
         n_s, scale = network.lstm.hidden_size, weights["target_scale"]
         # torch keeps the candidate before the output gate
@@ -94,7 +94,7 @@ class Recurrent:
         return len(self.W_s)
 
     def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """z, a, c and s after a step from s and c (runs, n_s) with the features tau (runs, n_tau)."""
+        """Return z, a, c and s after a step from s and c (runs, n_s) with the features tau (runs, n_tau)."""
         z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
         gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
         a = torch.cat([gates.sigmoid(), candidate.tanh()], 1)
@@ -103,7 +103,7 @@ class Recurrent:
         return z, a, c, o * c.tanh()
 
     def trace(self, runs: Sequences, steps: int) -> Trace:
-        """Along the first `steps` steps of all runs, after the end of a run too.
+        """Run the network along the first `steps` steps of all runs, beyond the end of shorter runs too.
 
         Raises:
             BadInput: when the output is not finite before the end of a run.
@@ -124,11 +124,13 @@ class Recurrent:
         return Trace(tau, q, z, a, torch.cat([torch.zeros_like(c[:1]), c]), s, hidden, output)
 
     def settings(self, q: Tensor) -> Tensor:
-        """What the settings (..., n_q) add to what enters the ReLU units, with its bias, (..., n_eta)."""
+        """Return the contribution of the settings (..., n_q) to the input of the ReLU units, with its bias,
+        (..., n_eta).
+        """
         return q @ self.W5_q + self.b5
 
     def output(self, hidden: Tensor) -> Tensor:
-        """eps, m, (...), from what enters the ReLU units (..., n_eta)."""
+        """Return eps, m, (...), from the input of the ReLU units (..., n_eta)."""
         return hidden.relu() @ self.W6 + self.b6
 
 

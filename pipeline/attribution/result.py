@@ -49,7 +49,7 @@ class Attribution:
         return np.asarray(np.abs(self.phi).sum(1))
 
     def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
-        """With the attributions of every group added up; every name must be in one group.
+        """Add up the attributions of every group; every name must be in one group.
 
         Raises:
             BadInput: when that does not hold.
@@ -60,7 +60,8 @@ class Attribution:
 
 
 def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
-    """Share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23); 0 where all are zero.
+    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23); 0 where all
+    are zero.
 
     Raises:
         ValueError: when there is no attribution or they name different inputs.
@@ -87,7 +88,7 @@ class Agreement:
 
 
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:
-    """Rank correlations of two methods on the same runs.
+    """Return the rank correlations of two methods on the same runs.
 
     Raises:
         ValueError: when there is no attribution, or runs, names or lengths differ.

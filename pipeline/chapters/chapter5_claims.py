@@ -47,15 +47,15 @@ class Repeats:
         self.factors = list(folds.loc[folds["split"] == FACTORS, "fold"])
 
     def error(self, model: str, fold: str = SCARCE) -> Array:
-        """Median MSE over the jump test runs, mm^2 (repeats,)."""
+        """Return the median MSE over the jump test runs, mm^2, (repeats,)."""
         return _per_repeat(self._error, model, fold)
 
     def mistaken(self, model: str, fold: str) -> Array:
-        """Share of the test runs whose label is mistaken, (repeats,)."""
+        """Return the share of the test runs whose label is mistaken, (repeats,)."""
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:
-        """Error on raw data over the error with linear physics features, (repeats,)."""
+        """Return the error on raw data over the error with linear physics features, (repeats,)."""
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
 
@@ -66,7 +66,7 @@ def _per_repeat(numbers: pd.Series[float], model: str, fold: str) -> Array:
 
 
 def claims(repeats: pd.DataFrame, overall: pd.DataFrame) -> list[Row]:
-    """Rows of the claims.
+    """Return the rows of the claims of chapter 5.
 
     Args:
         repeats: see `Repeats`.

@@ -40,7 +40,7 @@ class Observed:
 
     @classmethod
     def of(cls, campaign: Campaign, samples: int) -> Observed:
-        """The first `samples` samples of every run of `campaign`.
+        """Return the first `samples` samples of every run of `campaign`.
 
         Raises:
             BadInput: when theta, t or eps is missing or not a number somewhere, or a run has no samples.
@@ -52,7 +52,9 @@ class Observed:
         return cls(campaign.experiments, sequences, turns)
 
     def mean_maximum(self, eps: Array) -> Array:
-        """Mean over the revolutions of the largest detachment, m (..., runs), of `eps` (..., runs, steps)."""
+        """Return the mean over the revolutions of the largest detachment, m (..., runs), of `eps` (..., runs,
+        steps).
+        """
         means = [
             np.mean([eps[..., i, turn].max(-1) for turn in turns], axis=0)
             for i, turns in enumerate(self.turns)
@@ -60,7 +62,7 @@ class Observed:
         return np.stack(means, -1)
 
     def squared_error(self, eps: Array) -> Array:
-        """Mean squared error of every run, mm^2 (..., runs), of `eps` (..., runs, steps) in m."""
+        """Return the mean squared error of every run, mm^2 (..., runs), of `eps` (..., runs, steps) in m."""
         error = np.where(self.sequences.mask, eps - self.sequences.target, 0.0)
         mean: Array = np.square(error).sum(-1) / self.sequences.lengths * SQUARE_MM
         return mean
@@ -112,7 +114,8 @@ def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tabl
 
 
 def threshold(share: Array, jump: Bools, default: float) -> float:
-    """The share of the stroke above which a run is called a jump: where logistic regression is undecided.
+    """Return the share of the stroke above which a run is called a jump: where logistic regression is
+    undecided.
 
     Shares span decades, so that it regresses on their logarithm, standardised; below a tenth of `default` all
     are alike. A gap without any run is wide, and the label with the fewest mistakes is anywhere in it: where
@@ -135,7 +138,7 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
 
 
 def example_rows(experiments: pd.DataFrame, test: Indices) -> dict[str, list[int]]:
-    """Rows of the test runs that are shown, by label: the same for every model."""
+    """Return the rows of the test runs that are shown, by label: the same for every model."""
     rows = {}
     for label, quantiles in QUANTILES.items():
         own = test[(experiments["label"].to_numpy() == label)[test]]

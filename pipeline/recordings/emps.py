@@ -74,7 +74,7 @@ class EmpsRecording:
 
 
 def read(path: Path) -> pd.DataFrame:
-    """The columns `COLUMNS` of one recording.
+    """Read the columns `COLUMNS` of one recording.
 
     Raises:
         BadInput: names the file, and the variable that is missing, too large or not a column of finite

@@ -62,7 +62,9 @@ class CamFollowerCampaign:
 def factorial(
     heights: Iterable[float], skews: Iterable[float], masses: Iterable[float], voltages: Iterable[float]
 ) -> pd.DataFrame:
-    """Full factorial of H (m), beta (rad), m (kg) and V (volt); V varies fastest, exp counts from 1."""
+    """Return a full factorial of H (m), beta (rad), m (kg) and V (volt); V varies fastest, exp counts
+    from 1.
+    """
     table = pd.DataFrame(product(heights, skews, masses, voltages), columns=list(FACTORS), dtype=float)
     table.insert(0, "exp", range(1, len(table) + 1))
     return table

@@ -45,7 +45,7 @@ class MotorBench:
     fan_starts: float = 9.0
 
     def efficiency(self, current: Array) -> Array:
-        """Mechanical power by electrical power, at armature currents in A."""
+        """Return mechanical power by electrical power, at armature currents in A."""
         load = current / self.nominal
         resistance = self.resistance * (1.0 + self.warming * load**2)
         constant = self.constant * (1.0 - self.reaction * load**1.5)

@@ -65,7 +65,7 @@ def write_page(folder: Path, command: str) -> None:
 
 
 def view(folder: Path) -> dict[str, Any]:
-    """What a template is given to show the diagnosis in `folder`.
+    """Return the values with which a template shows the diagnosis in `folder`.
 
     Raises:
         BadInput: when a file is missing or damaged.
@@ -102,7 +102,7 @@ def view(folder: Path) -> dict[str, Any]:
 
 
 def short(value: float | None) -> str:
-    """Three digits."""
+    """Return a number with three significant digits."""
     return number(value if value is None else float(f"{value:.3g}"))
 
 

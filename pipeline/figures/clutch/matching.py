@@ -66,7 +66,7 @@ def _fits(axes: Axes, curves: pd.DataFrame, names: list[str]) -> None:
 
 
 def emd_bars(axes: Axes, emd: pd.Series, names: list[str]) -> None:
-    """Bars of the distances `emd`, s, of the methods; hatched where the moments are sampled."""
+    """Draw the distances `emd`, s, of the methods as bars, hatched where the moments are sampled."""
     values = MS * emd.reindex(names).to_numpy(np.float64)
     for row, (name, value) in enumerate(zip(names, values, strict=True)):
         colour, sampled = LOOKS[name].colour, name.endswith(SAMPLED)

@@ -39,7 +39,7 @@ ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal
 
 
 def shown_run(phi: pd.DataFrame) -> int | None:
-    """The explained run of medium detachment; they are listed from small to large."""
+    """Return the explained run of medium detachment; the runs are listed from small to large."""
     exps = list(dict.fromkeys(phi["exp"]))
     return int(exps[len(exps) // 2]) if exps else None
 

@@ -62,7 +62,7 @@ def predicted_detachment(data: Path) -> Figure:
 
 
 def draw_predictions(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
-    """The measured detachment of a run as a broad line, the median predictions of models on it."""
+    """Draw the measured detachment of a run as a broad line, and the median predictions of models on it."""
     first = rows[rows["model"] == rows["model"].iloc[0]]
     axes.axhline(0.0, color="0.7", linewidth=0.8, zorder=0)
     axes.plot(first["t"], MM * first["measured"], color=BLACK, linewidth=2.6)

@@ -50,7 +50,7 @@ Effects = tuple[Planted, ...]
 
 
 def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
-    """Cases of a kind on all machines in a drawn order, so that the first of them are a fair sample.
+    """Return cases of a kind on all machines in a drawn order, so that the first of them are a fair sample.
 
     Args:
         kind: `single`, `pair`, `null` (nothing but wrong parameters), `outside` (an effect of no family) or

@@ -20,7 +20,9 @@ _SLOWEST = 0.3  # Hz
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """(samples, runs) smooth signals at times `t` (samples,), s; each kind in turn, in a drawn order."""
+    """Return smooth reference signals (samples, runs) at times `t` (samples,), s; each kind in turn, in a
+    drawn order.
+    """
     order = rng.permutation(np.arange(runs) % len(_KINDS))
     columns = []
     for kind in order.tolist():

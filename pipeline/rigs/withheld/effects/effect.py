@@ -62,7 +62,7 @@ class Effect:
     """Something that the known physics leaves out; its public fields are its parameters in SI units."""
 
     def refitted(self, machine: Any) -> Any:
-        """The machine as it is with the effect built in."""
+        """Return the machine with the effect built in."""
         return machine
 
     @property
@@ -79,7 +79,9 @@ class PortEffect(Effect, ABC):
 
     @abstractmethod
     def impulse(self, dt: float, t: float, port: Port) -> Array:
-        """Impulse (n,) that it takes out of the port in `dt` seconds from time `t` of the run on."""
+        """Return the impulse (n,) that the effect takes out of the port in `dt` seconds from time `t` of the
+        run on.
+        """
 
 
 class ActuatorEffect(Effect, ABC):
@@ -87,7 +89,7 @@ class ActuatorEffect(Effect, ABC):
 
     @abstractmethod
     def applied(self, dt: float, t: float, u: Array) -> Array:
-        """What acts in the `dt` seconds from `t` on when the command is `u` (n,)."""
+        """Return the input (n,) that acts in the `dt` seconds from `t` on when the command is `u` (n,)."""
 
 
 class SensorEffect(Effect, ABC):
@@ -95,7 +97,7 @@ class SensorEffect(Effect, ABC):
 
     @abstractmethod
     def seen(self, period: float, y: Array) -> Array:
-        """What the sensor shows of `y` (samples, n), sampled every `period` seconds."""
+        """Return what the sensor shows of `y` (samples, n), sampled every `period` seconds."""
 
 
 @dataclass
