@@ -33,7 +33,9 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
     features.
 
     Args:
-        network: explained without dropout. runs: to explain. background: references, in contact (5.5.1).
+        network: network to explain, without dropout.
+        runs: runs to explain.
+        background: references, runs in contact (section 5.5.1).
 
     Raises:
         BadInput: when the background is empty or shorter than a run, holds other inputs than the network
@@ -63,7 +65,8 @@ def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
     """Return Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
 
     Args:
-        x: trace of the run. r: of the references, as many steps.
+        x: trace of the run.
+        r: trace of the references, with as many steps.
     """
     m = multipliers(network, x, r)
     to_state = _to_states(network, m, x.tau - r.tau)
@@ -97,7 +100,10 @@ class Multipliers:
     dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, d output = state . ds_k + settings . dq.
 
     Attributes:
-        gates: (..., 4 n_s). keep, show: (..., n_s). state: (..., n_s). settings: (..., n_q).
+        gates: weights of what enters the gates, (..., 4 n_s).
+        keep, show: weights of the last cell state and of the new one, (..., n_s).
+        state: weights of the hidden state in the output, m, (..., n_s).
+        settings: weights of the settings in the output, m per unit of the setting, (..., n_q).
     """
 
     gates: Tensor

@@ -43,7 +43,9 @@ def exact_shapley(
     runs x steps x references x coalitions.
 
     Args:
-        network: explained without dropout. runs: to explain. background: references, in contact (5.5.1).
+        network: network to explain, without dropout.
+        runs: runs to explain.
+        background: references, runs in contact (section 5.5.1).
         groups: name -> features or settings (not both) that count as one player, each in one group; none:
             every feature and every setting is a player.
 
@@ -85,7 +87,7 @@ class _Players:
     """Who plays: first those of signals, then those of settings.
 
     Attributes:
-        names: of the players.
+        names: names of the players.
         signals: (players of signals, n_tau), settings: (players of settings, n_q) what belongs to each.
     """
 

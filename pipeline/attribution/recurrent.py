@@ -18,7 +18,8 @@ class Trace:
     """What happens inside the network along runs; time first.
 
     Attributes:
-        tau: (steps, runs, n_tau) features. q: (runs, n_q) settings.
+        tau: features in SI units, (steps, runs, n_tau).
+        q: settings in SI units, (runs, n_q).
         z: (steps, runs, 4 n_s) what enters the gates, in the order input, forget, output, candidate.
         a: (steps, runs, 4 n_s) what leaves them.
         c: (steps + 1, runs, n_s) cell states from c_0 = 0 on.
@@ -51,8 +52,14 @@ class Recurrent:
 
     Attributes:
         inputs: names of the features and settings.
-        W_tau: (n_tau, 4 n_s). W_s: (n_s, 4 n_s). b: (4 n_s,) gates of eq. 5.8 to 5.11, ordered as in `Trace`.
-        W5_s: (n_s, n_eta). W5_q: (n_q, n_eta). b5: (n_eta,). W6: (n_eta,). b6: () head of eq. 5.12.
+        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, (n_tau, 4 n_s), ordered as in `Trace`.
+        W_s: weights of the hidden state in the gates, (n_s, 4 n_s).
+        b: biases of the gates, (4 n_s,).
+        W5_s: weights of the hidden state in the head of eq. 5.12, (n_s, n_eta).
+        W5_q: weights of the settings in the head, (n_q, n_eta).
+        b5: biases of the head, (n_eta,).
+        W6: weights of the ReLU units in the output, m, (n_eta,).
+        b6: bias of the output, m, ().
     """
 
     inputs: SequenceInputs

@@ -19,11 +19,11 @@ class Attribution:
     """What every input adds to the prediction of one run, eq. 5.13 and 5.22; m.
 
     Attributes:
-        run: id of the experiment.
-        names: of the features and settings, or of groups of them.
-        phi: (names, steps) Phi_{i,k}.
-        base: (steps,) Phi_{0,k}, the mean output over the background.
-        output: (steps,) the network's.
+        run: number of the experiment.
+        names: names of the features and settings, or of groups of them.
+        phi: contributions Phi_{i,k}, m, (names, steps).
+        base: mean output over the background Phi_{0,k}, m, (steps,).
+        output: output of the network, m, (steps,).
     """
 
     run: int
@@ -77,8 +77,9 @@ class Agreement:
     """Spearman's rank correlations of two methods; nan where one of them says the same of everything.
 
     Attributes:
-        shares: (runs,) of the inputs' shares. trajectories: (runs,) of Phi at all inputs and steps.
-        all_shares, all_trajectories: of all runs together.
+        shares: correlation of the inputs' shares in every run, (runs,).
+        trajectories: correlation of Phi at all inputs and steps of every run, (runs,).
+        all_shares, all_trajectories: the same correlations over all runs together.
     """
 
     shares: Array

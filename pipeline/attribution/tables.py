@@ -56,7 +56,8 @@ def points(found: Sequence[Attribution], runs: Sequences, every: int) -> pd.Data
     """Return contributions beside the values of the inputs, for `explanation`.
 
     Args:
-        found: attributions of the runs. runs: the same runs, with the values of their inputs.
+        found: attributions of the runs.
+        runs: the same runs, with the values of their inputs.
         every: number of steps from one that is kept to the next.
 
     Returns:

@@ -17,7 +17,7 @@ def first_crossing(V: Array, value: Array, level: float) -> float:
     Args:
         V: (n,) increasing voltages, V.
         value: (n,) at these voltages.
-        level: in the unit of `value`.
+        level: level to cross, in the unit of `value`.
     """
     up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
     if not len(up):

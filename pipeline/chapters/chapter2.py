@@ -68,7 +68,8 @@ def numbers(
     """Return the leaves motor, efficiency, sizes and pendulum.
 
     Args:
-        motor: with resistance R_a in Ohm and friction B' in A/V. static: of `curve_errors`.
+        motor: identified motor, with resistance R_a in Ohm and friction B' in A/V.
+        static: table of `curve_errors`.
         sizes: columns hidden, penalty, seed, training, new (RMSE).
         dynamic: columns model, fold (one a training), id, group, rmse (rad).
     """

@@ -73,7 +73,8 @@ def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, An
     folds.
 
     Args:
-        history: columns fold, repeat, epoch and one per parameter. truth: columns parameter, truth.
+        history: columns fold, repeat, epoch and one per parameter.
+        truth: columns parameter, truth.
     """
     last = history[history["epoch"] == history.groupby(["fold", "repeat"])["epoch"].transform("max")]
     true = dict(zip(truth["parameter"], truth["truth"], strict=True))

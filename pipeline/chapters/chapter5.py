@@ -48,7 +48,8 @@ def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
     q_s.
 
     Args:
-        trained: name of the split in conf/split/, which may join several. folds: named by a share, or by a
+        trained: name of the split in conf/split/, which may join several.
+        folds: named by a share, or by a
             factor.
     """
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
@@ -72,7 +73,7 @@ def predictions(runs: pd.DataFrame) -> dict[str, Any]:
     """Return the leaves uniform, split, baseline.bounce and hybrid.
 
     Args:
-        runs: of all models, splits and folds; see `pipeline.chapters.jumps.judge`.
+        runs: table of all models, splits and folds; see `pipeline.chapters.jumps.judge`.
     """
     result: dict[str, Any] = {UNIFORM: {}, "split": {}, "baseline": {BOUNCE: {}}, "hybrid": {}}
     places = {BOUNCE: result["baseline"][BOUNCE], HYBRID: result["hybrid"]}

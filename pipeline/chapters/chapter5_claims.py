@@ -32,7 +32,7 @@ class Repeats:
     """What single repeats predicted, as numbers per repeat.
 
     Args:
-        table: of all models, splits and folds: model, split, fold, repeat, label, mse (mm^2), jumps.
+        table: table of all models, splits and folds: model, split, fold, repeat, label, mse (mm^2), jumps.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -70,7 +70,7 @@ def claims(repeats: pd.DataFrame, overall: pd.DataFrame) -> list[Row]:
 
     Args:
         repeats: see `Repeats`.
-        overall: of attribute: model, repeat, feature, share.
+        overall: table of the verb attribute: model, repeat, feature, share.
 
     Raises:
         BadInput: when a model is missing.

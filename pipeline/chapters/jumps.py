@@ -31,7 +31,7 @@ class Observed:
     Attributes:
         experiments: one row a run; with `exp`, `label`, `H` (m) and `eps_share`.
         sequences: theta (rad), t (s) and eps (m), cut off and padded.
-        turns: of every run the samples of each full revolution; all samples where it completes none.
+        turns: samples of each full revolution of every run; all samples where the run completes none.
     """
 
     experiments: pd.DataFrame
@@ -78,8 +78,9 @@ def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tabl
         jump_share: share of the stroke from which on a measured run is a jump.
 
     Returns:
-        runs: of the median prediction over repeats, one row a run: fold, exp, label, mse (mm^2), measured and
-            predicted (mean over revolutions of the largest detachment, m), jumps (whether it says so).
+        runs: table of the median prediction over repeats, one row per run: fold, exp, label, mse (mm^2),
+            measured and predicted (mean over revolutions of the largest detachment, m), jumps (whether the
+            prediction counts as a jump).
         repeats: the same of every repeat, with its number in place of `measured`.
         examples: one row a sample of some runs: fold, exp, label, t (s), measured, predicted, and low and
             high of the repeats (m).
@@ -122,7 +123,8 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
     in it the level lies is told by the runs on both sides, not by the two next to the gap.
 
     Args:
-        share: (runs,) mean maximal detachment. jump: (runs,) the truth.
+        share: mean maximal detachment of every run as a share of the stroke, (runs,).
+        jump: whether every run is labelled a jump, (runs,).
         default: what is returned where the runs do not say more: all of one kind, or alike.
     """
     logarithm = np.log(np.maximum(share, 0.1 * default) / default)

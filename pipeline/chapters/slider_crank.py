@@ -117,7 +117,8 @@ def forces(
     """Return the networks' forces on the training data, beside the true load of the bench.
 
     Args:
-        predictions: campaign -> folder of <model>/<split>. measured: campaign -> `signals`.
+        predictions: campaign -> folder of <model>/<split>.
+        measured: campaign -> `signals`.
         truth: campaign -> truth.parquet of the bench (id, t, d, v, F), read for judging alone.
     """
     parts = []

@@ -97,7 +97,7 @@ def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: s
         panels: made by `map_grid`.
         boundary: columns H, beta, m, Q; where a setting is absent the line is broken.
         masses: the rows of the maps, kg.
-        name: for the legend.
+        name: name in the legend.
 
     Returns:
         A handle for the legend.

@@ -31,7 +31,8 @@ class CamDrivetrainRecording:
 
     Attributes:
         trajectories: store written by ingest. H (m), beta (rad), m (kg): levels.
-        start: what is left out of every run, s. period: of the logs, s.
+        start: duration that is left out at the start of every run, s.
+        period: sampling period of the logs, s.
     """
 
     trajectories: str

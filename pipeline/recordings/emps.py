@@ -40,7 +40,8 @@ class EmpsRecording:
     with place or direction.
 
     Attributes:
-        dataset: folder with the files of `FILES`. parts: experiments per recording.
+        dataset: folder with the files of `FILES`.
+        parts: number of experiments per recording.
     """
 
     dataset: str | None

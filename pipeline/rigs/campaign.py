@@ -32,7 +32,10 @@ class CamFollowerCampaign:
     """A full factorial on the virtual cam-follower bench.
 
     Attributes:
-        H: strokes, m. beta: rise angles, rad. m: follower masses, kg. V: voltages, V.
+        H: strokes, m.
+        beta: rise angles, rad.
+        m: follower masses, kg.
+        V: voltages, V.
     """
 
     H: Sequence[float]

@@ -33,8 +33,11 @@ class Profiles:
     """A full factorial of fill pulses and ramps.
 
     Attributes:
-        pulse: level of the fill pulse, A. highest: where the ramp ends, A.
-        u1: widths of the pulse, s. u2: levels from which the ramp starts, A. u3: slopes of the ramp, A/s.
+        pulse: level of the fill pulse, A.
+        highest: level at which the ramp ends, A.
+        u1: widths of the pulse, s.
+        u2: levels from which the ramp starts, A.
+        u3: slopes of the ramp, A/s.
     """
 
     pulse: float
@@ -159,7 +162,8 @@ class ClutchCampaign:
         (`ClutchRig.simulate`).
 
         Args:
-            table: rows of `table()`. theta: (n, 2) scales of the spring threshold and the touch point.
+            table: rows of `table()`.
+            theta: (n, 2) scales of the spring threshold and the touch point.
         """
         t = PERIOD * np.arange(round(DURATION / PERIOD) + 1, dtype=np.float64)
         settings = table[["u1", "u2", "u3"]].itertuples(index=False)

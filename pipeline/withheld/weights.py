@@ -17,7 +17,7 @@ def fitted_weights(table: pd.DataFrame, signs: Sequence[str]) -> dict[str, dict[
 
     Args:
         table: a row per diagnosis: `verdict`, whether it was `right`, and its signs.
-        signs: names of their columns.
+        signs: names of the columns with the signs.
     """
     found = {}
     for verdict, mine in table.groupby("verdict"):

@@ -38,7 +38,8 @@ def write_page(folder: Path, command: str) -> None:
     command. Style, script and figures are in the file itself.
 
     Args:
-        folder: of the diagnosis. command: that made it.
+        folder: folder of the diagnosis.
+        command: command line that made the diagnosis.
 
     Raises:
         BadInput: when a file is missing, damaged or cannot be written.

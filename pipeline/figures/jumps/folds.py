@@ -26,7 +26,7 @@ class Side:
 
     Attributes:
         split: name of the split.
-        folds: from left to right.
+        folds: names of the folds from left to right.
         xlabel, title: what stands below and above.
     """
 

@@ -47,9 +47,9 @@ class Input:
 
     Attributes:
         label, unit: name on axes and in legends.
-        colour: of lines and areas.
-        hatch: of areas; tells greys from greens where those look alike.
-        marker: of points; one a kind, for who cannot tell the hues.
+        colour: colour of lines and areas.
+        hatch: hatch of areas; distinguishes greys from greens where the two look alike.
+        marker: marker of points, one per kind, for readers who cannot distinguish the hues.
     """
 
     label: str

@@ -85,8 +85,8 @@ class Accuracy:
     """Errors of free runs over test signals and repeats, rad/s.
 
     Attributes:
-        rmse: of the runs that did not diverge, increasing.
-        mean: of `rmse`; NaN where all diverged.
+        rmse: errors of the runs that did not diverge, increasing.
+        mean: mean of `rmse`; NaN where all runs diverged.
         best, limit: the most accurate 90 % lie between; the limit is infinite where more than 10 % diverged.
         diverged: number of runs that did.
     """

@@ -90,8 +90,10 @@ class Experiments:
     """The n runs of a case.
 
     Attributes:
-        plan: of the runs. t: (samples,) s. u: (samples, n) as commanded.
-        outputs: by name, (samples, n) as logged.
+        plan: plan of the runs.
+        t: time, s, (samples,).
+        u: commanded inputs, (samples, n).
+        outputs: logged outputs by name, (samples, n) each.
         exact: the same without noise and steps, with the sensors' planted faults.
         effects: (channel, effect) of everything that is planted.
     """

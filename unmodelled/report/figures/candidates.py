@@ -19,12 +19,12 @@ WRAP = 60
 
 @styled
 def candidates(data: Path) -> Figure:
-    """The models that were fitted, by how much the data speak against each beside the best one.
+    """Fitted models, by their difference of score to the best one.
 
-    The difference of the logarithms of the likelihood, complexity counted in: with one of 3 the data speak
-    twenty to one for the best model, with one of 10 twenty thousand to one. Green is the model that is named:
-    the one with the fewest effects that explains the gap. The axis is linear up to 10 and logarithmic beyond.
-    The gap on the experiments that the models were fitted to stands at the right.
+    The score is the logarithm of the likelihood with a penalty for complexity. A difference of 3 is odds of
+    20 to 1 for the best model, a difference of 10 odds of 20 000 to 1. Green: the named model, the one with
+    the fewest effects that explains the gap. The axis is linear up to 10 and logarithmic beyond. The numbers
+    at the right are the gap on the experiments that the models were fitted to.
     """
     rows = table(data, "candidates").head(MOST)
     labels = [fill(label, WRAP) for label in rows["label"]]

@@ -17,20 +17,22 @@ MOST = 40
 
 @styled
 def gaps_of_experiments(data: Path) -> Figure:
-    """The gap of every experiment, as given, with refitted parameters and with the effects found.
+    """Gap of every experiment: of the system as given, with refitted parameters, and with the effects found.
 
-    The experiments with the largest gap come first; those with a star took no part in fitting or choosing.
-    A green mark at the grey one has come down to the noise of the sensors; one that stays behind the others
-    hides something of its own.
+    The experiments with the largest gap come first; a star marks held-out experiments, which took part
+    neither in fitting nor in choosing. Where the green mark reaches the grey one, the gap is down to the
+    noise of the sensors. Look at experiments whose green mark stays behind: they contain something that the
+    others do not.
     """
     return _drawn(data, ["known", "reidentified", *(["augmented"] if about(data)["effects"] else [])])
 
 
 @styled
 def gaps_as_given(data: Path) -> Figure:
-    """The gap of every experiment, as given.
+    """Gap of every experiment, of the system as given.
 
-    The experiments with the largest gap come first; the grey mark is what the noise of the sensors leaves.
+    The experiments with the largest gap come first; the grey mark is the noise floor, the gap that the noise
+    of the sensors alone leaves.
     """
     return _drawn(data, ["known"])
 

@@ -29,23 +29,26 @@ INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
 
 @styled
 def lacking(data: Path) -> Figure:
-    """What the physics without effects lacks, where the gap comes from.
+    """Effort that the physics without effects lacks, at the place where the gap comes from.
 
-    Estimated in short windows of all experiments without differentiating anything, with the parameters of
-    the augmented model; a positive effort takes power out of the system. Left, on the states that were
-    visited, the mean of each cell. Right, over the coordinate that matters most: grey dots are windows,
-    dark ones their median, bars hold the inner half. The black line is the law that was found; it was
-    fitted to free runs, not to these dots. Yellow is where disproportionally much is lacking.
+    Estimated in short windows of all experiments, without differentiation, with the parameters of the
+    augmented model. A positive effort takes power out of the system. Left: mean in each cell of the visited
+    states. Right: over the coordinate that matters most; grey dots are windows, dark dots their median, bars
+    the inner half. Black line: the law that was found, fitted to free runs and not to these dots. Yellow:
+    regions with more than their proportional share of the gap.
     """
     return _residual(data, "lacking")
 
 
 @styled
 def left_over(data: Path) -> Figure:
-    """What the model with the effects found still lacks, at the same place and in the same colours.
+    """Effort that the model with the effects found still lacks, at the place where the gap comes from.
 
-    As in the figure before. A white map and a flat side view say that the effects explain all there is; a
-    shape that remains is the shape of what is not in the library.
+    Estimated in short windows of all experiments; same axes and colours as the figure of the effort that the
+    physics without effects lacks. Left: mean in each cell of the visited states. Right: over the coordinate
+    that matters most; grey dots are windows, dark dots their median, bars the inner half. A white map and
+    flat dots mean that the effects explain everything; a remaining shape belongs to an effect that is not in
+    the library.
     """
     return _residual(data, "left")
 

@@ -17,12 +17,12 @@ LOOK = {"known": "known", "reidentified": "reidentified", "effect": "augmented"}
 
 @styled
 def gap_steps(data: Path) -> Figure:
-    """The gap on experiments that took no part, from the system as it was given down to the noise.
+    """Gap on the held-out experiments, from the system as given down to the noise floor.
 
-    First the uncertain parameters are identified anew, then each effect is added and everything refitted.
-    Behind the number stands what the squared gap above the noise falls by. The axis is logarithmic. Where
-    the purple line is well left of the last bar, a flexible model could still explain something; the grey
-    one is what noise leaves.
+    First the uncertain parameters are identified again, then the effects are added one by one and everything
+    is refitted. The percentage is the decrease of the squared gap above the noise floor. The axis is
+    logarithmic. Where the purple line (a network in every port) is well left of the last bar, a flexible
+    model could still explain something; the grey line is the noise floor.
     """
     steps = table(data, "steps")
     bars = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)

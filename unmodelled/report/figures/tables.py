@@ -51,8 +51,11 @@ class Channel:
     """A channel as figures name it.
 
     Attributes:
-        name: as in diagnosis.json. quantity: what a correction there is. unit: of that, printed.
-        axes: column of a coordinate -> its label. signals: column -> its name in diagnosis.json.
+        name: name in diagnosis.json.
+        quantity: quantity of a correction at this place, force for instance.
+        unit: printed unit of that quantity.
+        axes: column of a coordinate -> its label.
+        signals: column -> its name in diagnosis.json.
     """
 
     name: str

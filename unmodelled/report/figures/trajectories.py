@@ -18,22 +18,22 @@ STRETCH = 4
 
 @styled
 def before_and_after(data: Path) -> Figure:
-    """The held-out experiment that the system as given follows worst, before and after.
+    """The held-out experiment with the largest error of the system as given, before and after.
 
-    After means with the effects found, or with refitted parameters where none was found. Left, some
-    windows around its largest error: a free run starts at the measured state and sees the inputs only,
-    a new one every horizon, hence the jumps. Right, the errors over the whole experiment; the grey band
-    is two standard deviations of the sensor's noise.
+    After: with the effects found, or with refitted parameters where no effect was found. Left: some windows
+    around the largest error; a free run starts at the measured state at the beginning of every window (one
+    horizon), which causes the jumps. Right: errors over the whole experiment; the grey band is two standard
+    deviations of the sensor's noise.
     """
     return _drawn(data, "augmented" if about(data)["effects"] else "reidentified")
 
 
 @styled
 def worst_as_given(data: Path) -> Figure:
-    """An experiment that the system as given follows badly.
+    """The held-out experiment with the largest error of the system as given.
 
-    Left, some windows around its largest error: a free run starts at the measured state and sees the inputs
-    only, a new one every horizon, hence the jumps. Right, the errors over the whole experiment.
+    Left: some windows around the largest error; a free run starts at the measured state at the beginning of
+    every window (one horizon), which causes the jumps. Right: errors over the whole experiment.
     """
     return _drawn(data, "known")
 

@@ -33,9 +33,12 @@ class Plan:
     """The n runs of one campaign.
 
     Attributes:
-        period: of the logger, s. samples: per run. substeps: integration steps per sample.
+        period: sampling period of the logger, s.
+        samples: number of samples per run.
+        substeps: number of integration steps per sample.
         hold: share of a period that a command is old when the logger reads it, 0 to 1.
-        conditions: operating point, (n,) each. groups: of every run, empty if there are none.
+        conditions: operating point of every run, (n,) each.
+        groups: group of every run; empty if there are none.
         begin: (n,) s since the campaign began at which each run starts.
     """
 
@@ -121,7 +124,8 @@ class Plantable:
     """An effect that a machine offers.
 
     Attributes:
-        family: by the names of shared/contracts/diagnosis.md, or another name for what is not among them.
+        family: name of the family in shared/contracts/diagnosis.md, or another name for an effect of
+            no family.
         channel: a port, `actuator:<input>` or `sensor:<output>`.
         make: the effect in a multiple of its typical size, for a campaign, with a source of chance.
         alike: (family, channel) that the logs of this machine cannot tell from it, or that come close to an
