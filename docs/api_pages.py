@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import shutil
 import warnings
+from importlib import import_module
 from pathlib import Path
+from typing import get_type_hints
 
 import pdoc
+import pdoc.extract
 import pdoc.render
 
 FOLDER = Path(__file__).parent / "api"
 #: Packages that only the library itself uses.
-INTERNAL = ("base", "cli", "conf", "engine.machine")
-
-#: What pdoc says of the annotations of a NamedTuple, which it looks for in the module of `NamedTuple` itself.
-NAMED_TUPLE = r"Error parsing type annotation ForwardRef\('\w+'\) for [\w.]+\.__init__"
+INTERNAL = ("base", "cli", "conf")
+MODULES = ("unmodelled", *(f"!unmodelled.{name}" for name in INTERNAL))
 
 
 def build(folder: Path) -> None:
@@ -30,8 +31,19 @@ def build(folder: Path) -> None:
     pdoc.render.configure(docformat="google", footer_text="unmodelled", show_source=False)
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
-        warnings.filterwarnings("ignore", NAMED_TUPLE)
-        pdoc.pdoc("unmodelled", *(f"!unmodelled.{name}" for name in INTERNAL), output_directory=folder)
+        for name in pdoc.extract.walk_specs(MODULES):
+            _prepare(name)
+        pdoc.pdoc(*MODULES, output_directory=folder)
+
+
+def _prepare(module: str) -> None:
+    """Resolve what pdoc cannot: names that are imported on their first use, annotations of NamedTuples."""
+    loaded = import_module(module)
+    for name in getattr(loaded, "__all__", ()):
+        setattr(loaded, name, getattr(loaded, name))
+    for item in vars(loaded).values():
+        if isinstance(item, type) and issubclass(item, tuple) and hasattr(item, "_fields"):
+            item.__new__.__annotations__ = get_type_hints(item)
 
 
 if __name__ == "__main__":

@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.stages import diagnose as stage
 from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
+from unmodelled.cli.verbs import diagnose as stage
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.report.figures import files as figures
@@ -24,7 +24,7 @@ FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with system.yaml and logs/, which are diagnosed in no time."""
     found = diagnosis(tmp_path / "case", FRICTION)
-    monkeypatch.setattr(stage, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(stage, "diagnose_gap", lambda *_, **__: found)
     return tmp_path / "case"
 
 
@@ -37,7 +37,7 @@ def test_a_law_that_runs_away_over_a_whole_experiment_is_noted(
 ) -> None:
     """A negative stiffness that lifts the pendulum: fine for a window, lost in a run."""
     found = diagnosis(tmp_path / "case", Said("linear_spring", JOINT, {"k": -60.0}))
-    monkeypatch.setattr(stage, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(stage, "diagnose_gap", lambda *_, **__: found)
     call(tmp_path / "case")
     (note,) = (n for n in read_json(tmp_path / "case/out/diagnosis.json")["notes"] if "diverges" in n)
     for words in ("augmented_system.yaml diverges", "in 4 of 4 experiments", "run1 (held out) after 0."):

@@ -13,7 +13,7 @@ from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
 from unmodelled.base.errors import BadInput
 
-#: The families that a diagnosis can name (shared/contracts/diagnosis.md).
+#: Families of effects that a diagnosis can name and a machine plants; a test compares them with the library.
 FAMILIES = frozenset(
     (
         "viscous_friction",

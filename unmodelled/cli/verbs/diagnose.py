@@ -14,13 +14,13 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.augmented import FILE, write_augmented
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
-from unmodelled.diagnosis.data.diagnosis import Diagnosis
+from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
-from unmodelled.diagnosis.search.diagnosed import diagnosed
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.logs.folder import read_logs
@@ -60,7 +60,7 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
     if not any(fault.decides for fault in faults):
         check_windows(system, known, measured, horizon)
     workers = os.cpu_count() or 1
-    found = diagnosed(known, measured, horizon, seed, workers=workers, progress=say, faults=faults)
+    found = diagnose_gap(known, measured, horizon, seed, workers=workers, progress=say, faults=faults)
     place = where(found)
     with replacing_folder(out) as folder:
         if found.verdict != "check_logs":

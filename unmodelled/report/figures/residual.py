@@ -1,4 +1,4 @@
-"""What the models lack at a channel, window by window."""
+"""Draw the effort that the models lack at a channel, window by window."""
 
 from __future__ import annotations
 
@@ -29,26 +29,26 @@ INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
 
 @styled
 def lacking(data: Path) -> Figure:
-    """Effort that the physics without effects lacks, at the place where the gap comes from.
+    """Missing effort of the known physics, at the channels where the gap enters.
 
-    Estimated in short windows of all experiments, without differentiation, with the parameters of the
-    augmented model. A positive effort takes power out of the system. Left: mean in each cell of the visited
-    states. Right: over the coordinate that matters most; grey dots are windows, dark dots their median, bars
-    the inner half. Black line: the law that was found, fitted to free runs and not to these dots. Yellow:
-    regions with more than their proportional share of the gap.
+    The effort is estimated in short windows of all experiments, without differentiation, with the parameters
+    of the augmented model. A positive effort takes power out of the system. Left: mean over each cell of the
+    visited states. Right: over the coordinate with the largest influence; grey dots are windows, dark dots
+    their medians, bars hold the middle half of the windows. The black line is the diagnosed law. It was
+    fitted to free runs, not to these dots. Yellow marks regions with more than their share of the gap.
     """
     return _residual(data, "lacking")
 
 
 @styled
 def left_over(data: Path) -> Figure:
-    """Effort that the model with the effects found still lacks, at the place where the gap comes from.
+    """Missing effort of the augmented model, at the channels where the gap enters.
 
-    Estimated in short windows of all experiments; same axes and colours as the figure of the effort that the
-    physics without effects lacks. Left: mean in each cell of the visited states. Right: over the coordinate
-    that matters most; grey dots are windows, dark dots their median, bars the inner half. A white map and
-    flat dots mean that the effects explain everything; a remaining shape belongs to an effect that is not in
-    the library.
+    Axes and colours are those of the figure of the missing effort of the known physics. Left: mean over each
+    cell of the visited states. Right: over the coordinate with the largest influence; grey dots are windows,
+    dark dots their medians, bars hold the middle half. A white map and flat dots mean that the diagnosed
+    effects explain the whole effort. If a shape remains, it shows an effect that the library of laws does not
+    contain.
     """
     return _residual(data, "left")
 

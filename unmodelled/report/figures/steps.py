@@ -1,4 +1,4 @@
-"""How far the gap falls, model by model."""
+"""Draw how far the gap falls, model by model."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ LOOK = {"known": "known", "reidentified": "reidentified", "effect": "augmented"}
 
 @styled
 def gap_steps(data: Path) -> Figure:
-    """Gap on the held-out experiments, from the system as given down to the noise floor.
+    """Gap on held-out experiments: system file as given, refitted parameters, effects, and noise floor.
 
-    First the uncertain parameters are identified again, then the effects are added one by one and everything
-    is refitted. The percentage is the decrease of the squared gap above the noise floor. The axis is
-    logarithmic. Where the purple line (a network in every port) is well left of the last bar, a flexible
-    model could still explain something; the grey line is the noise floor.
+    First the uncertain parameters are refitted, then each effect is added and all parameters are refitted.
+    The percentage is the change of the squared gap above the noise floor. The axis is logarithmic. If the
+    purple line (a network in every port) is well left of the last bar, a flexible model could still explain a
+    part of the gap. The grey line is the noise floor, the gap that sensor noise alone causes.
     """
     steps = table(data, "steps")
     bars = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)
