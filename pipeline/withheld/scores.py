@@ -72,10 +72,11 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
 
 
 def listed(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return `scores` as a table: a row per leaf, with its value on every machine."""
+    """Return `scores` without costs as a table: a row per leaf, with its value on every machine."""
     systems = {str(name): dict(_leaves(scores(group))) for name, group in cases.groupby("system")}
     rows = []
-    for name, leaf in _leaves(scores(cases)):
+    leaves = ((name, leaf) for name, leaf in _leaves(scores(cases)) if not name.startswith("cost."))
+    for name, leaf in leaves:
         low, high = leaf.get("interval", (None, None))
         row = {"measure": name, "unit": leaf["unit"], "n": leaf["n"]}
         row |= {"value": leaf["value"], "low": low, "high": high}
