@@ -14,8 +14,8 @@ from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.search.diagnosed import diagnosed
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -52,7 +52,7 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
 def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) -> None:
     start = time.monotonic()
     known = read_system(case / SYSTEM)
-    found = diagnosed(known, read_logs(case / LOGS, known), horizon, seed, workers=threads)
+    found = diagnose_gap(known, read_logs(case / LOGS, known), horizon, seed, workers=threads)
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}
     write_json(out / COSTS / f"{case.name}.json", cost)

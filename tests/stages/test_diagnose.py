@@ -25,7 +25,7 @@ FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with system.yaml and logs/, which are diagnosed in no time."""
     found = diagnosis(tmp_path / "case", FRICTION)
-    monkeypatch.setattr(findings, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
     return tmp_path / "case"
 
 
@@ -38,7 +38,7 @@ def test_a_law_that_runs_away_over_a_whole_experiment_is_noted(
 ) -> None:
     """A negative stiffness that lifts the pendulum: fine for a window, lost in a run."""
     found = diagnosis(tmp_path / "case", Said("linear_spring", JOINT, {"k": -60.0}))
-    monkeypatch.setattr(findings, "diagnosed", lambda *_, **__: found)
+    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
     call(tmp_path / "case")
     (note,) = (n for n in read_json(tmp_path / "case/out/diagnosis.json")["notes"] if "diverges" in n)
     for words in ("augmented_system.yaml diverges", "in 4 of 4 experiments", "run1 (held out) after 0."):

@@ -208,7 +208,7 @@ def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     def begin(*_: object, **__: object) -> None:
         raise BadInput("the diagnosis has begun")
 
-    monkeypatch.setattr(findings, "diagnosed", begin)
+    monkeypatch.setattr(findings, "diagnose_gap", begin)
     monkeypatch.chdir(write_case(tmp_path / "case"))
     (Path("notes") / "todo.txt").parent.mkdir()
     Path("notes/todo.txt").write_text("do not lose me")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System
@@ -187,6 +188,29 @@ class Logs:
             "delays": list(self.delays),
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
+
+    def to_hdf5(self, path: Path, system: System) -> None:
+        """Write the measurements as one HDF5 file with a group per experiment, which `read_logs` reads back.
+
+        Args:
+            path: file to write or replace.
+            system: system of the logs, for the names and units of their columns.
+
+        Raises:
+            BadInput: when the system has other inputs or outputs or delays its inputs, when an id cannot be
+                the name of a group, or when the file cannot be written.
+        """
+        outputs, inputs, _, _ = names(system)
+        if (self.outputs, self.inputs) != (outputs, inputs) or any(self.delays):
+            raise BadInput(
+                f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
+            )
+        columns = {"t": self.t}
+        columns |= {item.column: self.y[:, j] for j, item in enumerate(system.outputs)}
+        columns |= {item.column: self.u[:, j] for j, item in enumerate(system.inputs)}
+        units = {o.column: o.unit for o in system.outputs} | {i.column: i.unit for i in system.inputs}
+        samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
+        write_hdf5(path, self.experiments, samples, {"t": "s", **units}, self.provenance)
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:

@@ -16,13 +16,13 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
-from unmodelled.diagnosis.data.diagnosis import Diagnosis
+from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
-from unmodelled.diagnosis.search.diagnosed import diagnosed
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.logs.logs import Logs
@@ -129,7 +129,7 @@ def findings(
     if not any(fault.decides for fault in faults):
         check_windows(system, logs, horizon)
     threads = os.cpu_count() or 1 if workers is None else workers
-    found = diagnosed(system, logs, horizon, seed, workers=threads, progress=say, faults=faults)
+    found = diagnose_gap(system, logs, horizon, seed, workers=threads, progress=say, faults=faults)
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
