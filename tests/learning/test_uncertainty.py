@@ -204,7 +204,7 @@ def gone(theta: Array) -> Array:
         ([callable_named("gone")], "the event does not happen at theta"),
         (["uncertainty.moments=1"], "moments"),
         (["uncertainty.order=4"], "the quadrature order must exceed the degree 4"),
-        (["uncertainty.nodes=[2,9]"], "nodes: at least 3"),
+        (["uncertainty.nodes=[2,9]"], "nodes must be at least 3"),
         (["uncertainty.deviations=[0.3,0.2]"], "deviations: must be positive"),
         (["observations=nowhere.csv"], "nowhere.csv: no such file"),
         (["system=systems/clutch.yaml"], "give system=... and logs=..., or response"),

@@ -169,9 +169,11 @@ def check_writable(path: Path) -> None:
     except OSError as error:
         raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
     if there != path and not there.is_dir():
-        raise BadInput(f"{there}: is a file, so that the folder {path} cannot be written")
+        raise BadInput(
+            f"{there}: is a file, so that the folder {path} cannot be written: give another folder"
+        )
     if not os.access(there, os.W_OK):
-        raise BadInput(f"{there}: cannot be written: no permission")
+        raise BadInput(f"{there}: cannot be written: no permission: give a folder that you may write to")
 
 
 def _check_out(path: Path, kind: Out) -> None:
@@ -195,7 +197,9 @@ def check_named(path: Path) -> None:
         BadInput: if the last part of the path is empty or "..", or if the path holds a null character.
     """
     if path.name in ("", "..") or "\0" in str(path):
-        raise BadInput(f"{str(path)!r}: is no name for a file or a folder to be written")
+        raise BadInput(
+            f"{str(path)!r}: is no valid name for a file or a folder to be written: give another name"
+        )
 
 
 def check_replaceable(path: Path) -> None:
@@ -219,12 +223,12 @@ def check_replaceable(path: Path) -> None:
     try:
         names = sorted(p.name for p in path.iterdir() if p.name != RECORD) if path.is_dir() else []
     except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from None
+        raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
     if not names:
         return
     if stamp is None:
         raise BadInput(
-            f"{path}: holds {names[0]!r} and has no file {MARKER}, so that no verb made it: "
+            f"{path}: holds {names[0]!r} and has no file {MARKER}, which every verb leaves in its folder: "
             "give another folder, or remove this one yourself"
         )
     maker, files = stamp

@@ -65,11 +65,7 @@ def read_logs(folder: Path | str, system: System) -> Logs:
         inputs: torque
         note: omega was estimated from theta by smoothing differentiation over 21 samples
     """
-    return replace(_prepared(Path(folder), system), source=str(folder))
-
-
-def _prepared(folder: Path, system: System) -> Logs:
-    """Read the experiments that `folder` holds, and prepare them for the system."""
+    folder = Path(folder)
     check_file(folder)
     faults = Faults()
     if folder.is_file() and is_hdf5(folder):
@@ -78,7 +74,7 @@ def _prepared(folder: Path, system: System) -> Logs:
     else:
         _check_folder(folder)
         if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
-            return prepare(system, _stored(folder, system))
+            return replace(prepare(system, _stored(folder, system)), source=str(folder))
         table = folder / "experiments.csv"
         header, rows = read_rows(table, ["id", "file"])
     with faults.collected():
