@@ -13,7 +13,7 @@ import pytest
 
 LIBRARY = Path(__file__).parents[2] / "unmodelled"
 #: Rooms whose docstrings are complete; the rest of the library follows one room at a time.
-ROOMS: tuple[str, ...] = ("base", "systems", "effects", "uncertainty", "explanation")
+ROOMS: tuple[str, ...] = ("base", "systems", "effects", "uncertainty", "explanation", "api")
 
 #: A description or summary that begins so is part of a sentence that only its author knows.
 FRAGMENTS = {
