@@ -11,11 +11,11 @@ import torch
 
 from pipeline.rigs.pendulum import PendulumCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.evaluation import Evaluation, evaluate
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.recipe import refused, required
+from unmodelled.learning.splits import Fold
 from unmodelled.learning.training import train
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs
@@ -110,9 +110,7 @@ def test_a_figure_shows_measured_and_simulated_states(fit: Fit, pendulum: tuple[
     assert [axis.get_ylabel() for axis in axes] == ["theta [rad]", "omega [rad/s]"]
     measured = np.asarray(axes[1].lines[0].get_ydata())
     np.testing.assert_array_equal(measured, pendulum[1].x[pendulum[1].rows(1), 1])
-    with pytest.raises(
-        BadInput, match="experiment: 'run9' must be one of the held-out run1, run2, run3"
-    ):
+    with pytest.raises(BadInput, match="experiment: 'run9' must be one of the held-out run1, run2, run3"):
         found.plot("run9")
 
 

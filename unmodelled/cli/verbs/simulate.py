@@ -13,8 +13,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
+from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.evaluation.gap import Gap, steps_of
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
