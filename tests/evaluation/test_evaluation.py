@@ -7,11 +7,11 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from unmodelled.evaluation import splits
 
 from pipeline.cam_follower import labels, metrics
 from pipeline.chapters import boundary
 from unmodelled.base.errors import BadInput
+from unmodelled.learning import splits
 
 TURN = 2 * np.pi
 

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from unmodelled.evaluation import splits
 
 from pipeline.cam_follower.jumps import Observed, example_rows, judge, threshold
 from pipeline.cam_follower.labels import mean_extreme
 from unmodelled.base.errors import BadInput
+from unmodelled.learning import splits
 from unmodelled.learning.splits import Fold
 from unmodelled.logs.trajectory import Campaign
 

@@ -11,7 +11,6 @@ import pytest
 import torch
 from hydra import compose, initialize_config_dir
 from numpy.typing import NDArray
-from unmodelled.evaluation import splits
 
 from pipeline.cam_follower import free_run, one_step
 from pipeline.cam_follower.cam_follower import CamFollower
@@ -25,6 +24,7 @@ from pipeline.cam_follower.relu_ode import Hybrid
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
+from unmodelled.learning import splits
 from unmodelled.learning.checkpoint import save
 from unmodelled.logs.trajectory import Campaign
 
