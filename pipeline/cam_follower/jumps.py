@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold, Indices
+from unmodelled.learning.splits import Fold, Indices
 from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.chapters.leaves import mean_leaf
 from pipeline.chapters.summary import leaf, share
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold
+from unmodelled.learning.splits import Fold
 
 Array = NDArray[np.float64]
 

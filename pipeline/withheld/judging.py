@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
-from unmodelled.evaluation.gap import shrink
+from unmodelled.diagnosis.data.gap import shrink
 
 Content = Mapping[str, Any]
 ActsAt = Mapping[str, Collection[str]]

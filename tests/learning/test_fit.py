@@ -11,11 +11,11 @@ import torch
 
 from pipeline.rigs.pendulum import PendulumCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.evaluation import Evaluation, evaluate
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.recipe import refused, required
+from unmodelled.learning.splits import Fold
 from unmodelled.learning.training import train
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs

@@ -20,12 +20,12 @@ from omegaconf import OmegaConf
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning import fitting
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts
 from unmodelled.learning.on_device import train_on
+from unmodelled.learning.splits import leave_one_out
 from unmodelled.learning.windows import Progress, Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs

@@ -202,6 +202,22 @@ def check_named(path: Path) -> None:
         )
 
 
+def check_name(key: str, path: Path) -> None:
+    """Refuse a path that the file system rejects, or that lies in a folder without access.
+
+    Args:
+        key: name of the argument, for the message.
+        path: path to check.
+
+    Raises:
+        BadInput: if the path is too long or cannot be looked up; the message names the argument.
+    """
+    try:
+        path.exists()
+    except OSError as error:
+        raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}: give another path") from None
+
+
 def check_replaceable(path: Path) -> None:
     """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty.
 

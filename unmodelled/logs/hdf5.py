@@ -66,6 +66,9 @@ class Address:
 def is_hdf5(path: Path) -> bool:
     """Return whether a file begins as an HDF5 file does.
 
+    Args:
+        path: path of the file.
+
     Raises:
         BadInput: when it is no regular file, or cannot be read.
     """
@@ -146,9 +149,9 @@ def write_hdf5(
     Args:
         path: file to write or replace.
         experiments: (n rows) `id` and what else describes an experiment: numbers and text become attributes.
-        samples: n logs, column `t` (s) and further columns, (samples,) each.
+        samples: one log per experiment: column `t` (s) and further columns, each of shape (samples,).
         units: name of a column -> its unit, where it is known.
-        provenance: where the data come from.
+        provenance: origin of the data.
 
     Raises:
         BadInput: when an id cannot be the name of a group, or the file cannot be written.

@@ -7,8 +7,8 @@ from pathlib import Path
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
-from unmodelled.evaluation.splits import Split
 from unmodelled.learning.recipe import Recipe
+from unmodelled.learning.splits import Split
 
 
 @verb()

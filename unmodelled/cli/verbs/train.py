@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.ownership import verb
-from unmodelled.evaluation.splits import Split
 from unmodelled.learning.recipe import Recipe
+from unmodelled.learning.splits import Split
 
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "next: {program} evaluate fits={out} with the same keys"

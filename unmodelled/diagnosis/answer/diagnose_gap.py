@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Candidate,
     DiagnosedEffect,
@@ -29,7 +30,6 @@ from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.gap import shrink
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.evaluation.gap import steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
