@@ -73,12 +73,14 @@ TRAINED = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "training").glob("*.yaml")))
+@pytest.mark.parametrize("name", PROGRAM.groups()["training"])
 def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
-    files = [*(CONF / "model").glob("*.yaml"), *(CONF / "detachment").glob("*.yaml")]
+    groups = PROGRAM.groups()
+    files = [*groups["model"].values(), *groups["detachment"].values()]
     assert any(f"/training@_here_: {name}\n" in p.read_text() for p in files)
     for stage in TRAINED.get(name, TRAINED["one_step"]):
-        assert f"conf/training/{name}.yaml" in STAGES[stage].get("do", STAGES[stage])["deps"]
+        file = groups["training"][name].relative_to(ROOT)
+        assert str(file) in STAGES[stage].get("do", STAGES[stage])["deps"]
 
 
 def test_models_and_splits_of_jumps_exist_and_their_change_reruns_them() -> None:
