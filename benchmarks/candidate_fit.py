@@ -17,7 +17,7 @@ from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
 from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.descent import advance, begun
+from unmodelled.diagnosis.fitting.fit import advance, begun
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 from unmodelled.engine.compiled.compiled import kernel

@@ -27,6 +27,9 @@ from unmodelled.logs.trajectory import Campaign
 
 Tables = dict[str, pd.DataFrame]
 
+#: Steps from one point to the next in the table of points: a tenth of all, 0.1 s apart.
+EVERY = 10
+
 
 @verb()
 def attribute(
@@ -51,6 +54,8 @@ def attribute(
     Of the first repeat:
 
     - phi: exp, step, feature, phi (m), and explained: exp, step, base, output (m), of the example runs;
+    - points: exp, step, feature, phi (m), value (of the input, in SI units) and base (m), of every tenth step
+      of all explained runs; `pipeline.attribution.explanation` makes a `shap.Explanation` of them;
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 
@@ -114,12 +119,14 @@ def _networks(model: Family, name: str, fits: Path, fold: str) -> Sequence[Detac
 
 
 def _shares(network: DetachmentNetwork, sequences: Sequences, chosen: Choice, repeat: int) -> Tables:
-    found = deep_shap(network, sequences.of_runs(chosen.runs), sequences.of_runs(chosen.references))
+    runs = sequences.of_runs(chosen.runs)
+    found = deep_shap(network, runs, sequences.of_runs(chosen.references))
     made = {
         "shares": tables.run_shares(found),
         "overall": tables.overall_shares(found),
         "accuracy": tables.accuracies(found),
     }
+    made |= {"points": tables.points(found, runs, EVERY)} if repeat == 0 else {}
     return {kind: table.assign(repeat=repeat) for kind, table in made.items()}
 
 

@@ -12,7 +12,7 @@ from pipeline.withheld.weights import fitted_weights
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import Out, verb
-from unmodelled.diagnosis.search.confidence import Signs
+from unmodelled.diagnosis.decide.confidence import Signs
 
 
 @verb(Out.FILE)
@@ -22,7 +22,7 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
     Args:
         cases: folder of campaigns of withheld cases, a kind each.
         diagnoses, refits: folders of diagnose_withheld and refit_withheld.
-        out: file; unmodelled/diagnosis/search/calibration.json is what diagnoses read.
+        out: file; unmodelled/diagnosis/decide/calibration.json is what diagnoses read.
 
     Raises:
         BadInput: when an input is missing, or a verdict does not occur.

@@ -9,19 +9,19 @@ from pathlib import Path
 from pipeline.chapters.reported import read_held_out, read_truth
 from pipeline.revision import PACKAGE
 from pipeline.withheld.folders import LOGS, PROVENANCE, SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.withheld.oracle import Known, oracle
+from pipeline.withheld.sparse_regression import largest_term
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.search.oracle import Known, oracle
-from unmodelled.diagnosis.search.sparse_regression import largest_term
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
 
 @verb()
 def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, out: Path) -> None:
-    """Write `out`/<campaign>/<case>.json: `oracle` (see `diagnosis.search.oracle`) and `sparse_regression`.
+    """Write `out`/<campaign>/<case>.json: `oracle` (see `pipeline.withheld.oracle`) and `sparse_regression`.
 
     The oracle is told the families and channels that are planted. Both learn from the experiments that the
     diagnosis learned from, and the oracle is judged on those that the diagnosis held out. A run that was

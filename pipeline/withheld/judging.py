@@ -178,7 +178,7 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
 
     Args:
         truth, diagnosis: content of truth.json and diagnosis.json.
-        refit: `oracle` (see `diagnosis.search.oracle`: reidentified, floor, shrink, gap_seen, seen) and
+        refit: `oracle` (see `pipeline.withheld.oracle`: reidentified, floor, shrink, gap_seen, seen) and
             `sparse_regression` (family and channel of the largest term, or null).
         acts_at: see `parameter_channels`.
 

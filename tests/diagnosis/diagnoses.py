@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from tests.diagnosis.benches import Bench, pendulum
-from unmodelled.diagnosis.data.diagnosis import Candidate, Diagnosis, Estimate, Found, Model
+from unmodelled.diagnosis.data.result import Candidate, DiagnosedEffect, Diagnosis, Estimate, JudgedModel
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import extended, in_columns
@@ -57,7 +57,7 @@ def added_to(system: System, logs: Logs, said: Sequence[Said]) -> list[Added]:
     return found
 
 
-def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 0.0) -> Model:
+def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 0.0) -> JudgedModel:
     """The model with all effects; the torque acts `timing` later."""
     found = added_to(system, logs, said)
     for a, s in zip(found, said, strict=True):
@@ -70,13 +70,13 @@ def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 
     columns = {name: column for a in found for name, column in a.columns.items()}
     spread = in_columns(late, own)
     seen = prepare(spread, extended(logs, {**columns, **own}))  # type: ignore[dict-item]
-    return Model("augmented", spread, seen, free_runs(spread, seen, HORIZON, HELD_OUT))
+    return JudgedModel("augmented", spread, seen, free_runs(spread, seen, HORIZON, HELD_OUT))
 
 
 def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
     """What a diagnosis would say if the effects were `said`."""
     system, logs = known(folder)
-    before = Model("known", system, logs, free_runs(system, logs, HORIZON, HELD_OUT))
+    before = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, HELD_OUT))
     after, found = augmented(system, logs, said, timing), added_to(system, logs, said)
     results = tuple(_found(logs, a, s) for a, s in zip(found, said, strict=True))
     return Diagnosis(
@@ -107,11 +107,11 @@ def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
     )
 
 
-def _found(logs: Logs, added: Added, said: Said) -> Found:
+def _found(logs: Logs, added: Added, said: Said) -> DiagnosedEffect:
     estimates = {
         name: Estimate(added.units[name], float("nan"), value, (0.9 * value, 1.1 * value))
         for name, value in said.numbers.items()
         if name in added.reported
     }
     own = {name: dict(zip(logs.ids, values, strict=True)) for name, values in said.own.items()}
-    return Found(added, estimates, own, 0.97, 0.81, (replace(added, family="stribeck_friction"),))
+    return DiagnosedEffect(added, estimates, own, 0.97, 0.81, (replace(added, family="stribeck_friction"),))

@@ -7,8 +7,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.diagnosis.benches import Bench, pendulum
-from unmodelled.diagnosis.data.diagnosis import Candidate, Diagnosis, Estimate, Found, Model, Verdict
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import (
+    Candidate,
+    DiagnosedEffect,
+    Diagnosis,
+    Estimate,
+    JudgedModel,
+    Verdict,
+)
 from unmodelled.diagnosis.fitting.fit import Fit, fit
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -44,9 +51,9 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
     estimates = {"F_c": Estimate("N m", float("nan"), F_c, (0.98 * F_c, 1.02 * F_c))}
     return Diagnosis(
         *(system, logs, HORIZON, 0, verdict, 0.94),
-        effects=(Found(added, estimates, {}, 0.97, shrink, (other,)),) if named else (),
+        effects=(DiagnosedEffect(added, estimates, {}, 0.97, shrink, (other,)),) if named else (),
         partial=False,
-        known=Model("known", system, logs, free_runs(system, logs, HORIZON, held)),
+        known=JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held)),
         reidentified=before,
         augmented=last,
         neural=replace(after, label="neural"),
@@ -72,16 +79,16 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
 def as_given(system: System, logs: Logs) -> Diagnosis:
     """What there is to say of a system that nothing was fitted of."""
     held = (0,)
-    model = Model("known", system, logs, free_runs(system, logs, HORIZON, held))
+    model = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held))
     return Diagnosis(
         *(system, logs, HORIZON, 0, "unknown", 0.5, (), False, model, model, model, model, (model,)),
         *(model.gap.floor, 0.0, (0.0, 0.0), held, {}, (), ()),
     )
 
 
-def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[Model, Fit]:
+def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[JudgedModel, Fit]:
     runs = [i for i in range(len(logs)) if i not in held]
     found = fit(Simulation(system, Recording.of(logs, HORIZON, runs)))
     known = system.with_values(found.values)
     seen = prepare(known, logs)
-    return Model(label, known, seen, free_runs(known, seen, HORIZON, held)), found
+    return JudgedModel(label, known, seen, free_runs(known, seen, HORIZON, held)), found

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from tests.diagnosis.benches import Bench, pendulum
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
@@ -28,6 +27,6 @@ def effect(family: str, variant: str = "") -> Effect:
     return found
 
 
-def fitted(hypothesis: Hypothesis) -> Fitted:
+def fitted(hypothesis: Hypothesis) -> FittedHypothesis:
     """To all windows of the experiments that are learned from."""
-    return Fitted.of(hypothesis, hypothesis.study.recording)
+    return FittedHypothesis.of(hypothesis, hypothesis.study.recording)

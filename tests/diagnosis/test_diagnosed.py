@@ -10,11 +10,11 @@ import pytest
 
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.studies import HORIZON, JOINT, effect
-from unmodelled.diagnosis.data.diagnosis import Diagnosis
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.diagnosis.search.diagnosed import diagnosed
-from unmodelled.diagnosis.search.search import Search
+from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.logs.preparation import prepare
 
 RUBBING = Bench(runs=6, samples=400)
@@ -23,7 +23,7 @@ TRUTH = {"b": 0.015, "mgl": 1.2}
 
 def diagnosis(folder: Path, bench: Bench, workers: int = 2) -> Diagnosis:
     system = pendulum(folder)
-    return diagnosed(system, bench.logs(folder / "logs", system), HORIZON, 0, workers)
+    return diagnose_gap(system, bench.logs(folder / "logs", system), HORIZON, 0, workers)
 
 
 def said(found: Diagnosis) -> dict[str, list[str]]:
@@ -128,7 +128,7 @@ def test_held_out_experiments_take_no_part(friction: Diagnosis) -> None:
     noise = 2e-3 * np.random.default_rng(0).standard_normal(logs.y.shape)
     y, u = np.where(held, noise - logs.y, logs.y), np.where(held, 2.0 * logs.u, logs.u)
     turned = prepare(friction.system, replace(logs, y=y, u=u))
-    found = diagnosed(friction.system, turned, HORIZON, 0)
+    found = diagnose_gap(friction.system, turned, HORIZON, 0)
     assert found.held_out == friction.held_out
     assert found.augmented.gap.value > 50.0 * friction.augmented.gap.value
     assert fitted(found)[0] == fitted(friction)[0]
@@ -183,7 +183,7 @@ def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path
     late = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.0063}\nparameters:")
     system = pendulum(tmp_path, late)
     logs = Bench(samples=240, delay=6, friction=0.0).logs(tmp_path / "logs", system)
-    found = diagnosed(system, logs, HORIZON, 0)
+    found = diagnose_gap(system, logs, HORIZON, 0)
     assert found.verdict == "effect"
     ((named, others),) = said(found).items()
     assert "sensor_delay at sensor:theta" in (named, *others)
@@ -193,9 +193,9 @@ def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path
 
 def test_a_search_ends_when_nothing_is_left(friction: Diagnosis) -> None:
     told: list[str] = []
-    search = Search(Study.of(friction.system, friction.logs, HORIZON, 0), 2, told.append)
+    search = EffectSearch(Study.of(friction.system, friction.logs, HORIZON, 0), 2, told.append)
     scores = search.run()
-    named = scores.fits[scores.chosen()].hypothesis
+    named = scores.fits[scores.leading()].hypothesis
     assert named.key == frozenset((e.added.family, e.added.variant, e.added.place) for e in friction.effects)
     assert scores.fits[0] is search.base and search.base.hypothesis.key == frozenset()
     assert max(len(f.hypothesis.effects) for f in scores.fits) == 1

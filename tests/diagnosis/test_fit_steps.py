@@ -14,7 +14,7 @@ from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
 from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
 from unmodelled.diagnosis.fitting.fit import fit
 from unmodelled.diagnosis.fitting.floor import start_noise
-from unmodelled.diagnosis.fitting.normal import Normal
+from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 
@@ -63,7 +63,7 @@ def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
     weight = rng.uniform(0.5, 2.0, r.shape)
     entry = np.stack([np.zeros(windows, np.int64), 1 + np.arange(windows) // 2], axis=1)
     prior, here = np.array([0.0, 2.0, 0.0]), np.array([0.3, -0.7, 0.1])
-    normal = Normal.of(r, slopes, weight, moved, entry, prior)
+    normal = NormalEquations.of(r, slopes, weight, moved, entry, prior)
     free = np.full(3, np.inf)
     there, moves = normal.step(0.0, here, (-free, free))
     rows, right = [], []

@@ -10,8 +10,8 @@ import pytest
 from tests.diagnosis.benches import PERIOD, Bench
 from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, study
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import KNOWN, LOCAL, TIMING, Hypothesis
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.effects.place import Place
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.01}\nparameters:")
@@ -37,7 +37,9 @@ def names(hypothesis: Hypothesis) -> list[str]:
 def test_the_known_physics_and_when_an_input_acts(known: Hypothesis) -> None:
     b, mgl, timing = known.unknowns
     assert (b.name, b.low, b.high) == ("b", 0.0, 0.1) and (mgl.name, mgl.low, mgl.high) == ("mgl", 0.2, 5.0)
-    assert (timing.low, timing.high) == pytest.approx((-TIMING * PERIOD, TIMING * PERIOD))
+    assert (timing.low, timing.high) == pytest.approx(
+        (-DEFAULT_THRESHOLDS.input_timing * PERIOD, DEFAULT_THRESHOLDS.input_timing * PERIOD)
+    )
     assert known.delays == known.timing == {timing.name: "torque"}
     assert (known.complexity, known.key, known.full) == (0.0, frozenset(), known.study.system)
 
@@ -98,11 +100,15 @@ def test_complexity_adds_up(known: Hypothesis) -> None:
     friction, scatter = effect("coulomb_friction"), effect("scatter")
     alone = known.plus(friction, JOINT)
     assert alone.complexity == friction.complexity
-    assert known.plus(friction, OLD).complexity == pytest.approx(friction.complexity + LOCAL)
+    assert known.plus(friction, OLD).complexity == pytest.approx(
+        friction.complexity + DEFAULT_THRESHOLDS.local_complexity
+    )
     both = alone.plus(scatter, Place("parameter", "b"))
     assert both.complexity == pytest.approx(friction.complexity + scatter.complexity)
     doubted = known.plus(scatter, Place("parameter", "J"))
-    assert doubted.complexity == pytest.approx(scatter.complexity + KNOWN)
+    assert doubted.complexity == pytest.approx(
+        scatter.complexity + DEFAULT_THRESHOLDS.known_parameter_complexity
+    )
 
 
 def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
@@ -163,12 +169,12 @@ def test_names_that_a_reader_sees(known: Hypothesis) -> None:
 
 
 @pytest.fixture(scope="module")
-def friction(known: Hypothesis) -> Fitted:
+def friction(known: Hypothesis) -> FittedHypothesis:
     hypothesis = known.plus(effect("coulomb_friction"), JOINT)
-    return Fitted.of(hypothesis, known.study.recording)
+    return FittedHypothesis.of(hypothesis, known.study.recording)
 
 
-def test_a_fit_is_compared_in_the_noise_of_the_sensors(friction: Fitted, known: Hypothesis) -> None:
+def test_a_fit_is_compared_in_the_noise_of_the_sensors(friction: FittedHypothesis, known: Hypothesis) -> None:
     r, moved = friction.errors
     recording = friction.recording
     assert r.shape == (*recording.counted.shape, 1) and moved.shape == friction.fit.start.shape
@@ -176,11 +182,11 @@ def test_a_fit_is_compared_in_the_noise_of_the_sensors(friction: Fitted, known: 
     assert np.sqrt(np.mean(r[recording.counted] ** 2)) * unit[0] == pytest.approx(friction.fit.left.value)
     np.testing.assert_allclose(friction.spread, friction.fit.scale / recording.noise)
     assert 0.9 < friction.spread[0] < 1.2
-    without = Fitted.of(known, recording)
+    without = FittedHypothesis.of(known, recording)
     assert np.mean(np.square(without.errors[0])) > 2.0 * np.mean(np.square(r))
 
 
-def test_starts_are_known_in_fewer_windows_too(friction: Fitted) -> None:
+def test_starts_are_known_in_fewer_windows_too(friction: FittedHypothesis) -> None:
     few = friction.recording.thinned(5)
     moved, sigma = friction.moved(few)
     where = [friction.recording.start.tolist().index(k) for k in few.start]
@@ -192,7 +198,7 @@ def test_starts_are_known_in_fewer_windows_too(friction: Fitted) -> None:
 
 def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("scatter"), Place("parameter", "mgl"))
-    found = Fitted.of(hypothesis, known.study.recording.thinned(20), iterations=1)
+    found = FittedHypothesis.of(hypothesis, known.study.recording.thinned(20), iterations=1)
     numbers = found.unknowns.numbers(found.vector(found.unknowns)[None])
     column = found.unknowns.simulation.names.index("mgl_deviation")
     assert [numbers[i, 0, column] for i in known.study.learned] == pytest.approx(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from unmodelled.diagnosis.data.levels import MOST, levels
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
+from unmodelled.diagnosis.search.screen import levels
 
 
 def found(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:
@@ -29,7 +30,12 @@ def test_levels_of_numbers_are_plain_numbers() -> None:
 
 
 @pytest.mark.parametrize(
-    "column", [["a", "a", "a"], ["a", "b", "c"], [float(i // 2) for i in range(2 * MOST + 2)]]
+    "column",
+    [
+        ["a", "a", "a"],
+        ["a", "b", "c"],
+        [float(i // 2) for i in range(2 * DEFAULT_THRESHOLDS.most_levels + 2)],
+    ],
 )
 def test_a_column_that_is_no_factor(column: list[object]) -> None:
     """All alike, all different, or a reading rather than a setting."""

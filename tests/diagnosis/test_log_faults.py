@@ -16,10 +16,10 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.withheld.campaign import WithheldCampaign
 from tests.diagnosis.benches import pendulum
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.data.duplicates import among, different
-from unmodelled.diagnosis.data.log_fault import LogFault
-from unmodelled.diagnosis.search.diagnosed import diagnosed
+from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_copies import copies
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.logs.folder import read_logs
@@ -281,7 +281,7 @@ def test_one_file_under_four_names(right: Path) -> None:
     logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
     fault = only(log_faults(system, logs, HORIZON))
     assert (fault.problem, fault.experiments, fault.explains) == ("identical", ("a", "b", "c", "d"), None)
-    found = diagnosed(system, logs, HORIZON, 0, faults=(fault,))
+    found = diagnose_gap(system, logs, HORIZON, 0, faults=(fault,))
     assert (found.verdict, found.effects) == ("check_logs", ())
     assert found.confidence > 0.9 and sentences(found)[1].startswith(
         "The logs of a, b, c and d are identical"

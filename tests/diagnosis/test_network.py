@@ -11,12 +11,11 @@ from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import study
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting import models
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.choose import Scores
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.network import AT_REST, HIDDEN, with_networks
-from unmodelled.diagnosis.search.network import network as fitted_network
+from unmodelled.diagnosis.search.network import fit_network as fitted_network
 from unmodelled.systems.model import symbol
 from unmodelled.systems.numeric import numpy_system_function
 
@@ -38,26 +37,26 @@ def recording(rubbing: Study) -> Recording:
 
 
 @pytest.fixture(scope="module")
-def base(rubbing: Study, recording: Recording) -> Fitted:
-    return Fitted.of(Hypothesis.known(rubbing), recording)
+def base(rubbing: Study, recording: Recording) -> FittedHypothesis:
+    return FittedHypothesis.of(Hypothesis.known(rubbing), recording)
 
 
-def of_seed(base: Fitted, seed: int) -> Fitted:
+def of_seed(base: FittedHypothesis, seed: int) -> FittedHypothesis:
     return fitted_network(base, base.recording, base.recording, seed)
 
 
 @pytest.fixture(scope="module")
-def network(base: Fitted) -> Fitted:
+def network(base: FittedHypothesis) -> FittedHypothesis:
     return of_seed(base, 3)
 
 
-def test_it_explains_what_was_left_out(base: Fitted, network: Fitted) -> None:
-    losses = Scores((base, network)).losses.sum(1)
+def test_it_explains_what_was_left_out(base: FittedHypothesis, network: FittedHypothesis) -> None:
+    losses = Candidates((base, network)).losses.sum(1)
     assert losses[1] < 0.5 * losses[0]
     assert network.fit.left.value < 0.5 * base.fit.left.value
 
 
-def test_its_law_is_that_of_the_friction(network: Fitted, rubbing: Study) -> None:
+def test_its_law_is_that_of_the_friction(network: FittedHypothesis, rubbing: Study) -> None:
     """Where the port went, up to a damping, which the known physics has too."""
     (added,) = network.hypothesis.effects
     system = network.hypothesis.system.with_values(network.fit.values)
@@ -74,7 +73,7 @@ def test_its_law_is_that_of_the_friction(network: Fitted, rubbing: Study) -> Non
     assert np.std(found - planted) < 0.4 * np.std(planted)
 
 
-def test_the_same_seed_gives_the_same_network(base: Fitted, network: Fitted) -> None:
+def test_the_same_seed_gives_the_same_network(base: FittedHypothesis, network: FittedHypothesis) -> None:
     again = of_seed(base, 3)
     assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
     assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
@@ -86,9 +85,9 @@ def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
     """Weights that data do not know stay small, whatever noise they could explain."""
     known = study(tmp_path, Bench(friction=0.0, samples=400))
     recording = known.recording.thinned(16)
-    base = Fitted.of(Hypothesis.known(known), recording)
-    with_it = models.model("neural", fitted_network(base, recording, recording, 0))
-    assert with_it.gap.value < 1.05 * models.model("re-identified", base).gap.value
+    base = FittedHypothesis.of(Hypothesis.known(known), recording)
+    with_it = judged_model("neural", fitted_network(base, recording, recording, 0))
+    assert with_it.gap.value < 1.05 * judged_model("re-identified", base).gap.value
 
 
 def test_nothing_at_level_zero_in_every_port(rubbing: Study, recording: Recording, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]

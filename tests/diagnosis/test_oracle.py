@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case, Planted
-from pipeline.rigs.withheld.writing import write
+from pipeline.withheld.oracle import Judged, Known, oracle
+from pipeline.withheld.sparse_regression import Term, largest_term
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.search.judged import Judged
-from unmodelled.diagnosis.search.oracle import Known, oracle
-from unmodelled.diagnosis.search.sparse_regression import Term, largest_term
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 

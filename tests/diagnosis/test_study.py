@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 
 from tests.diagnosis.benches import PERIOD, Bench
 from tests.diagnosis.studies import study
-from unmodelled.diagnosis.data.study import LATEST, Study, held_out
+from unmodelled.diagnosis.data.study import Study, held_out
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.03}\nparameters:")
 tables = st.lists(st.sampled_from("abcd"), min_size=2, max_size=14)
@@ -91,7 +92,7 @@ def test_sizes_are_those_of_the_learned_experiments(pendulums: Study) -> None:
     assert pendulums.scales.duration == pytest.approx(199 * PERIOD)
 
 
-@pytest.mark.parametrize(("samples", "room"), [(200, 20), (64, 6), (900, LATEST)])
+@pytest.mark.parametrize(("samples", "room"), [(200, 20), (64, 6), (900, DEFAULT_THRESHOLDS.longest_delay)])
 def test_room_for_delays(tmp_path: Path, samples: int, room: int) -> None:
     found = study(tmp_path, Bench(runs=2, samples=samples))
     assert found.latest == pytest.approx(room * PERIOD)

@@ -14,7 +14,7 @@ from tests.diagnosis.diagnoses import JOINT, TORQUE, Said, diagnosis
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Estimate
+from unmodelled.diagnosis.data.result import Diagnosis, Estimate
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
 

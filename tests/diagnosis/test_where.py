@@ -11,18 +11,17 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case
-from pipeline.rigs.withheld.writing import write
 from tests.diagnosis.benches import Bench, exact, pendulum
 from tests.diagnosis.found import BENCH, HORIZON, as_given, friction
 from unmodelled.diagnosis.answer.figure_tables import write_tables
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Model
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.diagnosis.where.channels import channel
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.factors import factors
-from unmodelled.diagnosis.where.where import Where, where
+from unmodelled.diagnosis.where.effect_channels import channel_of
+from unmodelled.diagnosis.where.where import Where, factors, where
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepare
@@ -65,13 +64,13 @@ def unknown(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Bench], Where
     return lambda bench: where(friction(tmp_path_factory.mktemp("unknown"), bench, "unknown"))
 
 
-def true_model(folder: Path, bench: Bench) -> Model:
+def true_model(folder: Path, bench: Bench) -> JudgedModel:
     """The pendulum without friction, all else as it is."""
     system = pendulum(folder)
     logs = bench.logs(folder / "logs", system)
     known = exact(system)
     seen = prepare(known, logs)
-    return Model("true", known, seen, free_runs(known, seen, HORIZON, range(len(logs))))
+    return JudgedModel("true", known, seen, free_runs(known, seen, HORIZON, range(len(logs))))
 
 
 def top(found: Where) -> str:
@@ -191,7 +190,7 @@ def test_parameters_act_through_channels(tmp_path: Path) -> None:
     write(case, tmp_path, replace(case.plan(), samples=300))
     system = read_system(tmp_path / "system.yaml")
     logs = read_logs(tmp_path / "logs", system)
-    model = Model("known", system, logs, free_runs(system, logs, HORIZON, range(len(logs))))
-    names = {name: channel(model, Place("parameter", name)) for name in ("kf", "b", "M")}
+    model = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, range(len(logs))))
+    names = {name: channel_of(model, Place("parameter", name)) for name in ("kf", "b", "M")}
     assert names == {"kf": "actuator:u", "b": "rail", "M": "rail"}
-    assert channel(model, Place("sensor", "x")) == "sensor:x"
+    assert channel_of(model, Place("sensor", "x")) == "sensor:x"

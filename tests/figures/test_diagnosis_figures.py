@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from tests.diagnosis.found import BENCH, friction
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
 from unmodelled.diagnosis.answer.figure_tables import write_tables
-from unmodelled.diagnosis.data.diagnosis import Verdict
+from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.where.where import where
 from unmodelled.report.figures import experiments, residual, steps
 from unmodelled.report.figures.files import FIGURES, write_figures

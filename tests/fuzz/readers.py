@@ -71,6 +71,7 @@ def plain_cases(folder: Path) -> dict[str, Case]:
     (logs / "provenance.json").write_bytes(text({"data": "virtual"}))
     packed = write_folder(folder / "packed", {"a": run(60), "b": run(60)}, "parquet")
     read_logs(logs, motor()).write(folder / "store")
+    read_logs(logs, motor()).to_hdf5(folder / "container" / "campaign.h5", motor())
     pd.DataFrame({"id": ["a", "b"], "y": [1.0, 2.0]}).to_csv(folder / "y.csv", index=False)
     system = {"hoist.yaml": HOIST.encode(), "converter.csv": CONVERTER.encode()}
     clutch = {"clutch.yaml": (SYSTEMS / "clutch.yaml").read_bytes()}
@@ -81,6 +82,10 @@ def plain_cases(folder: Path) -> dict[str, Case]:
     sweep = {OVERRIDES.as_posix(): overrides, "fit.json": text({"seconds": 1.0})}
     system_of = motor()
     names = ("experiments.csv", "a.csv", "b.csv", "provenance.json")
+
+    def hdf5(folder: Path) -> object:  # processes of their own read it, within a second
+        return read_logs(folder / "campaign.h5", system_of)
+
     packed_names, stored = ("b.parquet",), ("experiments.parquet", "signals.parquet", "provenance.json")
     return {
         "system": Case(system, ("hoist.yaml",), lambda f: read_system(f / "hoist.yaml")),
@@ -89,6 +94,7 @@ def plain_cases(folder: Path) -> dict[str, Case]:
         "logs": _checked(Case.of(logs, names, lambda f: read_logs(f, system_of))),
         "parquet": _checked(Case.of(packed, packed_names, lambda f: read_logs(f, system_of))),
         "store": _checked(Case.of(folder / "store", stored, lambda f: read_logs(f, system_of))),
+        "hdf5": replace(_checked(Case.of(folder / "container", ("campaign.h5",), hdf5)), share=0.2),
         "observations": Case(
             {"y.csv": (folder / "y.csv").read_bytes()},
             ("y.csv",),

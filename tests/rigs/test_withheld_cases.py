@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 import yaml
 
-from pipeline.rigs.withheld.campaign import WithheldCampaign
+from pipeline.rigs.withheld.campaign import SYSTEMS, WithheldCampaign, write
 from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
-from pipeline.rigs.withheld.effect import Only, Plan
+from pipeline.rigs.withheld.effects.effect import Only, Plan
 from pipeline.rigs.withheld.experiments import run
 from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
-from pipeline.rigs.withheld.writing import SYSTEMS, write
 from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects

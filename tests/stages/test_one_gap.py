@@ -16,10 +16,10 @@ from tests.diagnosis.studies import HORIZON
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, write_augmented
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Model
-from unmodelled.diagnosis.search.diagnosed import diagnosed
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 
@@ -42,7 +42,7 @@ class Machine:
             table = pd.read_csv(path)
             table["theta"] = self.count * np.round(table["theta"] / self.count)
             table.to_csv(path, index=False)
-        return diagnosed(system, read_logs(folder / "logs", system), HORIZON, 0)
+        return diagnose_gap(system, read_logs(folder / "logs", system), HORIZON, 0)
 
 
 MACHINES = {
@@ -64,7 +64,7 @@ def held_out(found: Diagnosis) -> list[str]:
     return [found.logs.ids[i] for i in found.held_out]
 
 
-def check_simulated(content: Mapping[str, Any], model: Model) -> None:
+def check_simulated(content: Mapping[str, Any], model: JudgedModel) -> None:
     """simulation.json says what the diagnosis knows of the model."""
     gap = model.gap
     assert content["gap"]["known"] == pytest.approx(gap.value, rel=1e-9)

@@ -53,7 +53,7 @@ def test_a_diagnosis_sees_no_truth_and_a_killed_run_goes_on(
         asked.append((system.name, len(logs), horizon, seed, workers))
         return "found"
 
-    for name, function in (("diagnosed", diagnosed), ("where", lambda found: f"where {found}")):
+    for name, function in (("diagnose_gap", diagnosed), ("where", lambda found: f"where {found}")):
         monkeypatch.setattr(diagnosing, name, function)
     monkeypatch.setattr(diagnosing, "summary", lambda found, where: {"found": found, "where": where})
     real, out = cases / "single", tmp_path / "out"
@@ -70,11 +70,11 @@ def test_a_diagnosis_sees_no_truth_and_a_killed_run_goes_on(
             raise KeyboardInterrupt
         return diagnosed(system, logs, horizon, seed, workers)
 
-    monkeypatch.setattr(diagnosing, "diagnosed", killed)
+    monkeypatch.setattr(diagnosing, "diagnose_gap", killed)
     with pytest.raises(KeyboardInterrupt):
         diagnosing.diagnose_withheld(tmp_path / "cases", 0.1, 7, 1, out)
     assert not out.exists()
-    monkeypatch.setattr(diagnosing, "diagnosed", diagnosed)
+    monkeypatch.setattr(diagnosing, "diagnose_gap", diagnosed)
     diagnosing.diagnose_withheld(tmp_path / "cases", 0.1, 7, 1, out)
     assert asked == [("hoist", 12, 0.1, 7, 1)] * 2
     assert "truth.json" not in opened
@@ -109,6 +109,6 @@ def test_from_cases_to_numbers(cases: Path, tmp_path: Path) -> None:
 def test_a_case_without_diagnosis_is_refused(cases: Path, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"null_001\.json: no such file"):
         refit_withheld(cases, tmp_path / "diagnoses", 0.1, 1, tmp_path / "refits")
-    with pytest.raises(BadInput, match="holds no withheld case"):
+    with pytest.raises(BadInput, match="holds no campaign of withheld cases"):
         (tmp_path / "empty").mkdir()
         diagnosing.diagnose_withheld(tmp_path / "empty", 0.1, 0, 1, tmp_path / "out")

@@ -5,8 +5,7 @@ system at once; a new structure costs milliseconds. A generated kernel (`compile
 networks and gradients; it is compiled once for every structure, which takes seconds.
 """
 
-from __future__ import annotations
-
+# without postponed annotations: the pages on the library cannot read those of a NamedTuple
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, Protocol
 
@@ -66,7 +65,7 @@ class Windows(NamedTuple):
     owner: Indices
     shift: Indices
 
-    def checked(self) -> Windows:
+    def checked(self) -> "Windows":
         """Return the same windows with the memory layout that compiled loops read.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System
@@ -28,7 +29,7 @@ HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Logs:
     """Measured experiments of one campaign, frozen.
 
@@ -54,6 +55,7 @@ class Logs:
         notes: sentences on what was done to the data.
         provenance: origin of the data; `data` is "measured" or "virtual".
         delays: delays that `u` includes already, one per input, s; none where it is empty.
+        source: folder that the logs were read from, "" where there is none.
     """
 
     outputs: tuple[str, ...]
@@ -73,9 +75,60 @@ class Logs:
     notes: tuple[str, ...]
     provenance: Mapping[str, Any]
     delays: tuple[float, ...] = ()
+    source: str = field(default="", compare=False)
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    def __repr__(self) -> str:
+        longest = float(np.diff(self.offsets).max()) * self.period
+        samples = f"{len(self.t)} samples every {self.period:g} s"
+        lines = [
+            f"{len(self)} experiments, {samples}, up to {longest:.4g} s long",
+            f"outputs: {', '.join(self.outputs)}",
+            f"inputs: {', '.join(self.inputs) or 'none'}",
+        ]
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def table(self) -> pd.DataFrame:
+        """Return a row per sample: experiment, t (s), and outputs and inputs in their units.
+
+        Outputs are as logged, unwrapped; inputs are as they act, after their delay.
+        """
+        columns: dict[str, Any] = {"experiment": np.array(self.ids)[self.owner], "t": self.t}
+        columns |= {name: self.y[:, j] for j, name in enumerate(self.outputs)}
+        columns |= {name: self.u[:, j] for j, name in enumerate(self.inputs) if name not in columns}
+        return pd.DataFrame(columns)
+
+    @classmethod
+    def from_frames(
+        cls, frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None = None
+    ) -> Logs:
+        """Take over measured experiments from data frames, with the checks of `read_logs`.
+
+        Args:
+            frames: experiments by their ids, each with the column `t` (s) and the columns that the inputs and
+                outputs of `system` name, in their units; a row per sample, 50 or more.
+            system: what the columns mean.
+            experiments: optional table whose index holds the ids; its columns are the constants of the
+                operating point of each experiment, optionally `group`, anything else.
+
+        Raises:
+            BadInput: a line for every fault, which names frame, row (counted from 1) and column.
+
+        Examples:
+            >>> import unmodelled as um
+            >>> system, logs = um.example("pendulum")
+            >>> frames = dict(iter(logs.table().groupby("experiment")))
+            >>> um.Logs.from_frames(frames, system)
+            4 experiments, 1600 samples every 0.005 s, up to 2 s long
+            outputs: theta
+            inputs: torque
+            note: omega was estimated from theta by smoothing differentiation over 21 samples
+        """
+        from unmodelled.logs.frames import read_frames
+
+        return read_frames(frames, system, experiments)
 
     @cached_property
     def owner(self) -> NDArray[np.int64]:
@@ -135,6 +188,29 @@ class Logs:
             "delays": list(self.delays),
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
+
+    def to_hdf5(self, path: Path, system: System) -> None:
+        """Write the measurements as one HDF5 file with a group per experiment, which `read_logs` reads back.
+
+        Args:
+            path: file to write or replace.
+            system: system of the logs, for the names and units of their columns.
+
+        Raises:
+            BadInput: when the system has other inputs or outputs or delays its inputs, when an id cannot be
+                the name of a group, or when the file cannot be written.
+        """
+        outputs, inputs, _, _ = names(system)
+        if (self.outputs, self.inputs) != (outputs, inputs) or any(self.delays):
+            raise BadInput(
+                f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
+            )
+        columns = {"t": self.t}
+        columns |= {item.column: self.y[:, j] for j, item in enumerate(system.outputs)}
+        columns |= {item.column: self.u[:, j] for j, item in enumerate(system.inputs)}
+        units = {o.column: o.unit for o in system.outputs} | {i.column: i.unit for i in system.inputs}
+        samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
+        write_hdf5(path, self.experiments, samples, {"t": "s", **units}, self.provenance)
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from pipeline.rigs.withheld.cases import GROUP, Case, Planted
-from pipeline.rigs.withheld.effect import Plantable
+from pipeline.rigs.withheld.effects.effect import Plantable
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
 from unmodelled.base.errors import BadInput

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Found
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.effects.columns import Member
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Constant, Parameter, System
@@ -36,7 +36,7 @@ def augmented_system(diagnosis: Diagnosis) -> System:
     return replace(model.system, operating_point=constants, parameters=parameters)
 
 
-def _given(constant: Constant, logs: Logs, effects: tuple[Found, ...]) -> Constant:
+def _given(constant: Constant, logs: Logs, effects: tuple[DiagnosedEffect, ...]) -> Constant:
     """A constant that an effect added.
 
     A new experiment belongs to no group that is known, and is otherwise like the mean of the others; where it

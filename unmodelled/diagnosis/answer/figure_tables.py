@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from unmodelled.base.files import replacing, write_json
 from unmodelled.base.parquet import write_parquet
 from unmodelled.diagnosis.answer.sentences import named
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Model
-from unmodelled.diagnosis.where.where import Where
-from unmodelled.diagnosis.where.windows import (
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
+from unmodelled.diagnosis.where.correction_tables import (
     PORT,
     about_channels,
-    laws,
+    correction_table,
+    law_table,
     main_coordinate,
     shown_channels,
-    windows,
 )
+from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
 from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
@@ -39,8 +39,9 @@ STRETCHES = 25
 def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     """Write `folder`/tables.
 
-    - windows: what the physics without effects lacks, and what the augmented model still does, see `windows`.
-    - laws: the found laws along the coordinate that matters most, see `laws`.
+    - windows: corrections that the physics without effects needs, and those that the augmented model still
+      needs, see `correction_table`.
+    - laws: the found laws along the coordinate that matters most, see `law_table`.
     - steps: kind, label, gap; from the known model, an effect at a time, to the augmented one, then the model
       with networks and the floor.
     - experiments: id, held_out, known, reidentified, augmented, floor: gaps.
@@ -55,11 +56,11 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     Raises:
         BadInput: when a file cannot be written.
     """
-    found = windows(diagnosis, where)
+    found = correction_table(diagnosis, where)
     worst = _worst(diagnosis)
     tables = {
         "windows": found,
-        "laws": laws(diagnosis, where, found, shown_channels(diagnosis, where)),
+        "laws": law_table(diagnosis, where, found, shown_channels(diagnosis, where)),
         "steps": _steps(diagnosis),
         "experiments": _experiments(diagnosis, where),
         "trajectory": _trajectory(diagnosis, worst),
@@ -185,7 +186,7 @@ def _time(diagnosis: Diagnosis) -> Iterator[pd.DataFrame]:
         yield means.assign(over=over, **{name: np.sqrt(means[name]) for name in models})
 
 
-def _square(model: Model) -> Array:
+def _square(model: JudgedModel) -> Array:
     """(samples,) mean over the outputs of the square errors; nan where nothing was simulated."""
     run, logs = model.gap.run, model.logs
     error = (run.y - logs.y) / np.array([model.gap.scale[name] for name in logs.outputs])

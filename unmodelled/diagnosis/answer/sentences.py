@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Estimate, Found, Interval
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval
 from unmodelled.effects.added import Added
 
 VERDICTS = {
@@ -48,7 +48,7 @@ def named(added: Added) -> str:
     return f"{kind} at {added.place.channel}{only}"
 
 
-def _law_numbers(found: Found) -> Iterator[str]:
+def _law_numbers(found: DiagnosedEffect) -> Iterator[str]:
     for name, e in found.estimates.items():
         yield f"{name} = {e.value:.4g}{_unit(e.unit)} {_interval(e.interval)}"
     for name, values in found.own.items():

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from unmodelled.diagnosis.data.diagnosis import Candidate, Diagnosis, Estimate, Found
-from unmodelled.diagnosis.data.log_fault import LogFault
-from unmodelled.diagnosis.where.channels import channel
+from unmodelled.diagnosis.data.result import Candidate, DiagnosedEffect, Diagnosis, Estimate, LogFault
+from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
@@ -64,10 +63,10 @@ def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
     """Where effects act: that of a parameter at the port, input or sensor that the parameter belongs to."""
     added = [e for found in diagnosis.effects for e in (found.added, *found.indistinguishable)]
     places = {e.place for e in (*added, *(e for c in diagnosis.candidates for e in c.effects))}
-    return {place: channel(diagnosis.reidentified, place) for place in places}
+    return {place: channel_of(diagnosis.reidentified, place) for place in places}
 
 
-def _effect(found: Found, ports: Ports) -> dict[str, Any]:
+def _effect(found: DiagnosedEffect, ports: Ports) -> dict[str, Any]:
     numbers = {name: _estimate(estimate) for name, estimate in found.estimates.items()}
     own = {name: _own(found.added.units[name], values) for name, values in found.own.items()}
     return _named(found.added, ports) | {

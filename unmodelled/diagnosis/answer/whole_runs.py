@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Found
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.evaluation.gap import LARGEST_ERROR
 from unmodelled.systems.reader import read_system
@@ -59,7 +59,7 @@ def _diverged(diagnosis: Diagnosis, file: Path) -> NDArray[np.float64]:
     return until
 
 
-def _extent(diagnosis: Diagnosis, found: Found) -> Iterator[str]:
+def _extent(diagnosis: Diagnosis, found: DiagnosedEffect) -> Iterator[str]:
     values = {p.name: p for p in diagnosis.augmented.system.parameters}
     for name, edges in found.added.extent.items():
         low, high = (values[edge].value for edge in edges)

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.data.slopes import Slope
+from unmodelled.diagnosis.data.sensors import Sensors, SmoothedSlope
 from unmodelled.logs.clock import Kind, read_at
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import with_delays
@@ -98,11 +97,11 @@ class Correction:
         before = measured.logs
         gain, offset, clock = (each[before.owner] for each in (self.gain, self.offset, self.clock))
 
-        def slope(j: int, s: Slope) -> Slope:
+        def slope(j: int, s: SmoothedSlope) -> SmoothedSlope:
             both = np.column_stack([gain[:, j] * s.y + offset[:, j], gain[:, j] * s.v / clock])
             if not (self.clock == self.common).all():
                 both = self._read(both, before, "cubic")
-            return Slope(both[:, 0], both[:, 1], s.width)
+            return SmoothedSlope(both[:, 0], both[:, 1], s.width)
 
         slopes = {j: slope(j, s) for j, s in measured.slopes.items() if j not in self.columns}
         return Sensors(logs, slopes=slopes)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from unmodelled.diagnosis.data.log_fault import LogFault
+from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.logs.logs import Logs
 
 #: Two different experiments: one to learn from, and one that is held out.

@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.log_fault import LogFault
+from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-#: The channel of time in a log.
-TIME = "t"
+#: Name of the channel of time in a log.
+TIME_CHANNEL = "t"
 #: Base units whose channels a logger writes in the same unit: all angles and speeds in degrees, say.
 BASES = "rad", "m"
 
 
 @dataclass(frozen=True)
-class Problem:
+class LogProblem:
     """A fault of a channel that a factor corrects.
 
     Attributes:
@@ -39,19 +39,21 @@ class Problem:
 
 _CONVERT = "Convert the column"
 PROBLEMS = (
-    Problem("sign", -1.0, "", "as if its sign were turned round", "multiplied by -1", "Turn the sign round"),
-    Problem("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180", _CONVERT),
-    Problem("radians", 180.0 / math.pi, "rad", "like turns of 57.3 rad", "multiplied by 180/pi", _CONVERT),
-    Problem("milli", 1e-3, "", "like thousandths of its unit", "multiplied by 1e-3", _CONVERT),
-    Problem("kilo", 1e3, "", "like thousands of its unit", "multiplied by 1e3", _CONVERT),
+    LogProblem(
+        "sign", -1.0, "", "as if its sign were turned round", "multiplied by -1", "Turn the sign round"
+    ),
+    LogProblem("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180", _CONVERT),
+    LogProblem("radians", 180.0 / math.pi, "rad", "like turns of 57.3 rad", "multiplied by 180/pi", _CONVERT),
+    LogProblem("milli", 1e-3, "", "like thousandths of its unit", "multiplied by 1e-3", _CONVERT),
+    LogProblem("kilo", 1e3, "", "like thousands of its unit", "multiplied by 1e3", _CONVERT),
 )
-NO_EFFECT = Problem(
+NO_EFFECT = LogProblem(
     *("no_effect", 0.0, "", "as if it did nothing", "replaced by zero"),
     "Check that the column is the input that drove the machine",
 )
 CLOCKS = (
-    Problem("milliseconds", 1e-3, "", "like milliseconds", "multiplied by 1e-3", _CONVERT),
-    Problem("microseconds", 1e-6, "", "like microseconds", "multiplied by 1e-6", _CONVERT),
+    LogProblem("milliseconds", 1e-3, "", "like milliseconds", "multiplied by 1e-3", _CONVERT),
+    LogProblem("microseconds", 1e-6, "", "like microseconds", "multiplied by 1e-6", _CONVERT),
 )
 
 
@@ -64,7 +66,7 @@ class Question:
         correction: of all experiments.
     """
 
-    problem: Problem
+    problem: LogProblem
     channels: tuple[str, ...]
     correction: Correction
 
@@ -93,7 +95,7 @@ def clocks(system: System, logs: Logs) -> Iterator[Question]:
     shortest = logs.period * (float(np.diff(logs.offsets).min()) - 2.0)
     for problem in CLOCKS:
         if longest < problem.factor * shortest:
-            yield Question(problem, (TIME,), replace(none, clock=problem.factor * none.clock))
+            yield Question(problem, (TIME_CHANNEL,), replace(none, clock=problem.factor * none.clock))
 
 
 def constants(logs: Logs) -> Iterator[LogFault]:
@@ -130,7 +132,7 @@ def _base(unit: str) -> str:
     return unit.split("/")[0].strip()
 
 
-def _scaled(problem: Problem, channels: tuple[str, ...], logs: Logs) -> Question:
+def _scaled(problem: LogProblem, channels: tuple[str, ...], logs: Logs) -> Question:
     none = Correction.none(logs)
     gain, drive = (
         np.where(np.isin(names, channels), problem.factor, ones)

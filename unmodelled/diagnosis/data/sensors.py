@@ -1,22 +1,75 @@
-"""What the outputs of measured experiments show of the states, and how noisy it is."""
+"""What the outputs of measured experiments show of the states and of their rates, and how noisy it is."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs
 
-from unmodelled.diagnosis.data.slopes import Slope
 from unmodelled.evaluation.gap import output_scale
 from unmodelled.logs.clock import delayed
-from unmodelled.logs.differentiate import ORDER, noise, resolution
+from unmodelled.logs.differentiate import ORDER, noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Draws of noise from which the error is estimated.
+REPLICATES = 3
+
+
+@dataclass(frozen=True)
+class SmoothedSlope:
+    """The smoothed derivative of one output.
+
+    Attributes:
+        y: (samples,) the smoothed output. v: (samples,) its derivative, per second. width: in samples.
+    """
+
+    y: Array
+    v: Array
+    width: int
+
+    @classmethod
+    def of(cls, y: Array, offsets: Indices, period: float) -> SmoothedSlope:
+        """Of the samples (samples,) of experiments one after the other, see `smooth_derivative`."""
+        return cls(*smooth_derivative(y, offsets, period))
+
+    def error(self, noise: float, offsets: Indices, period: float) -> Array:
+        """(samples,) standard deviation of the error of `v`, by the parametric bootstrap.
+
+        The smoothed output is taken for the truth, given new noise and smoothed again: what comes out is
+        wrong by the noise that passes the filter and by what the filter bends. Samples at the same distance
+        from an end of their experiment, where half of the filter is missing, share an estimate, as do all
+        others.
+        """
+        truth = np.concatenate([_derivative(self.y[a:b], period) for a, b in pairwise(offsets)])
+        square = np.zeros_like(truth)
+        for k in range(REPLICATES):
+            noisy = self.y + noise * np.random.default_rng(k).standard_normal(len(truth))
+            square += (smooth_derivative(noisy, offsets, period)[1] - truth) ** 2 / REPLICATES
+        return np.sqrt(self._shared(square, offsets))
+
+    def _shared(self, square: Array, offsets: Indices) -> Array:
+        """The mean over samples that have as much of the filter."""
+        within = np.concatenate([np.arange(b - a) for a, b in pairwise(offsets)])
+        left = np.concatenate([np.arange(b - a)[::-1] for a, b in pairwise(offsets)])
+        near = np.minimum(np.minimum(within, left), self.width)
+        kind = np.where(left < within, self.width + 1 + near, near)
+        kind[near == self.width] = self.width
+        count = np.bincount(kind)
+        return np.asarray((np.bincount(kind, square) / np.maximum(count, 1))[kind])
+
+
+def _derivative(y: Array, period: float) -> Array:
+    return np.asarray(CubicSpline(period * np.arange(len(y)), y)(period * np.arange(len(y)), 1))
+
 
 #: Standard deviations of an output.
 LEAST_NOISE = 1e-9
@@ -34,7 +87,7 @@ class Sensors:
 
     logs: Logs
     runs: tuple[int, ...] | None = None
-    slopes: dict[int, Slope] = field(default_factory=dict, repr=False)
+    slopes: dict[int, SmoothedSlope] = field(default_factory=dict, repr=False)
     _errors: dict[int, Array] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -106,10 +159,10 @@ class Sensors:
             self._errors[output] = self._spread(self._smoothed(output).error(noise, self._offsets, period))
         return self._errors[output]
 
-    def _smoothed(self, output: int) -> Slope:
+    def _smoothed(self, output: int) -> SmoothedSlope:
         if output not in self.slopes:
             logs = self.logs
-            self.slopes[output] = Slope.of(logs.y[self._rows, output], self._offsets, logs.period)
+            self.slopes[output] = SmoothedSlope.of(logs.y[self._rows, output], self._offsets, logs.period)
         return self.slopes[output]
 
     def _earlier(self, values: Array, delay: float) -> Array:

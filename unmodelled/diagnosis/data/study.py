@@ -10,15 +10,11 @@ import pandas as pd
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
-
-#: Share of the experiments that is held out, at least one.
-HELD_OUT = 0.25
-#: The longest delay of a sensor that is looked for, in samples and as a share of the shortest experiment.
-LATEST, LATEST_SHARE = 64, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +30,20 @@ class Study:
     logs: Logs
     horizon: float
     held_out: tuple[int, ...]
+    thresholds: Thresholds = DEFAULT_THRESHOLDS
 
     @classmethod
-    def of(cls, system: System, logs: Logs, horizon: float, seed: int) -> Study:
+    def of(
+        cls,
+        system: System,
+        logs: Logs,
+        horizon: float,
+        seed: int,
+        thresholds: Thresholds = DEFAULT_THRESHOLDS,
+    ) -> Study:
         """Hold out a quarter of the experiments by chance, such that the others still show every level."""
-        return cls(system, logs, horizon, held_out(logs.experiments, seed))
+        held = held_out(logs.experiments, seed, thresholds)
+        return cls(system, logs, horizon, held, thresholds)
 
     @property
     def learned(self) -> tuple[int, ...]:
@@ -50,7 +55,9 @@ class Study:
         """Room for delays of outputs, s: for the known ones, and for more that are looked for."""
         known = max((output.delay for output in self.system.outputs), default=0.0)
         shortest = int(np.diff(self.logs.offsets).min()) - known / self.logs.period
-        return known + self.logs.period * min(LATEST, int(LATEST_SHARE * shortest))
+        limits = self.thresholds
+        longest = min(limits.longest_delay, int(limits.longest_delay_share * shortest))
+        return known + self.logs.period * longest
 
     @cached_property
     def recording(self) -> Recording:
@@ -70,10 +77,12 @@ class Study:
         return Scales.measured(self.system, own.period, own.offsets, own.t, own.x, own.u, own.c)
 
 
-def held_out(experiments: pd.DataFrame, seed: int) -> tuple[int, ...]:
+def held_out(
+    experiments: pd.DataFrame, seed: int, thresholds: Thresholds = DEFAULT_THRESHOLDS
+) -> tuple[int, ...]:
     """Rows of the table of experiments; no level of a factor loses its only one if that can be helped."""
     count = len(experiments)
-    many = max(1, round(HELD_OUT * count))
+    many = max(1, round(thresholds.held_out_share * count))
     factors = [name for name in experiments.columns if name not in ("id", "file")]
     remaining = {name: experiments[name].value_counts().to_dict() for name in factors}
     chosen: list[int] = []

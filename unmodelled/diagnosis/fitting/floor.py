@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 def start_noise(simulation: Simulation, values: Array) -> Array:
     """(windows, measured states) standard deviation of the error of the states at which windows start.
 
-    A state that an output shows has the noise of the output; see `Slope.error` for velocities.
+    A state that an output shows has the noise of the output; see `SmoothedSlope.error` for velocities.
 
     Args:
         values: (experiments or 1, 1, numbers).

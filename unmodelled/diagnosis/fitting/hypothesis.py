@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fit import Fit, fit
+from unmodelled.diagnosis.fitting.floor import start_noise
+from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.diagnosis.fitting.unknowns import Unknown
+from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 from unmodelled.effects.added import Added
 from unmodelled.effects.columns import extended
 from unmodelled.effects.effect import Effect
@@ -21,11 +24,6 @@ from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
-
-#: A logger reads an input up to half a sample before or after it acts; delays, in samples.
-TIMING = 0.6
-#: Further complexity of an effect at one level of a factor only, and of one of a parameter that was known.
-LOCAL, KNOWN = 1.5, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +86,9 @@ class Hypothesis:
         """Of an effect whose law has a complexity of its own, at a place."""
         known = {p.name for p in self.study.system.parameters if not p.identify}
         parameter = place.kind == "parameter" and place.name in known
-        return law + LOCAL * (place.factor is not None) + KNOWN * parameter
+        limits = self.study.thresholds
+        local = limits.local_complexity * (place.factor is not None)
+        return law + local + limits.known_parameter_complexity * parameter
 
     @cached_property
     def c(self) -> Array:
@@ -123,8 +123,9 @@ class Hypothesis:
     def unknowns(self) -> tuple[Unknown, ...]:
         """What is fitted: uncertain parameters, timing, and the numbers of the effects."""
         period = self.study.logs.period
+        room = self.study.thresholds.input_timing * period
         physics = [Unknown.of(p) for p in self.study.system.parameters if p.identify]
-        timing = [Unknown(name, -TIMING * period, TIMING * period, period) for name in self.timing]
+        timing = [Unknown(name, -room, room, period) for name in self.timing]
         return (*physics, *timing, *(u for e in self.effects for u in self._of(e)))
 
     def _of(self, effect: Added) -> list[Unknown]:
@@ -143,3 +144,62 @@ class Hypothesis:
             replace(u, high=min(u.high, self.study.latest - known[late[u.name]])) if u.name in late else u
             for u in found
         ]
+
+
+@dataclass(frozen=True, eq=False)
+class FittedHypothesis:
+    """A hypothesis whose unknowns were fitted to a recording."""
+
+    hypothesis: Hypothesis
+    recording: Recording
+    fit: Fit
+
+    @classmethod
+    def of(
+        cls,
+        hypothesis: Hypothesis,
+        recording: Recording,
+        starts: Sequence[Mapping[str, float]] = ({},),
+        iterations: int = 30,
+        substeps: int | None = None,
+    ) -> FittedHypothesis:
+        """Fit from the best of `starts`, see `fit`."""
+        simulation = hypothesis.simulation(recording)
+        found = fit(simulation, hypothesis.unknowns, starts, iterations, substeps)
+        return cls(hypothesis, recording, found)
+
+    @cached_property
+    def unknowns(self) -> Unknowns:
+        """Over the recording."""
+        return Unknowns(self.hypothesis.simulation(self.recording), self.hypothesis.unknowns)
+
+    def vector(self, unknowns: Unknowns) -> Array:
+        """(entries,) the fitted values, in the vector of unknowns of the same hypothesis."""
+        runs = sorted(unknowns.simulation.recording.runs)
+        ids = [unknowns.simulation.recording.logs.ids[i] for i in runs]
+        values = [
+            value
+            for u in unknowns.each
+            for value in ([self.fit.own[u.name][i] for i in ids] if u.own else [self.fit.values[u.name]])
+        ]
+        return np.array(values) / unknowns.scale
+
+    def moved(self, recording: Recording) -> tuple[Array, Array]:
+        """By how much the starts of the windows of `recording`, which are among those of the fit, were moved,
+        in their noise; and that noise: (windows, measured states) both."""
+        order = np.argsort(self.recording.start)
+        rows = order[np.searchsorted(self.recording.start[order], recording.start)]
+        sigma = start_noise(self.hypothesis.simulation(recording), self.fit.numbers)
+        return self.fit.start[rows] / sigma, sigma
+
+    @cached_property
+    def errors(self) -> tuple[Array, Array]:
+        """Errors (windows, most steps, outputs) in units of the sensors' noise, and moved starts."""
+        moved, sigma = self.moved(self.recording)
+        errors = Errors(self.unknowns, sigma, self.fit.substeps)
+        return errors(self.vector(self.unknowns)[None], moved[:, None])[:, 0], moved
+
+    @cached_property
+    def spread(self) -> Array:
+        """(outputs,) of the errors, see `spread`."""
+        return spread(self.errors[0], self.recording.counted)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data import loops
+from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
 from unmodelled.evaluation.gap import LARGEST_ERROR
@@ -53,7 +53,7 @@ class Errors:
         recording = self.simulation.recording
         runs = self.simulation(self.unknowns.numbers(z), moved * self.sigma[:, None], self.substeps)
         self.simulations += len(z)
-        r = loops.cut_errors(runs.y, runs.measured, recording.noise, self.largest, recording.steps)
+        r = error_kernels.cut_errors(runs.y, runs.measured, recording.noise, self.largest, recording.steps)
         return np.asarray(r)
 
     def around(self, z: Array, moved: Array) -> tuple[Array, Array]:
@@ -75,7 +75,7 @@ class Errors:
         entry = self.unknowns.entry
         steps = np.full((len(r), r.shape[1] - 1), START_STEP)
         steps[:, : entry.shape[1]] = self._steps(z)[entry]
-        return np.asarray(loops.slopes(r, self.largest, steps))
+        return np.asarray(error_kernels.forward_differences(r, self.largest, steps))
 
     def _steps(self, z: Array) -> Array:
         return np.where(z + STEP <= self.unknowns.bounds[1], STEP, -STEP)

@@ -10,9 +10,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data import loops
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.tables import Reader, Tables
+from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTables
+from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
 from unmodelled.evaluation.gap import WHOLE
@@ -90,7 +90,9 @@ class Simulation:
         self.equations = backend(system, [output.expression for output in system.outputs])
         self._backend = backend
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
-        self.reader = Reader(system, recording, self._delayed(inputs), self._delayed(outputs), self.c)
+        self.reader = WindowTableReader(
+            system, recording, self._delayed(inputs), self._delayed(outputs), self.c
+        )
         self.measured = [reading.state for reading in self.reader.readings]
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
 
@@ -150,7 +152,7 @@ class Simulation:
         rest = np.where(np.abs(late - whole) > WHOLE, late - whole, 0.0)
         later = whole.astype(np.int64)
         rows = record.rows[:, None, :, None] + later[:, None]
-        shown = loops.read_late(y, rest, record.steps) if rest.any() else y[:, :, 1:]
+        shown = error_kernels.delayed_values(y, rest, record.steps) if rest.any() else y[:, :, 1:]
         return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
 
     @cached_property
@@ -158,7 +160,7 @@ class Simulation:
         """The states that no output shows, driven by the inputs and all other states."""
         return Observer.of(self.system, self.hidden)
 
-    def _integrated(self, tables: Tables, p: Array) -> Array:
+    def _integrated(self, tables: WindowTables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
 
         They depend on a few of the numbers only: sets that are alike in those are integrated once.

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from threadpoolctl import threadpool_limits
 
-from unmodelled.diagnosis.data.log_fault import LogFault
-from unmodelled.diagnosis.data.log_questions import Problem, Question
+from unmodelled.diagnosis.data.log_questions import LogProblem, Question
+from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
@@ -26,8 +27,6 @@ BEFORE, AFTER, SHARE = 60, 20, 0.2
 ENOUGH, PER_TAP = 4000, 3
 #: Smallest direction of the source's samples that counts, as a share of the largest.
 CONDITION = 1e-10
-#: Residual of the filter, as a share of what the source's noise would leave if it were not in the copy.
-COPIED = 0.1
 #: A sum of taps is zero below this share of the sum of their sizes; smaller taps than that of the largest do
 #: not count for how far the filter reaches.
 ZERO, SMALL = 0.01, 0.05
@@ -50,7 +49,7 @@ class Copy:
     span: int
 
 
-def copies(logs: Logs) -> tuple[Copy, ...]:
+def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Copy, ...]:
     """Find outputs that a short linear filter of another output predicts down to rounding.
 
     A second sensor does not have the noise of the first one: what a filter makes of that noise is left over.
@@ -58,7 +57,7 @@ def copies(logs: Logs) -> tuple[Copy, ...]:
     """
     found: dict[int, Copy] = {}
     with threadpool_limits(1):  # in matrices as small as these, threads mostly wait for each other
-        every = [copy for source in range(len(logs.outputs)) for copy in _copies_of(logs, source)]
+        every = [copy for source in range(len(logs.outputs)) for copy in _copies_of(logs, source, thresholds)]
     for copy in every:
         back = found.get(copy.source)
         if copy.target in found or (
@@ -71,14 +70,14 @@ def copies(logs: Logs) -> tuple[Copy, ...]:
     return tuple(found.values())
 
 
-def _copies_of(logs: Logs, source: int) -> Iterator[Copy]:
+def _copies_of(logs: Logs, source: int, thresholds: Thresholds) -> Iterator[Copy]:
     """Outputs that are computed from one of them."""
     targets = [j for j in range(len(logs.outputs)) if j != source]
     filters = _filters(logs, source, targets)
     parts = [logs.y[logs.rows(i), source] for i in range(len(logs))]
     white = float(np.sqrt(np.mean([noise(part) ** 2 for part in parts]))) if filters else 0.0
     for target, taps, residual in filters:
-        if residual < COPIED * white * float(np.linalg.norm(taps)):
+        if residual < thresholds.copied_noise * white * float(np.linalg.norm(taps)):
             yield from filter(None, [_copy(logs, source, target, taps)])
 
 
@@ -127,7 +126,7 @@ def computed(trials: Trials, copy: Copy) -> Question:
     logs = trials.logs
     column = trials.sensors.slope(copy.source, 0.0) if copy.slope else logs.y[:, copy.source]
     of = logs.outputs[copy.source]
-    problem = Problem(
+    problem = LogProblem(
         *("copy", 1.0, "", f"computed from {of} ({_how(copy)})"),
         f"replaced by {'the smoothed derivative of ' * copy.slope}{of}",
         "Leave it out of the outputs of the system file",

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different, duplicates
-from unmodelled.diagnosis.data.log_fault import LogFault
 from unmodelled.diagnosis.data.log_questions import NO_EFFECT, Question, clocks, constants, questions
+from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import Copy, computed, copies, notes
-from unmodelled.diagnosis.search.log_fits import CLOCK, fitted, with_inertia
+from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia
 from unmodelled.diagnosis.search.log_trials import SAMPLES, Trials
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -25,26 +26,11 @@ from unmodelled.systems.model import System
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Share of the squared gap that a fault explains at least: no effect of the withheld machines comes near it
-#: by one of the factors that are asked for.
-EXPLAINED = 0.9
-#: The same of a fault in some experiments only, of the squared gap of all of them.
-EXPLAINED_IN_SOME = 0.5
-#: A correction of which the file's parameters explain less is not looked at with fitted ones.
-SUSPECT = 0.25
-#: The corrected model's squared error, as a share of that of a prediction without a model, at most.
-GOOD = 0.5
-#: Root mean square error below which no fault of the logs is looked for, in within-run deviations.
-MATERIAL = 0.005
 #: Horizons that are tried one after the other, in given ones: within a short one a right model may be hardly
 #: better than none.
 LONGER = 1.0, 4.0
-#: An error of all inertia leaves so many times as much of the squared error as a clock that is off.
-RIVAL = 2.0
-#: How many corrections are re-identified, and a ratio of squared errors that says nothing.
-TRIED, ALIKE = 3, 1.1
-#: A gain that is worse than none where an input does nothing.
-LITTLE = 0.1
+#: Corrections that are re-identified, the most promising ones: each takes as long as all questions.
+TRIED = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +59,19 @@ class _Suspect:
         return bool(self.runs.all())
 
     @property
-    def enough(self) -> bool:
-        """Whether the fault is the answer, or next to nothing is left where it is."""
-        own = 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
-        return own >= EXPLAINED and self.explains >= (EXPLAINED if self.everywhere else EXPLAINED_IN_SOME)
+    def explains_where_it_is(self) -> float:
+        """Share of the mean square error of its own experiments."""
+        return 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
+
+    def is_enough(self, limits: Thresholds) -> bool:
+        """Whether the fault explains nearly all where it is, and most of all."""
+        least = limits.fault_share if self.everywhere else limits.fault_share_some
+        return self.explains_where_it_is >= limits.fault_share and self.explains >= least
 
 
-def log_faults(system: System, logs: Logs, horizon: float) -> tuple[LogFault, ...]:
+def log_faults(
+    system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
+) -> tuple[LogFault, ...]:
     """Ask whether a fault of the logs explains most of the gap.
 
     Args:
@@ -91,8 +83,8 @@ def log_faults(system: System, logs: Logs, horizon: float) -> tuple[LogFault, ..
         there is one.
     """
     found = different(logs)
-    copied = copies(found)
-    answer = _answer(system, found, copied, horizon)
+    copied = copies(found, thresholds)
+    answer = _answer(system, found, copied, horizon, thresholds)
     said = [
         note
         for note in (*constants(found), *notes(found, copied))
@@ -101,15 +93,17 @@ def log_faults(system: System, logs: Logs, horizon: float) -> tuple[LogFault, ..
     return *duplicates(logs), *said, *answer
 
 
-def _answer(system: System, logs: Logs, copied: Sequence[Copy], horizon: float) -> tuple[LogFault, ...]:
+def _answer(
+    system: System, logs: Logs, copied: Sequence[Copy], horizon: float, thresholds: Thresholds
+) -> tuple[LogFault, ...]:
     """The fault that explains the gap, or nothing."""
     sensors = Sensors(logs)
     for longer in LONGER:
-        trials = Trials(system, logs, longer * horizon, sensors)
+        trials = Trials(system, logs, longer * horizon, sensors, thresholds)
         suspects = [*_suspects(trials, copied), *(_fits(trials) if longer == 1.0 else ())]
         few = sorted(s.explains for s in suspects)[-TRIED:]
         tried = (_identified(trials, s) for s in suspects if s.explains >= few[0])
-        right = [s for s in tried if s.enough and _good(trials, s)]
+        right = [s for s in tried if s.is_enough(thresholds) and _good(trials, s)]
         if right:
             best, *alike = _best(trials, right)
             return (_fault(trials, best, alike),)
@@ -119,13 +113,13 @@ def _answer(system: System, logs: Logs, copied: Sequence[Copy], horizon: float) 
 def _suspects(trials: Trials, copied: Sequence[Copy]) -> Iterator[_Suspect]:
     logs, steps = trials.logs, trials.steps(trials.none)
     before = trials.square(trials.none, steps)
-    if before.max() < MATERIAL**2:
+    if before.max() < trials.thresholds.material_error**2:
         return
     for question in (*questions(trials.system, logs), *(computed(trials, copy) for copy in copied)):
         after = trials.square(question.correction, steps)
-        for runs in _where(before, after):
+        for runs in _where(before, after, trials.thresholds):
             suspect = _only(question, runs, steps, before, after)
-            if suspect.explains > SUSPECT and _possible(trials, suspect):
+            if suspect.explains > trials.thresholds.suspect_share and _possible(trials, suspect):
                 yield suspect
     if before.sum() > trials.coasting(steps).sum():  # else its clock cannot be a thousand times off
         for question in clocks(trials.system, logs):
@@ -139,20 +133,20 @@ def _fits(trials: Trials) -> Iterator[_Suspect]:
     """Corrections of which the size is fitted; over a long horizon they fit what strays for other reasons."""
     steps = trials.steps(trials.none)
     before = trials.square(trials.none, steps)
-    if before.max() < MATERIAL**2:
+    if before.max() < trials.thresholds.material_error**2:
         return
     for question in fitted(trials, steps, before):
         after = trials.square(question.correction, steps)
         runs = question.correction.corrected
         suspect = _only(question, runs, steps, before, after)
-        if suspect.explains > SUSPECT:
+        if suspect.explains > trials.thresholds.suspect_share:
             yield suspect
 
 
-def _where(before: Array, after: Array) -> Iterator[Mask]:
+def _where(before: Array, after: Array, limits: Thresholds) -> Iterator[Mask]:
     """All experiments, or the few for which the correction does nearly all."""
     yield np.ones(len(before), np.bool_)
-    some = after < (1.0 - EXPLAINED) * before
+    some = after < (1.0 - limits.fault_share) * before
     if 0 < some.sum() < 0.5 * len(some):
         yield some
 
@@ -170,8 +164,8 @@ def _possible(trials: Trials, suspect: _Suspect) -> bool:
     """
     if suspect.question.problem is not NO_EFFECT:
         return True
-    correction = suspect.question.correction
-    little = (np.where(correction.drive == 0.0, gain, correction.drive) for gain in (LITTLE, -LITTLE))
+    correction, gain = suspect.question.correction, trials.thresholds.little_input
+    little = (np.where(correction.drive == 0.0, each, correction.drive) for each in (gain, -gain))
     squares = [trials.square(replace(correction, drive=drive), suspect.steps) for drive in little]
     return all(suspect.after[suspect.runs].sum() < square[suspect.runs].sum() for square in squares)
 
@@ -179,7 +173,11 @@ def _possible(trials: Trials, suspect: _Suspect) -> bool:
 def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
     """Suspects that leave next to the least, in the order of the questions: the first is the simplest."""
     left = [s.after.sum() / trials.coasting(s.steps).sum() for s in right]
-    return [s for s, each in zip(right, left, strict=True) if each <= ALIKE * min(left)]
+    return [
+        s
+        for s, each in zip(right, left, strict=True)
+        if each <= trials.thresholds.equal_error_ratio * min(left)
+    ]
 
 
 def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
@@ -192,16 +190,18 @@ def _good(trials: Trials, suspect: _Suspect) -> bool:
     """Whether the corrected model predicts what the machine does, rather than being less wrong."""
     left = float(suspect.after[suspect.runs].sum())
     coasting = trials.coasting(suspect.steps)[suspect.runs].sum()
-    return left <= GOOD * float(coasting) and not _inertia(trials, suspect)
+    return left <= trials.thresholds.fault_error_ratio * float(coasting) and not _inertia(trials, suspect)
 
 
 def _inertia(trials: Trials, suspect: _Suspect) -> bool:
     """Whether an error of the inertia explains as much as a clock of all experiments that is off."""
-    if suspect.question.problem.name != CLOCK or not suspect.everywhere:
+    if suspect.question.problem.name != CLOCK_PROBLEM or not suspect.everywhere:
         return False
-    other = Trials(with_inertia(trials.system), trials.logs, trials.horizon, trials.sensors)
+    other = Trials(
+        with_inertia(trials.system), trials.logs, trials.horizon, trials.sensors, trials.thresholds
+    )
     left = other.identified(other.none, suspect.steps)
-    return float(left.sum()) < RIVAL * float(suspect.after.sum())
+    return float(left.sum()) < trials.thresholds.inertia_error_ratio * float(suspect.after.sum())
 
 
 def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:

@@ -11,16 +11,14 @@ from scipy.optimize import minimize_scalar
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.duplicates import among
-from unmodelled.diagnosis.data.log_questions import TIME, Problem, Question
+from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.systems.model import Parameter, System, symbol
 
 Array = NDArray[np.float64]
 
 #: Name of the problem.
-CLOCK = "clock"
-#: Experiments that say what is usual, and how many times their squared error one with a fault has.
-FEWEST, OUTSTANDING = 3, 4.0
+CLOCK_PROBLEM = "clock"
 #: Offsets that are tried around the one that brings the mean to that of the others, in within-run deviations.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
 #: Logarithms of the factors of time that are tried: somewhat more than half to twice.
@@ -46,9 +44,11 @@ def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     yield _of_time(trials, _factor(trials, steps), np.ones(len(before), np.bool_))
     worst = int(np.argmax(before))
     others = np.arange(len(before)) != worst
-    if len(before) < FEWEST or before[worst] < OUTSTANDING * np.median(before[others]):
+    limits = trials.thresholds
+    usual = np.median(before[others]) if others.any() else np.inf
+    if len(before) < limits.fewest_for_outstanding or before[worst] < limits.outstanding_error * usual:
         return
-    alone = Trials(trials.system, among(trials.logs, [worst]), trials.horizon)
+    alone = Trials(trials.system, among(trials.logs, [worst]), trials.horizon, thresholds=limits)
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
     yield _of_time(trials, _factor(alone, steps), ~others)
@@ -82,11 +82,11 @@ def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question
     times = f"{100.0 * abs(fast - 1.0):.2g} %"
     if abs(fast - 1.0) > PER_CENT:
         times = f"{max(fast, factor):.3g} times too"
-    problem = Problem(
-        *(CLOCK, factor, "", f"as if its clock ran {times} {way}", f"multiplied by {factor:.5g}"),
+    problem = LogProblem(
+        *(CLOCK_PROBLEM, factor, "", f"as if its clock ran {times} {way}", f"multiplied by {factor:.5g}"),
         "Check the sampling rate of the logger",
     )
-    return Question(problem, (TIME,), replace(trials.none, clock=np.where(runs, factor, 1.0)))
+    return Question(problem, (TIME_CHANNEL,), replace(trials.none, clock=np.where(runs, factor, 1.0)))
 
 
 def _offset(trials: Trials, alone: Trials, steps: int, run: int) -> Question | None:
@@ -109,7 +109,7 @@ def _offset(trials: Trials, alone: Trials, steps: int, run: int) -> Question | N
         return None
     shift = f"{-by:.6g} {trials.system.outputs[j].unit}"
     cure = "Subtract the offset from the column"
-    problem = Problem("offset", 1.0, "", f"shifted by {shift}", f"less {shift}", cure)
+    problem = LogProblem("offset", 1.0, "", f"shifted by {shift}", f"less {shift}", cure)
     return Question(problem, (logs.outputs[j],), _shifted(trials, run, j, by))
 
 

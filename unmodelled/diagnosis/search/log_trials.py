@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
@@ -39,8 +40,15 @@ class Trials:
         sensors: of the logs, where they are known already.
     """
 
-    def __init__(self, system: System, logs: Logs, horizon: float, sensors: Sensors | None = None) -> None:
-        self.system, self.logs, self.horizon = system, logs, horizon
+    def __init__(
+        self,
+        system: System,
+        logs: Logs,
+        horizon: float,
+        sensors: Sensors | None = None,
+        thresholds: Thresholds = DEFAULT_THRESHOLDS,
+    ) -> None:
+        self.system, self.logs, self.horizon, self.thresholds = system, logs, horizon, thresholds
         self.sensors = sensors or Sensors(logs)
         self.none = Correction.none(logs)
         self._uncorrected: dict[int, Array] = {}

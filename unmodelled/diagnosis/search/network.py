@@ -9,8 +9,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.search.tangent import Tangent
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
@@ -34,7 +33,9 @@ STEEPNESS = 0.5, 30.0
 AT_REST = 3.0, 10.0, 30.0
 
 
-def network(base: Fitted, fitted: Recording, screened: Recording, seed: int) -> Fitted:
+def fit_network(
+    base: FittedHypothesis, fitted: Recording, screened: Recording, seed: int
+) -> FittedHypothesis:
     """A network in every port of a fitted model, beside whatever the model has.
 
     Args:
@@ -53,7 +54,7 @@ def network(base: Fitted, fitted: Recording, screened: Recording, seed: int) -> 
         replace(products, precision=np.append(shared, np.full(len(names), (AMOUNT / p) ** 2))).gain(FOLDS)
         for p in PRIORS
     ]
-    return Fitted.of(tries[int(np.argmax(gains))], fitted, [dict(base.fit.values)], ITERATIONS)
+    return FittedHypothesis.of(tries[int(np.argmax(gains))], fitted, [dict(base.fit.values)], ITERATIONS)
 
 
 def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:

@@ -14,15 +14,14 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.workers import threads_of
-from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.choose import PARSIMONY
-from unmodelled.diagnosis.search.regression import Products
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.search.least_squares import Products
 from unmodelled.diagnosis.search.tangent import Tangent
 from unmodelled.effects.added import Added
 from unmodelled.effects.effect import Effect
@@ -73,7 +72,7 @@ class Screened:
         tries: starting points, the best first, and coefficients there.
     """
 
-    base: Fitted
+    base: FittedHypothesis
     effect: Effect
     place: Place
     gain: float
@@ -107,7 +106,7 @@ class Screened:
         return tuple(found)
 
 
-def screen(base: Fitted, recording: Recording, workers: int) -> list[Screened]:
+def screen(base: FittedHypothesis, recording: Recording, workers: int) -> list[Screened]:
     """All candidates on top of a fitted model, the most promising first.
 
     Args:
@@ -118,7 +117,7 @@ def screen(base: Fitted, recording: Recording, workers: int) -> list[Screened]:
     asked = [(e, p) for e in effects() for p in _free(base.hypothesis, e)]
     with threads_of(workers) as pool:
         found = [one for several in pool.map(lambda one: list(look.screened(*one)), asked) for one in several]
-    price = PARSIMONY * int(recording.steps.sum()) * len(recording.noise)
+    price = base.hypothesis.study.thresholds.penalty * int(recording.steps.sum()) * len(recording.noise)
     return sorted(found, key=lambda one: price * one.complexity - one.gain)
 
 
@@ -134,10 +133,10 @@ def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
 class _Look:
     """Candidates on top of a fitted model."""
 
-    def __init__(self, base: Fitted, recording: Recording) -> None:
+    def __init__(self, base: FittedHypothesis, recording: Recording) -> None:
         self.base, self.tangent = base, Tangent(base, recording)
-        experiments = base.hypothesis.study.logs.experiments
-        self.levels = list(levels(experiments.iloc[np.unique(recording.owner)]))
+        study = base.hypothesis.study
+        self.levels = list(levels(study.logs.experiments.iloc[np.unique(recording.owner)], study.thresholds))
         alone = self.tangent.products(self.tangent.own_slopes[:, :0], np.empty((2, 0)))
         self.without, self.without_in_sample = alone.gain(FOLDS), alone.solved()[1]
 
@@ -189,3 +188,17 @@ def _amount(added: Added, name: str, values: dict[str, float]) -> float:
     if name in added.delays:
         return values[name]
     return 1.0 if name in added.shares else AMOUNT * added.scales[name]
+
+
+def levels(
+    experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
+) -> Iterator[tuple[str, float | str, Indices]]:
+    """Factor, level and rows (those of the table) of what some, but not all, experiments have in common."""
+    for factor in experiments.columns:
+        values = experiments[factor]
+        if factor in ("id", "file") or not 1 < values.nunique() <= thresholds.most_levels:
+            continue
+        for level in sorted(values.unique()):
+            members = np.flatnonzero((values == level).to_numpy())
+            if thresholds.fewest_per_level <= len(members) < len(experiments):
+                yield str(factor), level if isinstance(level, str) else float(level), members

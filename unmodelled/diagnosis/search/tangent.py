@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data import loops
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fitted import Fitted
-from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.fitting import error_kernels
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.residuals import Errors, spread, weights
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-from unmodelled.diagnosis.search.regression import Products
+from unmodelled.diagnosis.search.least_squares import Products
 
 Array = NDArray[np.float64]
 
@@ -28,7 +27,7 @@ class Tangent:
         shared: how many unknowns the model itself has; they go along with whatever is looked at.
     """
 
-    def __init__(self, base: Fitted, recording: Recording) -> None:
+    def __init__(self, base: FittedHypothesis, recording: Recording) -> None:
         self.base, self.recording = base, recording
         self.unknowns = Unknowns(base.hypothesis.simulation(recording), base.hypothesis.unknowns)
         self.shared = len(self.unknowns.each)
@@ -55,9 +54,9 @@ class Tangent:
         moved = np.repeat((self.moved * self.errors.sigma)[:, None], len(sets), axis=1)
         runs = simulation(values, moved, self.base.fit.substeps)
         recording, largest = self.recording, self.errors.largest
-        r = loops.cut_errors(runs.y, runs.measured, recording.noise, largest, recording.steps)
+        r = error_kernels.cut_errors(runs.y, runs.measured, recording.noise, largest, recording.steps)
         both = np.concatenate([self.r[:, None], self._aligned(r, runs.later)], axis=1)
-        return np.asarray(loops.slopes(both, largest, np.ones((len(r), len(sets)))))
+        return np.asarray(error_kernels.forward_differences(both, largest, np.ones((len(r), len(sets)))))
 
     def _aligned(self, r: Array, later: NDArray[np.int64]) -> Array:
         """Errors (windows, sets, most steps, outputs) where the same samples have their errors without delay:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from unmodelled.diagnosis.data.diagnosis import Model
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Place, site
 from unmodelled.effects.scales import Scales
@@ -43,7 +43,7 @@ class Coordinate:
 class Coordinates:
     """Of the windows of a recording, with the states of `model` as they were measured there."""
 
-    model: Model
+    model: JudgedModel
     recording: Recording
     _found: dict[Place, tuple[Coordinate, ...]] = field(default_factory=dict, repr=False)
 

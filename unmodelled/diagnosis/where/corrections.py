@@ -14,11 +14,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.diagnosis import Model
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.floor import start_noise
-from unmodelled.diagnosis.fitting.normal import Normal
+from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
@@ -36,13 +37,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: The shortest windows, in s and in samples.
-SHORTEST, FEWEST = 0.01, 8
-#: Windows are long enough when a correction is, in its mean square, so many times its variance from noise.
-CLEAR = 4.0
-#: A window whose noise is so many times the usual one tells nothing about a place.
-BLIND = 3.0
-#: Experiments that are enough to tell what is common to them; fewer are cut into so many stretches in all.
-SOME, STRETCHES = 4, 16
+SHORTEST_WINDOW, FEWEST_SAMPLES = 0.01, 8
+#: Independent stretches, in all, into which few experiments are divided.
+STRETCHES = 16
 #: Steps by which corrections are differentiated, in their plausible sizes, are `residuals.STEP` times this.
 SIZE = 100.0
 
@@ -64,23 +61,30 @@ class Corrections:
             parameters, SI; the starts follow.
     """
 
-    model: Model
+    model: JudgedModel
     recording: Recording
     places: tuple[Place, ...]
     curvature: Array
     gradient: Array
+    thresholds: Thresholds = DEFAULT_THRESHOLDS
 
     @classmethod
-    def of(cls, model: Model, horizon: float, sensors: Sensors) -> Corrections:
+    def of(
+        cls,
+        model: JudgedModel,
+        horizon: float,
+        sensors: Sensors,
+        thresholds: Thresholds = DEFAULT_THRESHOLDS,
+    ) -> Corrections:
         """In windows as short as the noise permits, at most `horizon` s; `sensors` are those of its logs."""
         logs, places = model.logs, channels(model.system)
         system, unknowns = _with_constants(model.system, logs, places)
-        samples = max(FEWEST, round(SHORTEST / logs.period))
+        samples = max(FEWEST_SAMPLES, round(SHORTEST_WINDOW / logs.period))
         latest = max(output.delay for output in system.outputs)
         while True:
             recording = Recording.of(logs, logs.period * samples, latest=latest, sensors=sensors)
             normal = _normal(system, unknowns, recording, model.gap.substeps)
-            found, samples = cls(model, recording, places, *normal), 2 * samples
+            found, samples = cls(model, recording, places, *normal, thresholds), 2 * samples
             if found.clear or logs.period * samples > horizon:
                 return found
 
@@ -110,13 +114,15 @@ class Corrections:
     def seen(self) -> NDArray[np.bool_]:
         """(windows, places) where the outputs say something about a correction."""
         error = np.where(np.isfinite(self.error), self.error, np.inf)
-        return np.asarray((error <= BLIND * np.median(error, axis=0)) & np.isfinite(error))
+        return np.asarray(
+            (error <= self.thresholds.blind_error * np.median(error, axis=0)) & np.isfinite(error)
+        )
 
     @property
     def group(self) -> Indices:
         """(windows,) parts that do not depend on each other: experiments, or stretches where they are few."""
         recording = self.recording
-        if len(recording.runs) >= SOME:
+        if len(recording.runs) >= self.thresholds.enough_experiments:
             return recording.owner
         order = np.argsort(np.argsort(recording.start))
         return np.asarray(order * STRETCHES // len(order))
@@ -131,7 +137,7 @@ class Corrections:
         if not seen.any():
             return False
         noise = float(np.mean(self.error[seen, place] ** 2))
-        return float(np.mean(self.value[seen, place] ** 2)) > (1.0 + CLEAR) * noise
+        return float(np.mean(self.value[seen, place] ** 2)) > (1.0 + self.thresholds.clear_correction) * noise
 
 
 def channels(system: System) -> tuple[Place, ...]:
@@ -169,7 +175,7 @@ def _normal(
     around = errors(*errors.around(here, still))
     r = around[:, 0]
     slopes, ones = errors.slopes(here, around), np.ones_like(r)
-    normal = Normal.of(r, slopes, ones, still, unknowns.entry, unknowns.precision)
+    normal = NormalEquations.of(r, slopes, ones, still, unknowns.entry, unknowns.precision)
     curvature, gradient, _ = normal.reduced()
     size = unknowns.scale
     return curvature / np.outer(size, size), gradient / size

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.where.coordinates import Coordinate
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.effects.place import Place
@@ -16,11 +17,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Bins of a coordinate, at most, and windows in each of them, at least.
-BINS, FEWEST = 24, 30
-#: A region has so many times the share that its samples have, and is that by so many standard errors.
-DENSE, CLEARLY = 1.5, 2.0
-#: Regions that are told, at most, and the least share of one.
-MOST, LEAST = 6, 0.1
+MOST_BINS, FEWEST_WINDOWS = 24, 30
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,9 @@ def regions(corrections: Corrections, channels: tuple[str, ...]) -> tuple[dict[s
         if place.channel in channels:
             for region in _of_place(corrections, k, place):
                 found.setdefault((region.signal, region.low), region)
-    telling = sorted(found.values(), key=lambda region: -region.telling)[:MOST]
+    telling = sorted(found.values(), key=lambda region: -region.telling)[
+        : corrections.thresholds.most_regions
+    ]
     rows = [asdict(region) for region in sorted(telling, key=lambda region: -region.share)]
     return tuple({key: row[key] for key in ("signal", "low", "high", "share")} for row in rows)
 
@@ -66,11 +65,14 @@ def _of_place(corrections: Corrections, k: int, place: Place) -> list[_Region]:
     signals = list(coordinates.of(place))
     if place.kind == "port":
         signals += [coordinates.of(p)[0] for p in corrections.places if p.kind == "actuator"]
-    return [r for signal in signals for r in _along(signal, signal.values[seen], excess, group)]
+    limits = corrections.thresholds
+    return [r for signal in signals for r in _along(signal, signal.values[seen], excess, group, limits)]
 
 
-def _along(signal: Coordinate, values: Array, excess: Array, group: Indices) -> list[_Region]:
-    count = int(np.clip(len(values) // FEWEST, 2, BINS))
+def _along(
+    signal: Coordinate, values: Array, excess: Array, group: Indices, limits: Thresholds
+) -> list[_Region]:
+    count = int(np.clip(len(values) // FEWEST_WINDOWS, 2, MOST_BINS))
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count + 1)))
     if len(edges) < 3:
         return []
@@ -78,12 +80,12 @@ def _along(signal: Coordinate, values: Array, excess: Array, group: Indices) -> 
     sums, counts = (
         _table(bins, group, weights, len(edges) - 1) for weights in (excess, np.ones_like(excess))
     )
-    dense = _bridged(_dense(sums, counts), sums, counts)
+    dense = _bridged(_dense(sums, counts, limits), sums, counts, limits)
     found = []
     ends = np.flatnonzero(np.diff(np.concatenate([[0], dense, [0]])))
     for first, last in ends.reshape(-1, 2).tolist():
         share, samples = _held(sums, counts, first, last)
-        if share >= LEAST:
+        if share >= limits.region_share:
             low, high = float(edges[first]), float(edges[last])
             found.append(_Region(signal.name, low, high, min(share, 1.0), samples))
     return found
@@ -102,16 +104,16 @@ def _held(sums: Array, counts: Array, first: int, last: int) -> tuple[float, flo
     return share, samples
 
 
-def _bridged(dense: Indices, sums: Array, counts: Array) -> Indices:
+def _bridged(dense: Indices, sums: Array, counts: Array, limits: Thresholds) -> Indices:
     """With single bins between dense ones, where a force changes its sign for instance, if all three are."""
     found = dense.copy()
     for k in range(1, len(dense) - 1):
         share, samples = _held(sums, counts, k - 1, k + 2)
-        found[k] |= dense[k - 1] & dense[k + 1] & (share >= DENSE * samples)
+        found[k] |= dense[k - 1] & dense[k + 1] & (share >= limits.region_density * samples)
     return found
 
 
-def _dense(sums: Array, counts: Array) -> Indices:
+def _dense(sums: Array, counts: Array, limits: Thresholds) -> Indices:
     """(bins,) 1 where a bin has much more of the sum than of the samples, whichever group is left out."""
     n = len(sums)
     if n < 2 or sums.sum() <= 0.0:
@@ -124,4 +126,5 @@ def _dense(sums: Array, counts: Array) -> Indices:
     whole = density(sums.sum(0), counts.sum(0))
     without = density(sums.sum(0) - sums, counts.sum(0) - counts)
     error = np.sqrt((n - 1) / n * np.sum((without - without.mean(0)) ** 2, axis=0))
-    return np.asarray((whole >= DENSE) & (whole - CLEARLY * error > 1.0), np.int64)
+    dense = (whole >= limits.region_density) & (whole - limits.region_t * error > 1.0)
+    return np.asarray(dense, np.int64)

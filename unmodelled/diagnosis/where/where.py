@@ -6,23 +6,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 
-from unmodelled.diagnosis.data.diagnosis import Diagnosis, Model
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.diagnosis.where.channels import shared
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.where.channel_rules import unexplained_shares
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.experiments import Experiments
-from unmodelled.diagnosis.where.factors import factors
+from unmodelled.diagnosis.where.effect_channels import channel_shares
 from unmodelled.diagnosis.where.regions import regions
-from unmodelled.diagnosis.where.shares import shares
 from unmodelled.logs.preparation import prepare
 
 Rows = tuple[dict[str, Any], ...]
 
-#: Share of a channel from which on its coordinates are looked at.
-MUCH = 0.2
-#: Shares of the gap below this are not told apart from none.
-LEAST = 0.005
+#: Random permutations of the experiments from which the probability of a level's share is estimated.
+PERMUTATIONS = 4000
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,7 @@ class Where:
     """What diagnosis.json says of where the gap lies (shared/contracts/diagnosis.md), largest shares first.
 
     Attributes:
-        channels: port (see `channels.channel`), share of the squared gap above the floor.
+        channels: port (see `effect_channels.channel_of`), share of the squared gap above the floor.
         regions: signal, low, high (SI), share of the squared correction at the channel that lacks most.
         factors: factor, level, share of the squared gap above the floor of the re-identified model.
         experiments: id, known, augmented: gaps of every experiment; those of figures have more columns.
@@ -44,31 +45,40 @@ class Where:
     experiments: Rows
     lacking: Corrections
     left: Corrections
-    every: Experiments
+    every: ExperimentGaps
 
 
-def where(diagnosis: Diagnosis) -> Where:
+def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> Where:
     """Say where the gap lies, whatever the verdict.
 
     Without a gap, or where the logs are to be checked, there are no channels, regions or factors.
     """
     physics = _physics(diagnosis)
     sensors = Sensors(diagnosis.logs)
-    lacking = Corrections.of(physics, diagnosis.horizon, sensors)
+    lacking = Corrections.of(physics, diagnosis.horizon, sensors, thresholds)
     left = lacking
     if diagnosis.effects:
-        left = Corrections.of(diagnosis.augmented, diagnosis.horizon, sensors)
-    every, gap = Experiments.of(diagnosis, sensors), diagnosis.verdict not in ("no_gap", "check_logs")
-    found = shared(diagnosis, shares(left) if _remains(diagnosis) else {}) if gap else {}
-    much = tuple(name for name, share in found.items() if share >= min(MUCH, max(found.values())))
+        left = Corrections.of(diagnosis.augmented, diagnosis.horizon, sensors, thresholds)
+    every, gap = ExperimentGaps.of(diagnosis, sensors), diagnosis.verdict not in ("no_gap", "check_logs")
+    remaining = unexplained_shares(left) if gap and _remains(diagnosis, thresholds) else {}
+    found = channel_shares(diagnosis, remaining, thresholds) if gap else {}
+    much = tuple(
+        name
+        for name, share in found.items()
+        if share >= min(thresholds.shown_channel_share, max(found.values()))
+    )
     samples = np.diff(diagnosis.logs.offsets).astype(np.float64)
     columns = (*(c.name for c in diagnosis.system.operating_point), "group")
     excess = every.reidentified**2 - every.floor**2
     table = diagnosis.logs.experiments
     return Where(
-        channels=tuple({"port": name, "share": share} for name, share in found.items() if share >= LEAST),
+        channels=tuple(
+            {"port": name, "share": share}
+            for name, share in found.items()
+            if share >= thresholds.least_gap_share
+        ),
         regions=regions(lacking, much),
-        factors=factors(table, columns, excess, samples, diagnosis.seed) if gap else (),
+        factors=factors(table, columns, excess, samples, diagnosis.seed, thresholds) if gap else (),
         experiments=tuple(
             {"id": name, "known": float(known), "augmented": float(augmented)}
             for name, known, augmented in zip(diagnosis.logs.ids, every.known, every.augmented, strict=True)
@@ -79,19 +89,81 @@ def where(diagnosis: Diagnosis) -> Where:
     )
 
 
-def _remains(diagnosis: Diagnosis) -> bool:
+def _remains(diagnosis: Diagnosis, limits: Thresholds) -> bool:
     """Whether the augmented model leaves enough of the gap to ask where that lies."""
     before, after, floor = (
         value**2
         for value in (diagnosis.reidentified.gap.value, diagnosis.augmented.gap.value, diagnosis.floor)
     )
-    return after - floor > LEAST * (before - floor)
+    return after - floor > limits.least_gap_share * (before - floor)
 
 
-def _physics(diagnosis: Diagnosis) -> Model:
+def _physics(diagnosis: Diagnosis) -> JudgedModel:
     """The physics without effects, with the parameters that go with the effects."""
     base, augmented = diagnosis.reidentified, diagnosis.augmented.system
     values = dict(zip((p.name for p in augmented.parameters), augmented.values, strict=True))
     own = {p.name: values[p.name] for p in base.system.parameters if p.name in values}
     system = base.system.with_values(own)
     return replace(base, system=system, logs=prepare(system, base.logs))
+
+
+@dataclass(frozen=True, eq=False)
+class ExperimentGaps:
+    """Gaps in standard deviations of the outputs over all experiments, which are (n,).
+
+    Attributes:
+        known, reidentified, augmented: of the models. floor: what the noise of the sensors leaves of them.
+    """
+
+    known: Array
+    reidentified: Array
+    augmented: Array
+    floor: Array
+
+    @classmethod
+    def of(cls, diagnosis: Diagnosis, sensors: Sensors) -> ExperimentGaps:
+        """By free runs of all models over all experiments; `sensors` are those of the logs."""
+        found = []
+        for model in (diagnosis.known, diagnosis.reidentified, diagnosis.augmented):
+            found.append(free_runs(model.system, model.logs, diagnosis.horizon, sensors=sensors))
+        each = [*(gap.per_experiment for gap in found), found[-1].floors]
+        return cls(*(np.array([values[i] for i in diagnosis.logs.ids]) for values in each))
+
+
+def factors(
+    experiments: pd.DataFrame,
+    columns: tuple[str, ...],
+    excess: Array,
+    samples: Array,
+    seed: int,
+    thresholds: Thresholds = DEFAULT_THRESHOLDS,
+) -> tuple[dict[str, Any], ...]:
+    """Levels whose share of the squared gap is clearly larger than their share of the samples, largest first.
+
+    How likely that is by chance is found by dealing the gaps to the experiments anew. A column is left out
+    where all experiments have one level, or each its own.
+
+    Args:
+        experiments: their table, n rows. columns: that are looked at, where the table has them.
+        excess: (n,) squared gap above the floor. samples: (n,) of each experiment. seed: of the deals.
+    """
+    amount = np.maximum(excess, 0.0) * samples
+    whole = float(amount.sum())
+    if whole <= 0.0:
+        return ()
+    dealt = (
+        np.random.default_rng([seed, 1]).permuted(np.tile(amount / samples, (PERMUTATIONS, 1)), axis=1)
+        * samples
+    )
+    found = []
+    for name in columns:
+        if name not in experiments or not 1 < experiments[name].nunique() < len(experiments):
+            continue
+        for level in experiments[name].drop_duplicates().tolist():
+            member = (experiments[name] == level).to_numpy()
+            share = float(amount[member].sum()) / whole
+            by_chance = float(np.mean(dealt[:, member].sum(1) / dealt.sum(1) >= share - 1e-12))
+            dense = share > thresholds.factor_density * float(samples[member].sum() / samples.sum())
+            if dense and by_chance < thresholds.factor_significance:
+                found.append({"factor": name, "level": level, "share": share})
+    return tuple(sorted(found, key=lambda row: -row["share"]))

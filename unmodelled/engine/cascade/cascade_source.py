@@ -12,9 +12,8 @@ from itertools import accumulate
 
 import sympy as sp
 
-from unmodelled.engine.cascade.cascade import Cascade
+from unmodelled.engine.cascade.cascade import RUN, SAMPLED, SCALAR, SHARED, Cascade, Changes
 from unmodelled.engine.cascade.cascade_loops import LANES, Places
-from unmodelled.engine.cascade.hoisting import RUN, SAMPLED, SCALAR, SHARED, Changes
 from unmodelled.engine.cascade.lanes import (
     FRACTIONS,
     cells,

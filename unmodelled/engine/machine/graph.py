@@ -61,7 +61,7 @@ class Node(NamedTuple):
     Attributes:
         op: operation; None for what registers hold from the start.
         sources: nodes that it reads.
-        level: how often it changes, LANE, DRIVEN or STATE.
+        level: frequency of change: LANE, DRIVEN or STATE.
         table: number of the table.
     """
 

@@ -1,0 +1,128 @@
+"""Tables that drive windows and start them; gains and delays of sensors change them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.engine.machine.program import Program
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.readings import readings
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class WindowTables:
+    """Samples of all experiments, once for all sets that read them alike.
+
+    Attributes:
+        u: (tables, samples, inputs) as they act. x: (tables, samples, measured states).
+        member: (sets,) the table of every set.
+    """
+
+    u: Array
+    x: Array
+    member: Indices
+
+    @property
+    def driven(self) -> Array:
+        """(tables * samples, inputs + measured states)"""
+        return np.concatenate([self.u, self.x], axis=2).reshape(-1, self.u.shape[2] + self.x.shape[2])
+
+    @property
+    def shift(self) -> Indices:
+        """(sets,) rows before the table of every set where the tables follow each other."""
+        return np.asarray(self.member * self.u.shape[1])
+
+
+class WindowTableReader:
+    """Makes tables.
+
+    Args:
+        system, recording: see `Simulation`. c: (experiments, constants).
+        input_delays, output_delays: number of an input or output -> column of its delay (s) in a set.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        recording: Recording,
+        input_delays: Mapping[int, int],
+        output_delays: Mapping[int, int],
+        c: Array,
+    ) -> None:
+        self.system, self.recording, self.c = system, recording, c
+        self.input_delays, self.output_delays = input_delays, output_delays
+        self.readings = readings(system)
+        symbols = {s for r in self.readings for e in (r.gain, r.offset) for s in e.free_symbols}
+        known = [k for k, s in enumerate(system.p) if s in symbols]
+        self.columns = [*known, *input_delays.values(), *output_delays.values()]
+
+    def __call__(self, values: Array) -> WindowTables:
+        """The tables of `values` (experiments, sets, numbers)."""
+        if not self.columns:
+            return self._same(values.shape[1])
+        different = values[:, :, self.columns]
+        _, first, member = np.unique(different, axis=1, return_index=True, return_inverse=True)
+        return self._made(values[:, first], member.ravel())
+
+    @cached_property
+    def _only(self) -> WindowTables:
+        numbers = len(self.system.parameters)
+        own = np.broadcast_to(np.array(self.system.values), (len(self.recording.logs), 1, numbers))
+        return self._made(own, np.zeros(1, np.int64))
+
+    def _same(self, sets: int) -> WindowTables:
+        only = self._only
+        return WindowTables(only.u, only.x, np.zeros(sets, np.int64))
+
+    def _made(self, values: Array, member: Indices) -> WindowTables:
+        gains, delays = self.gains(values), self.delays(values[0])
+        sets = range(values.shape[1])
+        u = np.stack([self._inputs(values[0, d]) for d in sets])
+        return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
+
+    def delays(self, values: Array) -> Array:
+        """(sets, outputs) of what is shown, s, from sets of numbers (sets, numbers)."""
+        found = np.tile([output.delay for output in self.system.outputs], (len(values), 1))
+        for j, column in self.output_delays.items():
+            found[:, j] += values[:, column]
+        return found
+
+    def _inputs(self, values: Array) -> Array:
+        logs = self.recording.logs
+        if not self.input_delays:
+            return logs.u
+        inputs = range(logs.u.shape[1])
+        delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
+        return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
+
+    def gains(self, values: Array) -> Array:
+        """(experiments, sets, readings, gain and offset)"""
+        system = self.system
+        p = values[:, :, : len(system.parameters)]
+        zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
+        found = self._gains.evaluate(np.zeros(1), *zeros, p, self.c[:, None])
+        return found.reshape(*values.shape[:2], len(self.readings), 2)
+
+    @cached_property
+    def _gains(self) -> Program:
+        expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
+        return Program.of(self.system, expressions)
+
+    def _states(self, delays: Array, gains: Array) -> Array:
+        sensors, owner = self.recording.sensors, self.recording.logs.owner
+        x = np.empty((len(owner), len(self.readings)))
+        for k, reading in enumerate(self.readings):
+            read = sensors.slope if reading.slope else sensors.shown
+            values = read(reading.output, float(delays[reading.output]))
+            x[:, k] = values if reading.plain else (values - gains[owner, k, 1]) / gains[owner, k, 0]
+        return x

@@ -1,0 +1,69 @@
+"""Passes over all simulated samples."""
+
+# mypy: ignore-errors
+
+import numpy as np
+
+from unmodelled.engine.compiled.layout import jit
+
+
+@jit()
+def cut_errors(y, measured, noise, largest, steps):
+    """Errors (windows, sets, samples, outputs) in units of `noise`, cut at `largest` (both (outputs,)).
+
+    A simulation without a value counts as an error of that size; after the `steps` of a window there is none.
+    """
+    r = np.zeros_like(y)
+    for w in range(y.shape[0]):
+        for s in range(y.shape[1]):
+            like = s if measured.shape[1] > 1 else 0
+            for k in range(steps[w]):
+                for j in range(y.shape[3]):
+                    error = (y[w, s, k, j] - measured[w, like, k, j]) / noise[j]
+                    size = abs(error) if abs(error) <= largest[j] else largest[j]
+                    r[w, s, k, j] = -size if error < 0.0 else size
+    return r
+
+
+@jit()
+def forward_differences(r, largest, steps):
+    """Forward differences (windows, sets - 1, samples, outputs) of `cut_errors`; zero where one was cut.
+
+    steps (windows, sets - 1).
+    """
+    found = np.empty((r.shape[0], r.shape[1] - 1, r.shape[2], r.shape[3]))
+    for w in range(r.shape[0]):
+        for s in range(r.shape[1] - 1):
+            factor = 1.0 / steps[w, s]
+            for k in range(r.shape[2]):
+                for j in range(r.shape[3]):
+                    a, b = r[w, 0, k, j], r[w, s + 1, k, j]
+                    inside = abs(a) < largest[j] and abs(b) < largest[j]
+                    found[w, s, k, j] = factor * (b - a) if inside else 0.0
+    return found
+
+
+@jit()
+def delayed_values(y, late, steps):
+    """Values of y (windows, sets, samples, outputs) `late` (sets, outputs) samples before every sample.
+
+    By the cubic through four neighbours; y begins with the first sample of a window, what is returned with
+    the second.
+    """
+    found = np.full((y.shape[0], y.shape[1], y.shape[2] - 1, y.shape[3]), np.nan)
+    for w in range(y.shape[0]):
+        last = steps[w]
+        for s in range(y.shape[1]):
+            for j in range(y.shape[3]):
+                for k in range(1, last + 1):
+                    at = k - late[s, j]
+                    first = max(0, min(int(np.floor(at)) - 1, last - 3))
+                    count, value = min(4, last + 1 - first), 0.0
+                    for a in range(count):
+                        weight = 1.0
+                        for b in range(count):
+                            if b != a:
+                                weight *= (at - first - b) / (a - b)
+                        value += weight * y[w, s, first + a, j]
+                    found[w, s, k - 1, j] = value
+    return found

@@ -1,0 +1,74 @@
+"""A fitted hypothesis as a model of its own, with its numbers, judged on the held-out experiments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import JudgedModel
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.added import with_numbers
+from unmodelled.effects.columns import extended, in_columns
+from unmodelled.evaluation.gap import Gap
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare, with_delays
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+
+def known_model(study: Study) -> JudgedModel:
+    """The system as it was given."""
+    return JudgedModel("known", study.system, study.logs, held_out_gap(study.system, study.logs, study))
+
+
+def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
+    """A hypothesis with its fitted numbers."""
+    study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
+    system = _shared(fitted)
+    logs = study.logs
+    for effect in effects:
+        logs = extended(logs, effect.columns)
+    own = values_per_experiment(fitted)
+    if own:
+        system = in_columns(system, own)
+        logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
+    logs = prepare(system, logs)
+    return JudgedModel(label, system, logs, held_out_gap(system, logs, study))
+
+
+def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
+    """Its gap on the held-out experiments."""
+    return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
+
+
+def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float]]:
+    """By name and id: the numbers that every experiment has for itself, of the held-out ones too.
+
+    These can be known from the experiment itself only: they are fitted there, with all that is shared as it
+    is.
+    """
+    if not fitted.fit.own:
+        return {}
+    study, system = fitted.hypothesis.study, _shared(fitted)
+    unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
+    logs = with_delays(system, study.logs)
+    held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
+    found = fit(Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps).own
+    return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
+
+
+def _shared(fitted: FittedHypothesis) -> System:
+    """The system with the numbers and delays that all experiments share."""
+    hypothesis, values = fitted.hypothesis, fitted.fit.values
+    system = with_numbers(hypothesis.full, hypothesis.effects, values)
+    late = {u: values[name] for name, u in hypothesis.timing.items()}
+    inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)
+    return replace(system, inputs=tuple(inputs))

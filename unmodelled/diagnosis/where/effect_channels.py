@@ -1,0 +1,105 @@
+"""Through which channel the gap enters: a port, `actuator:<input>` or `sensor:<output>`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.effects.place import Place
+from unmodelled.systems.model import symbol
+from unmodelled.systems.numeric import numpy_system_function
+
+Array = NDArray[np.float64]
+
+#: Samples, at most, that the effect of a parameter is compared on.
+ENOUGH_SAMPLES = 4000
+_TINY = 1e-300
+
+
+def channel_shares(
+    diagnosis: Diagnosis, left: Mapping[str, float], thresholds: Thresholds = DEFAULT_THRESHOLDS
+) -> dict[str, float]:
+    """Share of every channel in the squared gap of the re-identified model above the floor; their sum is one.
+
+    What the squared gap falls by with each effect, on the held-out experiments, counts for the channel of the
+    effect; what the augmented model leaves above the floor counts for the channels as `left` divides it.
+    Without a gap there are no shares.
+    """
+    floor, last = diagnosis.floor**2, diagnosis.augmented.gap.value**2
+    steps = [diagnosis.reidentified, *diagnosis.steps[len(diagnosis.steps) - len(diagnosis.effects) :]]
+    total = {name: share * max(last - floor, 0.0) for name, share in left.items()}
+    for found, before, after in zip(diagnosis.effects, steps, steps[1:], strict=False):
+        name = channel_of(diagnosis.reidentified, found.added.place, thresholds)
+        drop = before.gap.value**2 - max(after.gap.value**2, floor)
+        total[name] = total.get(name, 0.0) + max(drop, 0.0)
+    whole = sum(total.values())
+    if diagnosis.verdict == "no_gap" or whole <= 0.0:
+        return {}
+    return {name: value / whole for name, value in sorted(total.items(), key=lambda item: -item[1])}
+
+
+def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> str:
+    """The channel of a place.
+
+    A parameter acts through a channel too if its change is one of an input's gain, of an effort, or of a
+    sensor alone: the damping of a port through that port, the constant of a motor through its input. Else it
+    stands for itself.
+    """
+    if place.kind != "parameter":
+        return place.channel
+    p = symbol(place.name)
+    moved = [o.name for o in model.system.outputs if o.expression.has(p)]
+    if not any(f.has(p) for f in model.system.closed):
+        return f"sensor:{moved[0]}" if len(moved) == 1 else place.channel
+    return _input_like(model, p, thresholds) or _port_like(model, p, thresholds) or place.channel
+
+
+def _input_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | None:
+    """The input whose gain does to the dynamics what the parameter does."""
+    system = model.system
+    own = _along(model, [p * sp.diff(f, p) for f in system.closed])
+    for item in system.inputs:
+        u = symbol(item.name)
+        other = _along(model, [u * sp.diff(f, u) for f in system.closed])
+        sizes = np.sqrt(float(np.sum(own**2) * np.sum(other**2)))
+        if abs(float(np.sum(own * other))) > limits.input_likeness * sizes > 0.0:
+            return f"actuator:{item.name}"
+    return None
+
+
+def _port_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | None:
+    """The port whose effort can do what the parameter does; of several, the one whose motion it follows."""
+    system, found = model.system, {}
+    own = _along(model, [sp.diff(f, p) for f in system.closed])
+    for port in system.ports:
+        slopes = [sp.diff(f, symbol(port.effort)) for f in system.closed]
+        other = _along(model, slopes)
+        sizes = np.sqrt(np.sum(own**2, axis=1) * np.sum(other**2, axis=1))
+        along = np.sum(own * other, axis=1)
+        if not float(np.sum(np.abs(along))) > limits.port_likeness * float(np.sum(sizes)) > 0.0:
+            continue
+        effort = along / np.maximum(np.sum(other**2, axis=1), _TINY)
+        motion = _along(model, [system.expression(name) for name in port.coordinates])
+        found[port.name] = max((abs(_correlation(effort, x)) for x in motion.T), default=0.0)
+    return max(found, key=lambda name: found[name]) if found else None
+
+
+def _along(model: JudgedModel, expressions: list[sp.Expr]) -> Array:
+    """(samples, k) of k expressions at some samples of the experiments."""
+    system, logs = model.system, model.logs
+    rows = np.arange(0, len(logs.t), -(-len(logs.t) // ENOUGH_SAMPLES))
+    function = numpy_system_function(system, expressions, efforts_zero=True)
+    where = logs.t[rows], logs.x[rows], logs.u[rows], np.empty(0)
+    values = function(*where, np.array(system.values), logs.c[logs.owner[rows]])
+    return np.where(np.isfinite(values), values, 0.0)
+
+
+def _correlation(a: Array, b: Array) -> float:
+    if min(np.std(a), np.std(b)) == 0.0:
+        return 0.0
+    return float(np.corrcoef(a, b)[0, 1])
