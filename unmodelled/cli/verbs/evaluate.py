@@ -18,8 +18,8 @@ def evaluate(
     """Write one table per kind of prediction: held-out experiments, simulated from their first state.
 
     A hybrid model of a system writes `out`/errors.parquet and examples.parquet (free runs), efforts.parquet
-    (the networks' efforts on the training experiments) and surface.parquet (networks of two inputs on a
-    grid). Other models name their tables themselves.
+    (efforts of the networks on the training experiments) and surface.parquet (networks of two inputs on a
+    grid). The tables of a model of another kind are described in its own class.
 
     Args:
         system: system file.

@@ -28,11 +28,12 @@ def train(
 ) -> None:
     """Write the fitted models and `out`/fit.json (what was fitted, how long it took).
 
-    A hybrid model of a system (model=hybrid, physics, ...) needs `system` and `logs`. It writes
-    `out`/model.pt (weights), `out`/system.yaml and `out`/history.parquet (loss and parameters after every
-    epoch). A killed training continues from its last checkpoint when the same command is started again.
+    A hybrid model of a system (model=hybrid) needs `system` and `logs`. It writes `out`/model.pt (weights),
+    `out`/system.yaml and `out`/history.parquet (loss and parameters after every epoch). A model of another
+    kind carries the paths of its data (model.<key>=...) and takes neither; what it writes is said in its own
+    class.
 
-    Other models carry their own data and take neither `system` nor `logs`; they name their files themselves.
+    A training that was killed continues when the same command is started again.
 
     Args:
         system: system file.
