@@ -40,7 +40,7 @@ class Out(Enum):
 
 
 @dataclass(frozen=True)
-class Place:
+class OutputPlace:
     """Output of a verb and the inputs that may contain it.
 
     Attributes:
@@ -58,7 +58,7 @@ class _Running:
     """Verb at work: its name, its own folder if it has one, and its input paths by argument name."""
 
     verb: str = "a Python program"
-    place: Place = Place()
+    place: OutputPlace = OutputPlace()
     own: Path | None = None
     inputs: Mapping[str, Path] = field(default_factory=dict)
 
@@ -80,7 +80,7 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        signature, place = inspect.signature(function), Place(out, frozenset(inside))
+        signature, place = inspect.signature(function), OutputPlace(out, frozenset(inside))
         paths = path_arguments(signature.parameters)
 
         @functools.wraps(function)
@@ -199,7 +199,7 @@ def check_replaceable(path: Path) -> None:
         return
     if stamp is None:
         raise BadInput(
-            f"{path}: holds {names[0]!r} and has no file {MARKER}, which every verb leaves in its folder: "
+            f"{path}: holds {names[0]!r} and has no file {MARKER}, so that no verb made it: "
             "give another folder, or remove this one yourself"
         )
     maker, files = stamp

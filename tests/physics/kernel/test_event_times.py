@@ -20,10 +20,10 @@ from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.cascade import SHARED, Cascade
 from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.cascade.event_times import EventTimes
-from unmodelled.systems import phases
+from unmodelled.systems import experiments, phases
+from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import TIME, Constant, Event, Parameter, State, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.phases import Experiments
 from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ def test_clutch_equals_adaptive_integration() -> None:
     rates = numpy_system_function(system, system.closed, efforts_zero=True)
     theta = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.95]])
     found = of(system, CLUTCH, UNCERTAIN, runs, 0.004)(theta)
-    p = phases.scaled_parameters(system, UNCERTAIN, theta)
+    p = experiments.scaled_parameters(system, UNCERTAIN, theta)
     for sample, run in ((0, 0), (1, 4), (2, 11)):
         one = runs.only([run])
 
