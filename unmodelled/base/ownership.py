@@ -8,6 +8,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
@@ -112,6 +113,34 @@ def _carried(given: Mapping[str, Any]) -> dict[str, Path]:
         for attribute in fields(value)
         if isinstance(path := getattr(value, attribute.name), Path)
     }
+
+
+@contextmanager
+def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
+    """Write the folder `out` as the verb `verb` would; a verb that is running already stays in charge.
+
+    Results that are saved from Python so get the same refusals and the same `MARKER` as those of the command
+    line, and either may replace the other's folder.
+
+    Args:
+        verb: name of the verb whose results are written.
+        out: folder that is new, empty or was made by this verb.
+        sources: files and folders from which the results were computed, by their names in a message; "" for
+            what was in memory only.
+
+    Raises:
+        BadInput: when `out` is, holds or lies inside an input, or another verb or none made it.
+    """
+    if _RUNNING.get() is not _NONE:
+        yield
+        return
+    inputs = {name: Path(source) for name, source in sources.items() if source}
+    token = _RUNNING.set(_Running(verb, Place(), out.absolute(), inputs))
+    try:
+        _check_out(out, Out.FOLDER)
+        yield
+    finally:
+        _RUNNING.reset(token)
 
 
 def path_arguments(parameters: Mapping[str, inspect.Parameter]) -> list[str]:

@@ -23,24 +23,26 @@ _OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tab
 _LARGEST = 100_000
 
 
-def read_system(path: Path) -> System:
-    """Read a system file; nothing in the file is executed.
+def read_system(path: Path | str) -> System:
+    """Read a system file (system/1); nothing in the file is executed.
 
     Args:
-        path: path of the file.
+        path: YAML file with states, inputs, outputs, parameters, ports and dynamics.
 
     Returns:
-        Symbolic model of the system.
+        The system that the file describes.
 
     Raises:
-        BadInput: if anything in the file is wrong; the message names file, line and entry.
+        BadInput: one line that names file, line and place, when anything in it is wrong.
 
     Examples:
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> [each.name for each in pendulum.states], pendulum.port_names
-        (['theta', 'omega'], ('joint',))
-        >>> pendulum.dynamics[1]
-        (-b*omega - mgl*sin(theta) - tau + torque)/J
+        >>> import unmodelled as um
+        >>> system, _ = um.example("pendulum")
+        >>> again = um.read_system(system.source)
+        >>> again == system
+        True
+        >>> again.port_names, again.uncertain
+        (('joint',), ('b',))
     """
     root = load_yaml(Path(path))
     schema = root.entries().get("schema")
@@ -48,7 +50,8 @@ def read_system(path: Path) -> System:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
     sections = root.fields(_REQUIRED, _OPTIONAL)
     name = checked_name(sections["name"].text(), sections["name"])
-    return _Equations(sections, read_declarations(sections)).system(name)
+    found = _Equations(sections, read_declarations(sections)).system(name)
+    return replace(found, source=str(path))
 
 
 @dataclass

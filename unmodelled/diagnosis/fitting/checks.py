@@ -31,33 +31,35 @@ def check_seed(seed: int) -> None:
         raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
 
 
-def check(file: Path, system: System, folder: Path, logs: Logs, horizon: float) -> None:
+def check(system: System, logs: Logs, horizon: float) -> None:
     """Refuse what a diagnosis can say nothing about.
 
     Args:
-        file: of `system`. folder: of `logs`. horizon: of the windows, s.
+        system: known physics. logs: measured experiments. horizon: length of the windows, s.
 
     Raises:
         BadInput: when there is a single experiment, no place for an effect, no horizon, or a delay as long as
             an experiment.
     """
     if len(logs) < FEWEST:
+        table = str(Path(logs.source) / "experiments.csv") if logs.source else "logs"
         raise BadInput(
-            f"{folder / 'experiments.csv'}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST} or "
+            f"{table}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST} or "
             f"more, for one is held out to judge the others' verdict"
         )
     if not system.ports and not system.uncertain:
         raise BadInput(
-            f"{file}: ports: there is none, and no parameter is marked identify: nothing can be diagnosed"
+            f"{system.place}: ports: there is none, and no parameter is marked identify: nothing can be "
+            "diagnosed"
         )
-    _recording(file, system, logs, horizon)
+    _recording(system, logs, horizon)
 
 
-def check_windows(file: Path, system: System, logs: Logs, horizon: float) -> None:
+def check_windows(system: System, logs: Logs, horizon: float) -> None:
     """Refuse windows that cannot be simulated; a fault of the logs is a better answer where there is one.
 
     Args:
-        file: of `system`. horizon: of the windows, s.
+        system: known physics. logs: measured experiments. horizon: length of the windows, s.
 
     Raises:
         BadInput: when the horizon has too few samples, or the model diverges in every window.
@@ -66,25 +68,25 @@ def check_windows(file: Path, system: System, logs: Logs, horizon: float) -> Non
         raise BadInput(
             f"horizon: {horizon:g} s are {steps} samples of {logs.period:g} s; {SHORTEST} or more are needed"
         )
-    _check_simulation(file, system, logs, horizon)
+    _check_simulation(system, logs, horizon)
 
 
-def _check_simulation(file: Path, system: System, logs: Logs, horizon: float) -> None:
-    simulation = Simulation(system, _recording(file, system, logs, horizon).thinned(WINDOWS))
+def _check_simulation(system: System, logs: Logs, horizon: float) -> None:
+    simulation = Simulation(system, _recording(system, logs, horizon).thinned(WINDOWS))
     values = simulation.values[None, None]
     diverged = simulation(values).diverged
     if diverged.all():
         diverged = simulation(values, substeps=FINE).diverged
     if np.all(diverged):
         raise BadInput(
-            f"{file}: dynamics: the simulation diverges within {horizon:g} s from every measured state; "
-            f"check signs, parameters and units"
+            f"{system.place}: dynamics: the simulation diverges within {horizon:g} s from every measured "
+            f"state; check signs, parameters and units"
         )
 
 
-def _recording(file: Path, system: System, logs: Logs, horizon: float) -> Recording:
+def _recording(system: System, logs: Logs, horizon: float) -> Recording:
     latest = max(output.delay for output in system.outputs)
     try:
         return Recording.of(logs, horizon, latest=latest)
     except ValueError as error:
-        raise BadInput(f"{file}: outputs: {error}") from None
+        raise BadInput(f"{system.place}: outputs: {error}") from None
