@@ -135,7 +135,7 @@ def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
         yield
         return
     inputs = {name: Path(source) for name, source in sources.items() if source}
-    token = _RUNNING.set(_Running(verb, Place(), out.absolute(), inputs))
+    token = _RUNNING.set(_Running(verb, OutputPlace(), out.absolute(), inputs))
     try:
         _check_out(out, Out.FOLDER)
         yield
