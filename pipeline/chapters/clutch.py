@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.parquet import read_parquet
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.phases import Experiments, trajectories
+from unmodelled.systems.phases import trajectories
 
 Array = NDArray[np.float64]
 
