@@ -48,6 +48,18 @@ def train(
     Raises:
         BadInput: when the model does not suit the system, the data are too few, or the fit to start from has
             another structure.
+
+    Examples:
+        Four experiments give four models, each without one of the experiments:
+
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> fit = um.train(system, logs, um.one_per_port(hidden=4))
+        >>> fit.trained_on[fit.folds[0]]
+        ('run2', 'run3', 'run4')
+        >>> fit.table()[["parameter", "unit", "known"]]
+          parameter       unit  known
+        0         b  N m s/rad   0.01
     """
     recipe = model if isinstance(model, AugmentedRecipe) else _recipe(model)
     folds = split(logs.experiments_with_speed())
