@@ -25,11 +25,16 @@ if TYPE_CHECKING:
     from unmodelled.base.errors import BadInput as BadInput
     from unmodelled.explanation.parameter_study import ParameterStudy as ParameterStudy
     from unmodelled.explanation.parameter_study import identifiability as identifiability
+    from unmodelled.learning.evaluation import Evaluation as Evaluation
+    from unmodelled.learning.evaluation import evaluate as evaluate
+    from unmodelled.learning.fit import Fit as Fit
+    from unmodelled.learning.training import train as train
     from unmodelled.learning.uncertainty.identified import IdentifiedUncertainty as IdentifiedUncertainty
     from unmodelled.learning.uncertainty.identified import identify_response as identify_response
     from unmodelled.learning.uncertainty.identified import identify_uncertainty as identify_uncertainty
     from unmodelled.logs.folder import read_logs as read_logs
     from unmodelled.logs.logs import Logs as Logs
+    from unmodelled.models.structures import one_per_port as one_per_port
     from unmodelled.systems.model import System as System
     from unmodelled.systems.reader import read_system as read_system
     from unmodelled.systems.writer import write_system as write_system
@@ -41,6 +46,9 @@ else:
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),
+        "learning.evaluation": ("Evaluation", "evaluate"),
+        "learning.fit": ("Fit",),
+        "learning.training": ("train",),
         "learning.uncertainty.identified": (
             "IdentifiedUncertainty",
             "identify_response",
@@ -48,6 +56,7 @@ else:
         ),
         "logs.folder": ("read_logs",),
         "logs.logs": ("Logs",),
+        "models.structures": ("one_per_port",),
         "systems.model": ("System",),
         "systems.reader": ("read_system",),
         "systems.writer": ("write_system",),

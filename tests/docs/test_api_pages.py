@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+import unmodelled as um
 from docs.api_pages import INTERNAL, build
 
 LIBRARY = Path(__file__).parents[2] / "unmodelled"
@@ -22,6 +23,11 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_public_room_has_a_page(pages: Path) -> None:
     assert {page.stem for page in (pages / "unmodelled").glob("*.html")} == ROOMS - set(INTERNAL)
+
+
+def test_the_page_of_the_library_holds_all_public_names(pages: Path) -> None:
+    page = (pages / "unmodelled.html").read_text()
+    assert {name for name in um.__all__ if f'<section id="{name}"' not in page} == set()
 
 
 def test_sections_of_docstrings_are_told_apart(pages: Path) -> None:

@@ -5,8 +5,12 @@ from __future__ import annotations
 import ast
 import gzip
 import importlib
+import os
 import re
 import shlex
+import shutil
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -104,6 +108,27 @@ def test_the_tutorial_shows_what_was_written(
     assert main(["acquire", "source=pendulum", "out=outputs/pendulum/logs"]) == 0
     said = capsys.readouterr().err.strip()
     assert said.startswith("wrote ") and said in shown
+
+
+@pytest.fixture(scope="module")
+def newcomer(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the pendulum's system file and logs."""
+    folder = tmp_path_factory.mktemp("newcomer")
+    shutil.copy(ROOT / "systems" / "pendulum.yaml", folder)
+    acquire(PendulumCampaign(), 0, folder / "logs")
+    return folder
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/own_data/README.md"])
+def test_python_examples_print_what_they_show(page: str, newcomer: Path) -> None:
+    """The training, which takes a minute, is left out: the notebooks run one."""
+    code = next(text for text in blocks(ROOT / page, "python") if text.startswith("import unmodelled"))
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, cwd=newcomer, capture_output=True, text=True, env=environment)
+    assert result.returncode == 0, result.stderr
+    said, shown = result.stdout.splitlines(), (ROOT / page).read_text()
+    assert said and all(line in shown for line in said[:3])
 
 
 def test_a_log_folder_is_refused_as_shown(

@@ -50,16 +50,16 @@ def train(
             another structure.
 
     Examples:
+        Four experiments give four models, each without one of the experiments:
+
         >>> import unmodelled as um
-        >>> from unmodelled.models.structures import one_per_port
         >>> system, logs = um.example("pendulum")
-        >>> short = AugmentedRecipe(one_per_port(hidden=8), Windows(horizon=5, epochs=5), method="rk4")
-        >>> fit = train(system, logs, short)
-        >>> fit.folds
-        ['run1', 'run2', 'run3', 'run4']
-        >>> print(fit)
-        4 models of pendulum (4 folds): 8 hidden units in joint
-        b: ... N m s/rad, from ... to ... over 4 models
+        >>> fit = um.train(system, logs, um.one_per_port(hidden=4))
+        >>> fit.trained_on[fit.folds[0]]
+        ('run2', 'run3', 'run4')
+        >>> fit.table()[["parameter", "unit", "known"]]
+          parameter       unit  known
+        0         b  N m s/rad   0.01
     """
     recipe = model if isinstance(model, AugmentedRecipe) else _recipe(model)
     folds = split(logs.experiments_with_speed())
