@@ -1,4 +1,4 @@
-"""Which output shows which state, and the tables that drive windows and start them."""
+"""Inputs and initial states of windows, as sensor gains and delays change them."""
 
 from __future__ import annotations
 
@@ -23,12 +23,14 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class StateReading:
-    """A state that an output shows as gain * state + offset, or that is the derivative of such a state.
+    """Say how an output measures a state: as gain * state + offset, or as the integral of the state.
 
     Attributes:
-        state, output: their numbers.
-        gain, offset: in terms of parameters and constants of the operating point.
-        slope: whether the state is the time derivative of what the output shows.
+        state: number of the state.
+        output: number of the output.
+        gain: gain, an expression in parameters and constants of the operating point.
+        offset: offset, an expression like the gain.
+        slope: whether the state is the time derivative of the measured state.
     """
 
     state: int
@@ -39,12 +41,12 @@ class StateReading:
 
     @property
     def plain(self) -> bool:
-        """Whether the output, or its derivative, is the state itself."""
+        """Return whether the output, or its derivative, is the state itself."""
         return bool(self.gain == 1 and self.offset == 0)
 
 
 def readings(system: System) -> tuple[StateReading, ...]:
-    """All states that outputs show, in the order of the states; `measurements.states` reads the same ones."""
+    """Return the measured states of a system, in the order of its states, as `logs.states` reads them."""
     found: dict[int, StateReading] = {}
     outputs = range(len(system.outputs))
     for j in sorted(outputs, key=lambda j: system.outputs[j].expression not in system.x):
@@ -73,11 +75,12 @@ def _reading(system: System, j: int) -> StateReading | None:
 
 @dataclass(frozen=True)
 class WindowTables:
-    """Samples of all experiments, once for all sets that read them alike.
+    """Hold the samples of all experiments, once for all parameter sets that read them alike.
 
     Attributes:
-        u: (tables, samples, inputs) as they act. x: (tables, samples, measured states).
-        member: (sets,) the table of every set.
+        u: inputs (tables, samples, inputs) at the time when they act.
+        x: measured states (tables, samples, measured states).
+        member: table (sets,) of every parameter set.
     """
 
     u: Array
@@ -86,21 +89,24 @@ class WindowTables:
 
     @property
     def driven(self) -> Array:
-        """(tables * samples, inputs + measured states)"""
+        """Return inputs and measured states side by side (tables * samples, inputs + measured states)."""
         return np.concatenate([self.u, self.x], axis=2).reshape(-1, self.u.shape[2] + self.x.shape[2])
 
     @property
     def shift(self) -> Indices:
-        """(sets,) rows before the table of every set where the tables follow each other."""
+        """Return the number (sets,) of rows before the table of every set."""
         return np.asarray(self.member * self.u.shape[1])
 
 
 class WindowTableReader:
-    """Makes tables.
+    """Make the tables of parameter sets.
 
     Args:
-        system, recording: see `Simulation`. c: (experiments, constants).
-        input_delays, output_delays: number of an input or output -> column of its delay (s) in a set.
+        system: system, see `Simulation`.
+        recording: windows, see `Simulation`.
+        input_delays: column of the delay (s) in a parameter set, by number of the input.
+        output_delays: the same by number of the output.
+        c: operating points (experiments, constants).
     """
 
     def __init__(
@@ -119,7 +125,7 @@ class WindowTableReader:
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
     def __call__(self, values: Array) -> WindowTables:
-        """The tables of `values` (experiments, sets, numbers)."""
+        """Return the tables of the parameter sets `values` (experiments, sets, numbers)."""
         if not self.columns:
             return self._same(values.shape[1])
         different = values[:, :, self.columns]
@@ -143,7 +149,7 @@ class WindowTableReader:
         return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
 
     def delays(self, values: Array) -> Array:
-        """(sets, outputs) of what is shown, s, from sets of numbers (sets, numbers)."""
+        """Return the delays (sets, outputs), s, of the parameter sets `values` (sets, numbers)."""
         found = np.tile([output.delay for output in self.system.outputs], (len(values), 1))
         for j, column in self.output_delays.items():
             found[:, j] += values[:, column]
@@ -160,7 +166,7 @@ class WindowTableReader:
         return u
 
     def gains(self, values: Array) -> Array:
-        """(experiments, sets, readings, gain and offset)"""
+        """Return gain and offset (experiments, sets, readings, 2) of the measured states."""
         system = self.system
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.duplicates import among
+from unmodelled.diagnosis.data.duplicates import selected
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.systems.model import Parameter, System, symbol
@@ -48,7 +48,7 @@ def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     usual = np.median(before[others]) if others.any() else np.inf
     if len(before) < limits.fewest_for_outstanding or before[worst] < limits.outstanding_error * usual:
         return
-    alone = Trials(trials.system, among(trials.logs, [worst]), trials.horizon, thresholds=limits)
+    alone = Trials(trials.system, selected(trials.logs, [worst]), trials.horizon, thresholds=limits)
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
     yield _of_time(trials, _factor(alone, steps), ~others)
