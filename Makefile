@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PROFILE ?= full
 
-.PHONY: help report measured test check bench fuzz survive docs clean
+.PHONY: help report measured test check wheel bench fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -49,6 +49,18 @@ check: $(VENV)/tools  ## style, types, layering
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# nothing of the checkout is on the path there, and none of torch, dvc, shap and mujoco is installed
+WHEEL := outputs/wheel
+wheel: $(VENV)/tools   ## build the wheel, install it into an empty environment, diagnose a machine with it
+	@rm -rf $(WHEEL) build && mkdir -p $(WHEEL)
+	@$(BIN)/python -m pip wheel -q --disable-pip-version-check --no-deps -w $(WHEEL) . && rm -rf build
+	@$(PYTHON) -m venv $(WHEEL)/env
+	@$(WHEEL)/env/bin/python -m pip install -q --disable-pip-version-check -c constraints.txt $(WHEEL)/*.whl
+	@du -sm $(WHEEL)/env | sed 's/\t.*/ MB: the environment of the library/'
+	@$(BIN)/python -m pipeline acquire -q source=pendulum out=$(WHEEL)/logs && cp systems/pendulum.yaml $(WHEEL)
+	cd $(WHEEL) && env/bin/unmodelled diagnose system=pendulum.yaml logs=logs out=answer
+	@$(WHEEL)/env/bin/python tests/wheel.py $(WHEEL)/answer/diagnosis.json
+
 bench: $(VENV)/tools  ## speed against peers, as ratios in one run: ARGS=<some of them>
 	$(BIN)/python -m benchmarks $(ARGS)
 
@@ -58,8 +70,9 @@ fuzz: $(VENV)/tools    ## thousands of damaged and hostile inputs, others every 
 survive: $(VENV)/tools  ## kill the whole graph thirty times at random, see that nothing is lost (most of an hour)
 	$(BIN)/python -m tests.survival $(ARGS)
 
-docs: $(VENV)/ready    ## write docs/reference from the code
+docs: $(VENV)/tools    ## write docs/reference from the code and docs/api, pages on all functions, from their docstrings
 	$(BIN)/python -m docs.reference.generate
+	$(BIN)/python -m docs.api_pages
 
 clean:           ## remove what the graph made; the environment stays
 	rm -rf data outputs reports/figures reports/site reports/index.html

@@ -12,7 +12,7 @@ from pipeline.attribution.deep_shap import deep_shap
 from pipeline.attribution.exact import exact_shapley, shapley_weights
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 REFERENCES, STEPS, FEATURES, SETTINGS = 10, 100, 8, 3
 PEER = f"shap {shap.__version__}, GradientExplainer with as many samples as references"

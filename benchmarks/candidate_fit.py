@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
+from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.fit import begin, iterate
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, assembled
-from unmodelled.engine.threads import one_thread
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.program import Equations, assembled
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.reader import read_system
@@ -92,7 +92,9 @@ def measured(system: System) -> Logs:
     p = np.tile(system.values, (EXPERIMENTS, 1, 1))
     x0 = rng.uniform(0.0, 3.0, (EXPERIMENTS, 1, 1)) * [1.0, 0.0]
     program = assembled(Equations.of(system, system.x))
-    x = simulated(program, windows, p, np.empty((EXPERIMENTS, 0)), x0, 2, PERIOD).reshape(-1, 2)
+    x = free_run(
+        program, windows, p, np.empty((EXPERIMENTS, 0)), x0, Integration(PERIOD, "rk4", 2, 1.0)
+    ).reshape(-1, 2)
     y = x + [2e-4, 0.1] * rng.standard_normal(x.shape)
     ids = tuple(f"run{k}" for k in owner)
     table = pd.DataFrame({"id": ids})
@@ -106,7 +108,9 @@ def first_window(system: System) -> Array:
     program, nothing = assembled(Equations.of(system, system.x)), np.zeros(1, np.int64)
     windows = Windows(np.zeros((201, 1)), np.zeros(201), nothing, nothing + 200, nothing, nothing)
     values = np.array(system.values)[None, None]
-    return simulated(program, windows, values, np.empty((1, 0)), np.zeros((1, 1, 2)), 1, PERIOD)
+    return free_run(
+        program, windows, values, np.empty((1, 0)), np.zeros((1, 1, 2)), Integration(PERIOD, "rk4", 1, 1.0)
+    )
 
 
 def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Array], Callable[[], Array]]:
@@ -130,7 +134,7 @@ def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Arra
     data, how = Measured.of(logs), Integration(PERIOD, "rk4", 1, 1.0)
 
     def ours() -> Array:
-        return simulated(program, windows, p, c, x0, 1, PERIOD)
+        return free_run(program, windows, p, c, x0, Integration(PERIOD, "rk4", 1, 1.0))
 
     def peer() -> Array:
         x, _ = simulate(model, 0, data, x0.reshape(-1, 2), np.repeat(starts, sets), steps, how)

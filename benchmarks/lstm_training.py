@@ -26,7 +26,7 @@ from pipeline.cam_follower.sequence.kernel import gradient
 from pipeline.cam_follower.sequence.layout import flattened, sizes
 from pipeline.cam_follower.sequence.training import Draws, standardised
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 Array = NDArray[np.float64]
 

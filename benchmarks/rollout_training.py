@@ -18,9 +18,9 @@ from benchmarks.slider_crank import (
     settings,
 )
 from benchmarks.timing import seconds, side_by_side
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
+from unmodelled.engine.free_run import Integration
 from unmodelled.learning.windows import Problem, Progress, weighting
-from unmodelled.models.nnap import Integration
 
 HORIZON = 300
 PEER = f"torch {torch.__version__}, eager, the faster of float64 and float32"

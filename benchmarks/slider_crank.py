@@ -10,9 +10,10 @@ import torch
 from numpy.typing import NDArray
 
 from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.engine.free_run import Integration
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.windows import Problem, Progress, Windows, train_epochs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 from unmodelled.models.structures import one_per_port
 from unmodelled.systems.reader import read_system

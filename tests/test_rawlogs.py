@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pipeline.recordings.rawlogs import ROWS, Archive, parse, validate
+from pipeline.recordings.rawlogs import ROWS, RawLogs, parse, validate
 from tests.conftest import log_text, write_archive
 from unmodelled.base.errors import BadInput
 
@@ -104,7 +104,7 @@ PARAMETERS: list[tuple[str, str]] = [
     ("exp,H,beta,m,V\n1,0.03,3.14,heavy,5\n", "row 2: column m: 'heavy' is not a finite number"),
     ("exp,H,beta,m,V\n1,0.03,3.14,1.1,\n", "row 2: column V: '' is not a finite number"),
     ("exp,H,beta,m,V\n1,0.03,3.14,1.1,5\n9,0.03,3.14,1.1,5\n", "exp9.csv is missing"),
-    ("exp,H,beta,m,V\n", "no experiments"),
+    ("exp,H,beta,m,V\n", "no rows below it"),
     ("", "not a table"),
 ]
 
@@ -113,14 +113,14 @@ PARAMETERS: list[tuple[str, str]] = [
 def test_bad_parameters(tmp_path: Path, table: str, message: str) -> None:
     path = write_archive(tmp_path / "campaign.zip", {1: log_text()}, table)
     with pytest.raises(BadInput, match=message):
-        Archive(path).parameters()
+        RawLogs(path).parameters()
 
 
 def test_a_log_that_parameters_do_not_list(tmp_path: Path) -> None:
     table = "exp,H,beta,m,V\n1,0.03,3.14,1.1,5\n"
     path = write_archive(tmp_path / "campaign.zip", {1: log_text(), 2: log_text()}, table)
     with pytest.raises(BadInput, match="experiment 2 is missing"):
-        Archive(path).parameters()
+        RawLogs(path).parameters()
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_bad_archive(tmp_path: Path, content: bytes | None, message: str) -> Non
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(BadInput, match=message):
-        Archive(path)
+        RawLogs(path)
 
 
 def test_truncated_archive(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_truncated_archive(tmp_path: Path) -> None:
     torn = tmp_path / "torn.zip"
     torn.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(BadInput, match=r"torn\.zip"):
-        Archive(torn)
+        RawLogs(torn)
 
 
 @settings(max_examples=300, deadline=None)

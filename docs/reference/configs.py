@@ -1,4 +1,4 @@
-"""The page on the config files that keys choose."""
+"""Write the page on the configuration files that keys choose."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from docs.reference.docstrings import of
 from docs.reference.markdown import code, table, value
 from pipeline.__main__ import PROGRAM
 
-#: Group -> what it is.
+#: Group -> description.
 GROUPS = {
-    "model": "What is fitted, and how. Of any system: `hybrid`, and `physics training@model=multi_step`; "
-    "other `hybrid_*`, `nnap*` and `black_box` name parameters or inputs of the slider-crank. Of the "
-    "drivetrain of the cam-follower: `f_bb`, `f_h1`, `f_h2`, `lls`, `motor`, `best`; of its jumps: others.",
-    "training": "What models have in common: `training@model=shooting` swaps it, `model.windows.epochs=50` "
-    "changes one of its keys.",
-    "split": "Which experiments a model may see, and which it is judged on.",
-    "profile": "How long everything takes.",
+    "model": "The model to fit, and how to fit it. For any system: `hybrid`, and "
+    "`physics training@model=multi_step`. For the slider-crank only, because they name its parameters or "
+    "inputs: the other `hybrid_*`, `nnap*` and `black_box`. For the drivetrain of the cam-follower: `f_bb`, "
+    "`f_h1`, `f_h2`, `lls`, `motor`, `best`. For the jumps of the cam-follower: all others.",
+    "training": "Settings that several models share. `training@model=shooting` chooses another file, "
+    "`model.windows.epochs=50` changes one key.",
+    "split": "Which experiments are for training, and which are for testing.",
+    "profile": "How long trainings and studies run.",
     "source": "Where logs come from.",
     "uncertainty": "Families of distributions, and how they are propagated and identified.",
     "mechanism": "Constants of a mechanism that is written in Python.",
@@ -30,11 +31,11 @@ HYDRA = {"_target_", "_partial_", "_convert_", "defaults"}
 
 
 def page() -> str:
-    """One section a group of config files."""
+    """Return one section per group of configuration files."""
     index = "\n".join(f"- [{group}](#{group})" for group in GROUPS)
     head = (
-        "# Configs\n\nA key such as `model=hybrid` chooses the file `conf/model/hybrid.yaml`; "
-        "`model.windows.horizon=30` changes one of its keys. Launchers and sweepers: "
+        "# Configs\n\nA key such as `model=hybrid` chooses the configuration file `conf/model/hybrid.yaml`. "
+        "`model.windows.horizon=30` changes one of its keys. For launchers and sweepers, see "
         "[sweeps](../sweeps/README.md).\n\n"
     )
     return "\n".join([head + index + "\n", *(_section(group, text) for group, text in GROUPS.items())])
@@ -47,7 +48,7 @@ def _section(group: str, text: str) -> str:
     for path in files:
         for target, keys in _targets(_content(path)):
             used.setdefault(target, set()).update(keys)
-    parts = [f"## {group}\n", f"{text}\n", table(("choice", "what it is", "builds on", "own keys"), rows)]
+    parts = [f"## {group}\n", f"{text}\n", table(("choice", "description", "includes", "own keys"), rows)]
     meanings = [_meaning(target, keys) for target, keys in used.items()]
     if any(meanings):
         parts += [f"### Keys of {group}\n", *filter(None, meanings)]
@@ -67,7 +68,7 @@ def _content(path: Path) -> dict[str, Any]:
 
 
 def _bases(entry: str | dict[str, str]) -> Iterator[str]:
-    """Names of the files that an entry of a defaults list names."""
+    """Return the names of the files that an entry of a defaults list includes."""
     if isinstance(entry, str):
         yield entry.partition("@")[0]
     else:
@@ -76,7 +77,7 @@ def _bases(entry: str | dict[str, str]) -> Iterator[str]:
 
 
 def _about(path: Path, content: dict[str, Any]) -> str:
-    """The comment at the head of the file, or how that is documented which makes the difference."""
+    """Return the comment at the top of the file, or else the docstring of the most specific target in it."""
     comment = re.match(r"((?:#.*\n)+)", path.read_text())
     if comment:
         return " ".join(line.lstrip("# ").rstrip() for line in comment[1].splitlines())
@@ -85,7 +86,7 @@ def _about(path: Path, content: dict[str, Any]) -> str:
 
 
 def _targets(content: Any) -> Iterator[tuple[str, set[str]]]:
-    """Every target in a file, with the keys beside it."""
+    """Return every target in a file, with the keys beside it."""
     if isinstance(content, dict):
         if "_target_" in content:
             yield content["_target_"], set(content)
@@ -94,7 +95,7 @@ def _targets(content: Any) -> Iterator[tuple[str, set[str]]]:
 
 
 def _flat(content: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys as the command line knows them; the name of a target for the key that holds it."""
+    """Return all keys as written on the command line; the value of a key with a target is the target."""
     for name, inner in content.items():
         if name in HYDRA:
             continue
@@ -107,7 +108,7 @@ def _flat(content: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]
 
 
 def _meaning(target: str, keys: set[str]) -> str:
-    """What is said of the keys of `target` that a file sets."""
+    """Return the meanings of the keys of `target` that a file sets."""
     found = of(target)
     lines = [f"- {code(name)}: {text}" for name, text in found.meanings().items() if name in keys]
     name = ".".join(target.split(".")[-2:])

@@ -1,4 +1,4 @@
-"""Docstrings, read without importing what they belong to."""
+"""Read docstrings from source files, without importing the modules."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-HEADING = re.compile(r"^(Args|Attributes|Class attributes|Raises|Returns|Yields):$", re.M)
+HEADING = re.compile(r"^(Args|Attributes|Class attributes|Examples|Raises|Returns|Yields):$", re.M)
 
 
 @dataclass(frozen=True)
 class Documented:
-    """A function or class.
+    """Docstring and parameters of a function or class.
 
     Attributes:
-        text: what its docstring says before the first section.
-        sections: heading -> what stands below it.
-        parameters: names -> annotations, of a function or of the fields of a dataclass.
+        text: text of the docstring before the first section.
+        sections: heading -> text of the section.
+        parameters: name -> annotation, of the arguments of a function or the fields of a dataclass.
     """
 
     text: str
@@ -28,11 +28,11 @@ class Documented:
 
     @property
     def first(self) -> str:
-        """The first sentence."""
+        """Return the first paragraph on one line."""
         return " ".join(self.text.split("\n\n")[0].split())
 
     def meanings(self) -> dict[str, str]:
-        """What is said of each parameter; several may stand in one line."""
+        """Return the meaning of each parameter; one line may explain several parameters."""
         said = self.sections.get("Args") or self.sections.get("Attributes") or ""
         names = "|".join(map(re.escape, self.parameters))
         if not names:
@@ -47,7 +47,10 @@ class Documented:
 
 
 def of(target: str) -> Documented:
-    """What is documented under a dotted path, such as a config file names.
+    """Return the docstring of a function or class.
+
+    Args:
+        target: dotted path, such as the `_target_` of a configuration file.
 
     Raises:
         KeyError: when there is no such function or class.
@@ -61,7 +64,7 @@ def of(target: str) -> Documented:
 
 
 def summary(path: Path) -> str:
-    """The first line of a module's docstring."""
+    """Return the first line of a module's docstring."""
     return (ast.get_docstring(_tree(path)) or "").partition("\n")[0]
 
 

@@ -1,4 +1,4 @@
-"""The page on what a diagnosis can name."""
+"""Write the page on the effects that a diagnosis can name."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from unmodelled.effects.scales import Scales, Spread
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
-#: The first of them that an effect suits shows its law.
+#: System files; the law of an effect is shown for the first system that has a place for it.
 EXAMPLES = ("systems/withheld/hoist.yaml", "systems/pendulum.yaml")
 HEAD = """# Effects
 
-What a model may leave out: {count} laws of {families} families. `diagnose` tries each of them at every place
-that it suits. Laws are shown for a hoist that moves along `x` with the speed `v`, is driven by `u` and has a
-port `rail` (`systems/withheld/hoist.yaml`), or else for a pendulum. Of laws that data cannot tell apart the
-one with the least complexity is named. A law without a variant is the plain form of its family.
+This page lists the effects that a model may leave out: {count} laws in {families} families. `diagnose` tries
+each law at every suitable place. The laws are shown for a hoist that moves along `x` with the speed `v`, is
+driven by `u` and has a port `rail` (`systems/withheld/hoist.yaml`); laws that do not suit the hoist are shown
+for a pendulum. If the data cannot distinguish several laws, the law with the lowest complexity is named. A
+law without a variant is the basic form of its family.
 
 """
 
 
 def page() -> str:
-    """A section a family; families in the order of their simplest member."""
+    """Return one section per family, ordered by the simplest law of each family."""
     every = effects()
     families = list(dict.fromkeys(effect.family for effect in every))
     index = ", ".join(f"[{name}](#{name})" for name in families)
@@ -38,7 +39,7 @@ def page() -> str:
 
 def _section(family: str, own: list[Effect]) -> str:
     rows = [_row(effect) for effect in own]
-    head = ("variant", "what it is", "at", "law", "its numbers", "complexity")
+    head = ("variant", "description", "place", "law", "parameters", "complexity")
     return f"## {family}\n\n{table(head, rows)}"
 
 
@@ -63,7 +64,7 @@ def _examples(effect: Effect) -> Iterator[Added]:
 
 
 def _scales(system: System) -> Scales:
-    """Everything moves by about one: the sizes choose starting values, which are not shown."""
+    """Return scales of one for all signals. Scales choose starting values only, and these are not shown."""
     one = Spread(-1.0, 1.0, 0.7)
     names = [*(s.name for s in system.states), *(i.name for i in system.inputs), *system.signals]
     ports = {port.name: 1.0 for port in system.ports}

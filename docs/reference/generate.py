@@ -1,4 +1,4 @@
-"""Makes this reference from code and config files: `make docs`, or python -m docs.reference.generate."""
+"""Write this reference from code and config files: `make docs`, or python -m docs.reference.generate."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ HERE = Path(__file__).parent
 
 INDEX = """# Reference
 
-Made from the code by `make docs`; a test compares the two.
+`make docs` writes these pages from the code; a test compares pages and code.
 
-- [Verbs](verbs.md): what `python -m pipeline <verb>` does, its keys and their defaults.
-- [Configs](configs.md): models, splits, profiles, sources, and what else a key such as `model=` can be, with
-  the meaning of their keys.
-- [Effects](effects.md): what a diagnosis can name, with laws, numbers and units.
-- [Systems](systems.md): the system files that come with the project, and what an expression in one may hold.
+- [Verbs](verbs.md): the purpose of every verb of `python -m pipeline <verb>`, its keys and their defaults.
+- [Configs](configs.md): the configuration files that a key such as `model=` can choose (models, splits,
+  profiles, sources), and the meaning of their keys.
+- [Effects](effects.md): the effects that a diagnosis can name, with laws, parameters and units.
+- [Systems](systems.md): the system files in this repository, and the language of their expressions.
 
-`python -m pipeline <verb> --help` says the same of one verb; `--cfg job` shows the configuration after your
-changes.
+`python -m pipeline <verb> --help` prints the same about one verb; `--cfg job` prints the configuration after
+your changes. `make docs` also writes pages on all Python functions to `docs/api`.
 """
 
 
 def pages() -> dict[str, str]:
-    """The text of every page by the name of its file."""
+    """Return the text of every page by file name."""
     return {
         "README.md": INDEX,
         "verbs.md": verbs.page(),

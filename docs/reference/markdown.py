@@ -1,4 +1,4 @@
-"""Small pieces of Markdown."""
+"""Write Markdown tables, code and values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import yaml
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table, or nothing without rows."""
+    """Return a table, or an empty text if there are no rows."""
     lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
     if not lines:
         return ""
@@ -16,11 +16,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def code(text: object) -> str:
-    """Text as code."""
+    """Return the text in backticks."""
     return f"`{text}`" if str(text) else ""
 
 
 def value(content: object) -> str:
-    """A value as one writes it on the command line."""
+    """Return a value as written on the command line."""
     text = yaml.safe_dump(content, default_flow_style=True, width=1000, sort_keys=False)
     return text.strip().removesuffix("\n...").strip()

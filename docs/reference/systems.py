@@ -1,4 +1,4 @@
-"""The page on system files."""
+"""Write the page on system files."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from unmodelled.systems.reader import read_system
 
 HEAD = """# Systems
 
-How to write one: [your own data](../own_data/README.md). These come with the project:
+To write a system file, see [your own data](../own_data/README.md). This repository holds the following files:
 
 """
 LANGUAGE = """
-## What an expression may hold
+## What an expression may contain
 
-Numbers, names, `+ - * / **`, comparisons, parentheses and functions; nothing else is read, and nothing is
-executed. Names are states, inputs, parameters, the operating point, signals, efforts, `t` (s since the start
-of the experiment), `pi` and tables. Functions: {plain}, and
+An expression may contain numbers, names, `+ - * / **`, comparisons, parentheses and functions; everything
+else is refused, and nothing is executed. Names are states, inputs, parameters, the operating point, signals,
+efforts, `t` (time in s since the start of the experiment), `pi` and tables. Functions are {plain}, and:
 
 """
-#: What does not go without saying.
+#: Functions whose name does not define them.
 MEANINGS = {
-    "where": "`b` where `a` holds, else `c`",
+    "where": "`b` if the condition `a` is true, else `c`",
     "clip": "`a`, but at least `b` and at most `c`",
     "heaviside": "0 below zero, 1/2 at zero, 1 above",
     "mod": "remainder of `a` by `b`, with the sign of `b`",
@@ -39,9 +39,9 @@ MEANINGS = {
 
 
 def page() -> str:
-    """A table of all files, and the language."""
+    """Return a table of all system files, and the language of expressions."""
     files = sorted((ROOT / "systems").rglob("*.yaml"), key=lambda path: (len(path.parts), path))
-    head = ("file", "what it is", "states", "inputs", "outputs", "ports", "uncertain")
+    head = ("file", "description", "states", "inputs", "outputs", "ports", "uncertain")
     plain = ", ".join(code(name) for name in FUNCTIONS if name not in MEANINGS)
     calls = [(code(f"{n}({_arguments(f)})"), MEANINGS[n]) for n, f in FUNCTIONS.items() if n in MEANINGS]
     calls.append((code("diff(expression, state)"), "partial derivative"))

@@ -1,4 +1,4 @@
-"""The page on verbs."""
+"""Write the page on verbs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OUT = "${hydra:runtime.output_dir}"
 
 
 def page() -> str:
-    """One section a verb, in the order of their names."""
+    """Return one section per verb, in alphabetical order."""
     known = PROGRAM.summaries()
     index = "\n".join(f"- [{verb}](#{verb}): {line}" for verb, line in known.items())
     head = f"# Verbs\n\n`python -m pipeline <verb> key=value ...`\n\n{index}\n"
@@ -63,7 +63,7 @@ def _refused(found: Documented) -> str:
 
 
 def _joined(text: str) -> str:
-    """Paragraphs, and entries of lists, each on one line."""
+    """Return the text with every paragraph and every list item on one line."""
     paragraphs = re.split(r"\n\n|\n(?=- )", text)
     lines = [" ".join(paragraph.split()) for paragraph in paragraphs]
     return "\n\n".join(lines).replace("\n\n- ", "\n- ").replace(":\n- ", ":\n\n- ")

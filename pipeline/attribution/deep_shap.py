@@ -17,7 +17,7 @@ from pipeline.attribution.recurrent import Recurrent, Trace
 from pipeline.attribution.result import Attribution
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 #: References whose contributions are carried together; many more do not fit a processor's cache.
 PART = 32

@@ -22,7 +22,7 @@ from pipeline.attribution.result import Attribution
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 #: 2^13 coalitions is where the time, which doubles with every player, becomes minutes per run.
 MOST_PLAYERS = 13

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
+from pipeline.cam_follower.kernels import compiled_function
 from unmodelled.base.compiling import kept
-from unmodelled.engine.kernels import compiled_function
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -1,7 +1,7 @@
 """The cam-follower mechanism, symbolically (sections 5.3 and 6.2.1): the single source of its equations.
 
 Every function that simulates or differentiates the mechanism is generated from these expressions by
-`unmodelled.engine.kernels`. There is no return spring (k = 0) on the bench of the dissertation.
+`pipeline.cam_follower.kernels`. There is no return spring (k = 0) on the bench of the dissertation.
 """
 
 from __future__ import annotations

@@ -11,8 +11,8 @@ from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.conditions import Bench, CamTable, Conditions
 from pipeline.cam_follower.dynamics import Dynamics
-from unmodelled.engine.integrate import limited, step
-from unmodelled.engine.kernels import torch_function
+from pipeline.cam_follower.integrate import limited, step
+from pipeline.cam_follower.kernels import torch_function
 
 #: The force is evaluated at this many instants per step; its minimum is narrow.
 DENSE = 4

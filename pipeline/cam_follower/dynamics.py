@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from pipeline.cam_follower.conditions import Bench, CamTable, Conditions
-from unmodelled.engine.integrate import Method, rollout
+from pipeline.cam_follower.integrate import Method, rollout
 
 
 class Dynamics(nn.Module, ABC):

@@ -14,11 +14,11 @@ from scipy.optimize import least_squares
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.conditions import Bench, CamTable
 from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.kernels import numpy_function
 from pipeline.cam_follower.motor import Motor
 from pipeline.cam_follower.rollout import residual_kernel
 from unmodelled.base.progress import track
 from unmodelled.base.workers import threads_of
-from unmodelled.engine.kernels import numpy_function
 
 Array = NDArray[np.float64]
 

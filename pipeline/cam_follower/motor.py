@@ -8,8 +8,8 @@ from torch import Generator, Tensor, nn
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.conditions import Bench, Conditions
 from pipeline.cam_follower.dynamics import Dynamics
+from pipeline.cam_follower.kernels import torch_function
 from pipeline.cam_follower.relu_ode import ReluNetwork, cam_inputs
-from unmodelled.engine.kernels import torch_function
 
 
 class Motor(Dynamics):

@@ -7,11 +7,11 @@ from torch import Generator, Tensor
 
 from pipeline.cam_follower import free_run
 from pipeline.cam_follower.dataset import Dataset, Indices
+from pipeline.cam_follower.integrate import step
 from pipeline.cam_follower.motor import Motor, MotorHybrid
 from pipeline.cam_follower.one_step import Networked, new_model
 from pipeline.cam_follower.sampler import Sampler, once_per_fold
 from unmodelled.base.progress import track
-from unmodelled.engine.integrate import step
 
 
 def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:

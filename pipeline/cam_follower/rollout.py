@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
-from unmodelled.engine.integrate import SPEED_LIMIT
-from unmodelled.engine.kernels import compiled_function
+from pipeline.cam_follower.integrate import SPEED_LIMIT
+from pipeline.cam_follower.kernels import compiled_function
 
 Array = NDArray[np.float64]
 

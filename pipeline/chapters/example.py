@@ -9,10 +9,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.uncertainty.chaos import Chaos, Expansion
-from unmodelled.uncertainty.density import Density
-from unmodelled.uncertainty.earth_mover import earth_mover
+from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
 from unmodelled.uncertainty.families import ClippedNormal
-from unmodelled.uncertainty.gaussian import Gaussian
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.propagation import standardised
 from unmodelled.uncertainty.push_forward import monotone_density
@@ -53,10 +51,10 @@ def exact_moments() -> Array:
     return np.array([mass @ response(theta) ** m for m in range(1, MOMENTS + 1)])
 
 
-def from_raw(raw: Array, support: Array | None = None) -> tuple[Gaussian, MaximumEntropy]:
+def from_raw(raw: Array, support: Array | None = None) -> tuple[GaussianDensity, MaximumEntropy]:
     """Densities with the raw moments (MOMENTS,)."""
     mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
-    return Gaussian(mean, std), MaximumEntropy.fit(mean, std, moments, support)
+    return GaussianDensity(mean, std), MaximumEntropy.fit(mean, std, moments, support)
 
 
 def tables() -> dict[str, pd.DataFrame]:
@@ -130,7 +128,7 @@ def _fits(exact: Density) -> tuple[pd.DataFrame, pd.DataFrame]:
     for degree, order in [(0, 0), *settings]:
         made = reference if degree == 0 else from_raw(expansion(degree, order).moments(MOMENTS)[:, 0])
         for name, density in zip(("gaussian", "maximum_entropy"), made, strict=True):
-            emd = float(earth_mover(density, exact)[0])
+            emd = float(earth_mover_distance(density, exact)[0])
             failed = bool(isinstance(density, MaximumEntropy) and density.fallback[0])
             rows.append((degree, order, name, emd, failed))
             if degree and (name not in best or emd < best[name][0]):
@@ -163,7 +161,7 @@ def leaves() -> dict[str, Any]:
             f"d{degree}_q{order}": numbers(np.concatenate([[1.0], chaos.moments(MOMENTS)[:, 0]])),
         },
         "emd": {
-            name: {"value": float(earth_mover(density, exact)[0]), "unit": "-"}
+            name: {"value": float(earth_mover_distance(density, exact)[0]), "unit": "-"}
             for name, density in {
                 "gaussian": from_raw(raw)[0],
                 "maximum_entropy": wide,

@@ -28,6 +28,9 @@ class Archive:
         path: zip file or folder, with or without folders around the files; None where the user gave none.
         variable: environment variable that can give `path`, for the error message.
 
+    Attributes:
+        members: paths of the files inside, sorted.
+
     Raises:
         BadInput: when there is no path, or nothing that can be read behind it.
     """
@@ -41,13 +44,13 @@ class Archive:
         self._zip: zipfile.ZipFile | None = None
         if self.path.is_dir():
             files = (p for p in self.path.rglob("*") if not p.is_dir())
-            self._members = sorted(p.relative_to(self.path).as_posix() for p in files)
+            self.members = sorted(p.relative_to(self.path).as_posix() for p in files)
         elif self.path.is_file():
             try:
                 self._zip = zipfile.ZipFile(self.path)
             except (zipfile.BadZipFile, OSError) as error:
-                raise BadInput(f"{self.path}: is neither a folder nor a zip file ({error})") from None
-            self._members = sorted(n for n in self._zip.namelist() if not n.endswith("/"))
+                raise BadInput(f"{self.path}: is not a zip file, nor a folder ({error})") from None
+            self.members = sorted(n for n in self._zip.namelist() if not n.endswith("/"))
         else:
             raise BadInput(f"{self.path}: no such file or folder")
 
@@ -60,7 +63,7 @@ class Archive:
         Raises:
             BadInput: when there is none.
         """
-        found = [n for n in self._members if fnmatchcase(n, pattern) or fnmatchcase(n, f"*/{pattern}")]
+        found = [n for n in self.members if fnmatchcase(n, pattern) or fnmatchcase(n, f"*/{pattern}")]
         if not found:
             raise BadInput(f"{self.path}: holds no {pattern}")
         return found
@@ -69,22 +72,30 @@ class Archive:
         """Return how error messages call the member `name`."""
         return f"{self.path}: {name}"
 
-    def read(self, name: str) -> bytes:
+    def read(self, name: str, factor: float = OBJECTS) -> bytes:
         """Return the content of the member `name`.
+
+        Args:
+            name: member.
+            factor: bytes in memory per byte of the member, once it has been read.
 
         Raises:
             BadInput: when there is none, or it is too large or damaged.
         """
-        if name not in self._members:
+        if name not in self.members:
             raise BadInput(f"{self.path}: holds no {name}")
         try:
             if self._zip is None:
-                check_file(self.path / name, OBJECTS)
+                check_file(self.path / name, factor)
                 return (self.path / name).read_bytes()
-            check_memory(self.where(name), OBJECTS * self._zip.getinfo(name).file_size)
+            check_memory(self.where(name), factor * self.size(name))
             return self._zip.read(name)
         except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, ValueError) as error:
             raise BadInput(f"{self.where(name)}: cannot be read ({error})") from None
+
+    def size(self, name: str) -> int:
+        """Return the bytes of the member `name` once unpacked."""
+        return (self.path / name).stat().st_size if self._zip is None else self._zip.getinfo(name).file_size
 
     def cells(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
         """Return columns of a CSV member as text.

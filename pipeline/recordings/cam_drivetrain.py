@@ -14,7 +14,7 @@ import pandas as pd
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.parquet import write_parquet
-from unmodelled.engine.resample import resample
+from unmodelled.logs.resample import resample
 from unmodelled.logs.trajectory import Campaign
 
 FACTORS = ("H", "beta", "m")

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.recordings.rawlogs import Archive
+from pipeline.recordings.rawlogs import RawLogs
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.base.progress import say
@@ -52,7 +52,7 @@ class PublicDataSet:
             "description": "public measurements of the cam-follower bench of the dissertation",
             "url": self.url,
             "revision": revision,
-            "experiments": len(Archive(archive).parameters()),
+            "experiments": len(RawLogs(archive).parameters()),
         }
 
     def _fetch(self, archive: Path) -> None:

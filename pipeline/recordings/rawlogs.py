@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import io
 import re
-import zipfile
-import zlib
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pipeline.recordings.archive import Archive
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import NUMBERS, check_file, check_memory
 
@@ -30,8 +29,11 @@ SHORTEST_LOG = 50  # samples
 COPIES = 4  # of a log's text, while its lines are told apart and read
 
 
-class Archive:
-    """The zip file of a campaign, open for reading.
+class RawLogs(Archive):
+    """The archive of a campaign, open for reading.
+
+    Args:
+        path: zip file, or folder with the same files.
 
     Raises:
         BadInput: when it is missing, damaged, takes too much memory once unpacked, or holds no
@@ -39,64 +41,30 @@ class Archive:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        super().__init__(str(path), "DATASET")
         check_file(path)
-        try:
-            self._zip = zipfile.ZipFile(path)
-        except FileNotFoundError:
-            raise BadInput(f"{path}: no such file") from None
-        except (zipfile.BadZipFile, OSError) as error:
-            raise BadInput(f"{path}: not a zip file ({error})") from None
-        self._members = {PurePosixPath(n).name: n for n in self._zip.namelist() if n.endswith(".csv")}
-        if "parameters.csv" not in self._members:
+        self._logs = {PurePosixPath(n).name: n for n in self.members if n.endswith(".csv")}
+        if "parameters.csv" not in self._logs:
             raise BadInput(f"{path}: holds no parameters.csv")
-        check_memory(path, NUMBERS * sum(self._size(name) for name in self._members))
-
-    def read(self, name: str) -> bytes:
-        """The content of the member called `name`, wherever it lies in the archive."""
-        if name not in self._members:
-            raise BadInput(f"{self.path}: holds no {name}")
-        check_memory(f"{self.path}:{name}", (COPIES + NUMBERS) * self._size(name))
-        try:
-            return self._zip.read(self._members[name])
-        except (zipfile.BadZipFile, OSError, EOFError, zlib.error, RuntimeError, ValueError) as error:
-            raise BadInput(f"{self.path}:{name}: damaged ({error})") from None
-
-    def _size(self, name: str) -> int:
-        """Bytes of a member once unpacked."""
-        return self._zip.getinfo(self._members[name]).file_size
+        check_memory(path, NUMBERS * sum(map(self.size, self._logs.values())))
 
     def parameters(self) -> pd.DataFrame:
-        """Columns exp, H, beta, m, V, one row per experiment, sorted by exp.
+        """Return columns exp, H, beta, m, V, one row per experiment, sorted by exp.
 
         Raises:
             BadInput: on a missing column, a cell that is not a finite number, a duplicate or missing
                 experiment, or a log without a row.
         """
-        where = f"{self.path}:parameters.csv"
-        try:
-            table = pd.read_csv(io.BytesIO(self.read("parameters.csv")), dtype=str, keep_default_na=False)
-        except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
-            raise BadInput(f"{where}: not a table ({str(error).strip()})") from None
-        for column in ("exp", *FACTORS):
-            if column not in table:
-                raise BadInput(f"{where}: row 1: column {column} is missing")
-            numbers = pd.to_numeric(table[column], errors="coerce").to_numpy(np.float64)
-            bad = np.flatnonzero(~np.isfinite(numbers))
-            if len(bad):
-                cell = table[column].iloc[bad[0]]
-                raise BadInput(f"{where}: row {bad[0] + 2}: column {column}: {cell!r} is not a finite number")
-            table[column] = numbers
-        return self._checked(table[["exp", *FACTORS]].astype({"exp": np.int32}), where)
+        name = self._logs["parameters.csv"]
+        table = self.table(name, ("exp", *FACTORS))
+        return self._checked(table.astype({"exp": np.int32}), self.where(name))
 
     def _checked(self, table: pd.DataFrame, where: str) -> pd.DataFrame:
-        if table.empty:
-            raise BadInput(f"{where}: no experiments")
         twice = table["exp"].duplicated()
         if twice.any():
             row = int(np.flatnonzero(twice)[0])
             raise BadInput(f"{where}: row {row + 2}: column exp: experiment {table['exp'].iloc[row]} twice")
-        logged = {int(k.group(1)) for n in self._members if (k := re.fullmatch(r"exp(\d+)\.csv", n))}
+        logged = {int(k.group(1)) for n in self._logs if (k := re.fullmatch(r"exp(\d+)\.csv", n))}
         listed = set(table["exp"].tolist())
         if missing := sorted(listed - logged):
             raise BadInput(f"{self.path}: exp{missing[0]}.csv is missing, parameters.csv lists it")
@@ -105,14 +73,16 @@ class Archive:
         return table.sort_values("exp", ignore_index=True)
 
     def log(self, exp: int) -> Array:
-        """The log of experiment `exp`, (7, n) in the order of `ROWS`, validated.
+        """Return the log of experiment `exp`, (7, n) in the order of `ROWS`, validated.
 
         Raises:
-            BadInput: see `parse` and `validate`.
+            BadInput: when there is none, see also `parse` and `validate`.
         """
         name = f"exp{exp}.csv"
-        where = f"{self.path.name}:{name}"
-        return validate(parse(self.read(name), where), where)
+        if name not in self._logs:
+            raise BadInput(f"{self.path}: holds no {name}")
+        where = f"{self.path.name}: {name}"
+        return validate(parse(self.read(self._logs[name], COPIES + NUMBERS), where), where)
 
 
 def parse(text: bytes, where: str) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters.labels import label, mean_extreme, unwrapped
-from pipeline.recordings.rawlogs import ROWS, Archive
+from pipeline.recordings.rawlogs import ROWS, RawLogs
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track
 from unmodelled.base.shapes import ORIGIN, read_shaped
@@ -54,7 +54,7 @@ def ingest(raw: Path, system: Path | None, mechanism: CamFollower, workers: int,
 
 def _ingest_cam_follower(raw: Path, mechanism: CamFollower, workers: int, out: Path) -> None:
     archive = raw / "campaign.zip"
-    parameters = Archive(archive).parameters()
+    parameters = RawLogs(archive).parameters()
     ids = parameters["exp"].tolist()
     chunks = [ids[i : i + CHUNK] for i in range(0, len(ids), CHUNK)]
     lengths: list[int] = []
@@ -75,7 +75,7 @@ def _read(archive: Path, ids: list[int]) -> Chunk:
 
     Five significant digits fit in a float32; the unwrapped angle and the time need more.
     """
-    source = Archive(archive)
+    source = RawLogs(archive)
     logs = [source.log(exp) for exp in ids]
     joined = np.concatenate(logs, axis=1)
     joined[1] = np.concatenate([unwrapped(log[1]) for log in logs])

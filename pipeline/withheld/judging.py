@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
-from unmodelled.evaluation.shrink import shrink
+from unmodelled.evaluation.gap import shrink
 
 Content = Mapping[str, Any]
 ActsAt = Mapping[str, Collection[str]]

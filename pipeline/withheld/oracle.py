@@ -19,7 +19,7 @@ from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.evaluation.channels import parameter_channels
-from unmodelled.evaluation.shrink import shrink
+from unmodelled.evaluation.gap import shrink
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]

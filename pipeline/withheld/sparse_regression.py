@@ -21,7 +21,7 @@ from sklearn.model_selection import GroupKFold
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.effects.added import Added
 from unmodelled.effects.library import effects
-from unmodelled.engine.differentiate import smooth_derivative
+from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
 

@@ -17,8 +17,8 @@ from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.folder import read_logs
-from unmodelled.logs.inputs import acting
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
@@ -68,10 +68,8 @@ def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 
     late = replace(grown, inputs=tuple(replace(i, delay=i.delay + timing) for i in grown.inputs))
     own = {name: values for s in said for name, values in s.own.items()}
     columns = {name: column for a in found for name, column in a.columns.items()}
-    moved = [i.delay - j.delay for i, j in zip(late.inputs, system.inputs, strict=True)]
-    seen = replace(logs, u=acting(late, logs.ids, logs.u, logs.offsets, logs.period, moved))
     spread = in_columns(late, own)
-    seen = extended(seen, {**columns, **own}).for_system(spread)  # type: ignore[dict-item]
+    seen = prepare(spread, extended(logs, {**columns, **own}))  # type: ignore[dict-item]
     return JudgedModel("augmented", spread, seen, free_runs(spread, seen, HORIZON, HELD_OUT))
 
 

@@ -24,6 +24,7 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 JOINT = Place("port", "joint")
@@ -89,5 +90,5 @@ def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tupl
     runs = [i for i in range(len(logs)) if i not in held]
     found = fit_parameters(Simulation(system, Recording.of(logs, HORIZON, runs)))
     known = system.with_values(found.values)
-    seen = logs.for_system(known)
+    seen = prepare(known, logs)
     return JudgedModel(label, known, seen, free_runs(known, seen, HORIZON, held)), found

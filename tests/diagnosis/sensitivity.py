@@ -88,12 +88,16 @@ def known(folder: Path, emps: Path | None) -> Iterator[tuple[str, Known, float]]
 
 
 def varied(name: str) -> Iterator[tuple[float, Thresholds]]:
-    """The threshold halved and doubled; a share that would exceed one is put half way to one."""
+    """The threshold halved and doubled; a share that would exceed one is put half way to one, and of a ratio
+    that is at least one the part above one is halved and doubled.
+    """
     value = getattr(DEFAULT_THRESHOLDS, name)
     for factor in FACTORS:
         other = type(value)(value * factor)
         if name in ("fault_share", "input_likeness", "port_likeness") and factor > 1.0:
             other = 0.5 * (1.0 + value)
+        if name == "equal_error_ratio":  # a ratio of one or more
+            other = 1.0 + factor * (value - 1.0)
         yield factor, replace(DEFAULT_THRESHOLDS, **{name: other})
 
 

@@ -15,6 +15,7 @@ from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.logs.preparation import prepare
 
 RUBBING = Bench(runs=6, samples=400)
 TRUTH = {"b": 0.015, "mgl": 1.2}
@@ -126,7 +127,7 @@ def test_held_out_experiments_take_no_part(friction: Diagnosis) -> None:
     held = np.isin(logs.owner, friction.held_out)[:, None]
     noise = 2e-3 * np.random.default_rng(0).standard_normal(logs.y.shape)
     y, u = np.where(held, noise - logs.y, logs.y), np.where(held, 2.0 * logs.u, logs.u)
-    turned = replace(logs, y=y, u=u).for_system(friction.system)
+    turned = prepare(friction.system, replace(logs, y=y, u=u))
     found = diagnose_gap(friction.system, turned, HORIZON, 0)
     assert found.held_out == friction.held_out
     assert found.augmented.gap.value > 50.0 * friction.augmented.gap.value

@@ -14,9 +14,10 @@ from tests.diagnosis.studies import HORIZON
 from tests.evaluation.compiled_free_run import free_run
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.engine.free_run import Integration
 from unmodelled.evaluation.gap import LARGEST_ERROR, output_scale
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 RUNS = (0, 2)
@@ -77,7 +78,7 @@ def test_of_a_bench_with_two_outputs(slider_crank: Known) -> None:
     same(system, logs, 0.05)
     first, *others = system.outputs
     slow = replace(system, outputs=(replace(first, delay=2.8 * logs.period), *others))
-    same(slow, logs.for_system(slow), 0.05)
+    same(slow, prepare(slow, logs), 0.05)
 
 
 def test_what_diverges_counts_as_the_largest_error(tmp_path: Path) -> None:

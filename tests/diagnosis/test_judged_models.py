@@ -16,7 +16,7 @@ from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
 from unmodelled.effects.place import Place
-from unmodelled.logs.inputs import acting
+from unmodelled.logs.clock import delayed
 
 #: Friction that differs from run to run.
 SCATTERED = (0.02, 0.05, 0.03, 0.08, 0.06, 0.04)
@@ -38,7 +38,7 @@ def late(rubbing: Study) -> FittedHypothesis:
 def earlier(found: Study, time: float) -> Study:
     """With inputs that were logged before they act."""
     logs = found.logs
-    u = acting(found.system, logs.ids, logs.u, logs.offsets, logs.period, [-time])
+    u = delayed(logs.u, logs.offsets, logs.period, [-time], "linear")
     return replace(found, logs=replace(logs, u=u))
 
 

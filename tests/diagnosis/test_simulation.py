@@ -12,8 +12,10 @@ from tests.diagnosis.benches import FRICTION, PERIOD, Bench, pendulum
 from tests.evaluation.compiled_free_run import free_run
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.engine.compiled.backend import Generated
+from unmodelled.engine.free_run import Integration
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System, symbol
 
 MEMORY = (
@@ -24,7 +26,7 @@ MEMORY = (
 
 
 def assert_equal(system: System, logs: Logs, horizon: float, runs: list[int], latest: float = 0.0) -> None:
-    own = logs.for_system(system)
+    own = prepare(system, logs)
     recording = Recording.of(logs, horizon, runs, latest)
     simulation = Simulation(system, recording)
     for substeps in (1, 3):
@@ -50,6 +52,25 @@ def test_measured_and_hidden_states(tmp_path: Path, horizon: float) -> None:
     assert_equal(known, logs, horizon, [0, 1, 2, 3])
     assert_equal(known, logs, horizon, [2])
     assert_equal(pendulum(tmp_path / "memory", *MEMORY), logs, horizon, [1, 3])
+
+
+@pytest.mark.parametrize("late", [0.0, 0.0053])
+def test_the_generated_kernel_simulates_what_the_register_machine_does(tmp_path: Path, late: float) -> None:
+    """For several sets of numbers, one of them with another input, that differ between experiments too."""
+    system = pendulum(tmp_path, *FRICTION).with_values({"F_c": 0.05})
+    system = replace(system, outputs=tuple(replace(output, delay=late) for output in system.outputs))
+    logs = Bench(samples=300).logs(tmp_path / "logs", system)
+    recording = Recording.of(logs, 0.033, [0, 1, 3], latest=0.006)
+    machine = Simulation(system, recording, {"held": "torque"})
+    kernel = Simulation(system, recording, {"held": "torque"}, backend=Generated.of)
+    values = np.tile(machine.values, (len(logs), 2, 1))
+    values[:, 1, -1] = 0.4 * PERIOD
+    values[1:, :, machine.names.index("F_c")] = 0.08
+    expected, found = machine(values, substeps=2), kernel(values, substeps=2)
+    assert np.nanmax(np.abs(expected.y[:, 1] - expected.y[:, 0])) > 1e-4
+    np.testing.assert_allclose(found.y, expected.y, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(found.first, expected.first, rtol=0, atol=1e-11)
+    np.testing.assert_array_equal(kernel.over(recording.thinned(5))(values).y.shape[:2], (5, 2))
 
 
 def test_hidden_states_of_sets_that_differ_in_one_number(tmp_path: Path) -> None:
@@ -87,7 +108,7 @@ def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
     known = pendulum(tmp_path)
     logs = Bench(samples=300).logs(tmp_path / "logs", known)
     late = replace(known, outputs=(replace(known.outputs[0], delay=4.3 * PERIOD),))
-    own, how = logs.for_system(late), Integration(logs.period, "rk4", 1, 1.0)
+    own, how = prepare(late, logs), Integration(logs.period, "rk4", 1, 1.0)
     expected = free_run(late, own, 0.1, how).y
     recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
     simulation = Simulation(late, recording)
@@ -136,7 +157,7 @@ def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
     found = simulation(values)
     for k, (a, b) in enumerate(values[0, :, -2:]):
         read = wide.with_values({"gain": a, "offset": b})
-        expected = free_run(read, logs.for_system(read), 0.1, Integration(logs.period, "rk4", 1, 1.0)).y[:, 0]
+        expected = free_run(read, prepare(read, logs), 0.1, Integration(logs.period, "rk4", 1, 1.0)).y[:, 0]
         recording = simulation.recording
         rows = recording.rows[recording.counted]
         np.testing.assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)

@@ -24,6 +24,7 @@ from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where, factors, where
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.report.figures import experiments, residual
 from unmodelled.systems.reader import read_system
 
@@ -68,7 +69,7 @@ def true_model(folder: Path, bench: Bench) -> JudgedModel:
     system = pendulum(folder)
     logs = bench.logs(folder / "logs", system)
     known = exact(system)
-    seen = logs.for_system(known)
+    seen = prepare(known, logs)
     return JudgedModel("true", known, seen, free_runs(known, seen, HORIZON, range(len(logs))))
 
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.evaluation.free_run import WHOLE, FreeRun, steps_of
+from unmodelled.engine.free_run import Integration
+from unmodelled.evaluation.gap import WHOLE, FreeRun, steps_of
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
@@ -43,7 +44,7 @@ def free_run(
         horizon: s, rounded to samples. how: the integration. runs: which experiments; all unless given.
     """
     if logs.states != tuple(s.name for s in system.states):
-        raise ValueError(f"logs must have the states of {system.name}, see Logs.for_system")
+        raise ValueError(f"logs must have the states of {system.name}, see prepare")
     steps = steps_of(horizon, logs)
     runs = range(len(logs)) if runs is None else runs
     result = FreeRun(

@@ -29,7 +29,7 @@ from tests.explanation.attribution_problems import (
     rows,
     twins,
 )
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 Array = NDArray[np.float64]
 SEEDS = st.integers(0, 10_000)

@@ -18,7 +18,7 @@ from pipeline.attribution.recurrent import Recurrent
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 
 @pytest.fixture(scope="module")

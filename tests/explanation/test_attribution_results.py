@@ -16,7 +16,7 @@ from pipeline.attribution.exact import exact_shapley
 from pipeline.attribution.result import Attribution, agreement, relative_shares
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs, rows
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 Array = NDArray[np.float64]
 Method = Callable[..., list[Attribution]]

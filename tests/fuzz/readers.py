@@ -28,7 +28,7 @@ from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs
 from pipeline.chapters.reported import read_judged, read_refit, read_told, read_truth
 from pipeline.recordings import emps
-from pipeline.recordings.rawlogs import Archive
+from pipeline.recordings.rawlogs import RawLogs
 from pipeline.rigs.pendulum import PendulumCampaign
 from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
@@ -120,7 +120,7 @@ def archive_cases(folder: Path) -> dict[str, Case]:
     savemat(recording, {"t": t, "vir": np.sin(t), "qm": np.cos(t)})
 
     def campaign(f: Path) -> object:
-        found = Archive(f / "campaign.zip")
+        found = RawLogs(f / "campaign.zip")
         return [found.log(int(exp)) for exp in found.parameters()["exp"]]
 
     # a process of its own reads a recording of EMPS, within a second

@@ -14,7 +14,7 @@ from scipy.special import ndtri, roots_legendre
 
 from unmodelled.uncertainty.chaos import Chaos, Expansion
 from unmodelled.uncertainty.families import ClippedNormal, TruncatedNormal
-from unmodelled.uncertainty.orthogonal import Hermite
+from unmodelled.uncertainty.families.orthogonal import Hermite
 
 Array = NDArray[np.float64]
 

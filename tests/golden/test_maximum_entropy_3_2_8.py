@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from scipy.special import roots_legendre
 from scipy.stats import truncnorm
 
-from unmodelled.uncertainty.density import Density
-from unmodelled.uncertainty.earth_mover import earth_mover
-from unmodelled.uncertainty.gaussian import Gaussian
+from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
@@ -68,15 +66,16 @@ def test_four_moments_beat_the_gaussian(support: Array | None, most: float) -> N
     mean, std, moments = standardised()
     fit = MaximumEntropy.fit(mean, std, moments, support)
     assert not fit.fallback.any()
-    distance = earth_mover(fit, Exact())[0]
+    distance = earth_mover_distance(fit, Exact())[0]
     assert distance <= most
-    assert earth_mover(Gaussian(mean, std), Exact())[0] > 3.0 * distance
+    assert earth_mover_distance(GaussianDensity(mean, std), Exact())[0] > 3.0 * distance
 
 
 def test_more_moments_come_closer() -> None:
     mean, std, moments = standardised()
     support = Exact().window()
     distances = [
-        earth_mover(MaximumEntropy.fit(mean, std, moments[:k], support), Exact())[0] for k in (2, 3, 4)
+        earth_mover_distance(MaximumEntropy.fit(mean, std, moments[:k], support), Exact())[0]
+        for k in (2, 3, 4)
     ]
     assert distances == sorted(distances, reverse=True)

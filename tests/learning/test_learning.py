@@ -21,7 +21,7 @@ from pipeline.cam_follower.recipe import Recipe, load
 from pipeline.cam_follower.relu_ode import Hybrid
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 from unmodelled.evaluation import splits
 from unmodelled.learning.checkpoint import save
 from unmodelled.logs.trajectory import Campaign

@@ -22,7 +22,7 @@ from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequences import SequenceInputs
 from tests.learning.recurrent import FEW, INPUTS, made
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 FOLDS = {"5%": np.array([0, 2, 4, 6, 8]), "H": np.array([1, 3, 5, 7, 9, 10])}
 RECIPE = SequenceRecipe(INPUTS, FEW, hidden=8, head=8, samples=30)

@@ -23,7 +23,7 @@ from pipeline.cam_follower.sequence.stack import scaled_output
 from pipeline.cam_follower.sequences import SequenceInputs
 from tests.learning.recurrent import FEW, INPUTS, beginning
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 TRAINING = """
 from hashlib import sha256

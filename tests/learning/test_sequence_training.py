@@ -13,7 +13,7 @@ from pipeline.cam_follower.sequence.stack import train_stack
 from pipeline.cam_follower.sequence.training import Course, Draws, Training, train
 from pipeline.cam_follower.sequences import Sequences
 from tests.learning.recurrent import FEW, INPUTS, beginning, made
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 
 
 @pytest.fixture(autouse=True)

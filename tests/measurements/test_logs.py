@@ -16,6 +16,7 @@ from tests.measurements.systems import motor, omega, run, theta, write_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import Output
 
 BOTH = [Output("theta", "rad", "angle", theta), Output("omega", "rad/s", "speed", omega)]
@@ -89,13 +90,13 @@ def test_a_store_belongs_to_its_system(tmp_path: Path) -> None:
 def test_the_states_of_another_system(tmp_path: Path) -> None:
     logs = read_logs(write_folder(tmp_path / "logs", {"a": run()}), motor())
     heavier = motor(inductance=0.5)
-    again = logs.for_system(heavier)
+    again = prepare(heavier, logs)
     direct = read_logs(tmp_path / "logs", heavier)
     np.testing.assert_array_equal(again.x, direct.x)
     assert again.notes == direct.notes
     assert not np.allclose(again.x, logs.x)
     with pytest.raises(BadInput, match="are not those of the logs"):
-        logs.for_system(motor(BOTH))
+        prepare(motor(BOTH), logs)
 
 
 def test_jitter_is_taken_out_and_noted(tmp_path: Path) -> None:

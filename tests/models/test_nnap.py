@@ -20,7 +20,8 @@ from tests.physics.kernel.problems import (
     problem,
 )
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.engine.free_run import Integration
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, rollout, simulate
 from unmodelled.models.structures import black_box, conservative_and_dissipative, one_per_port, physics_only
 from unmodelled.systems.model import System

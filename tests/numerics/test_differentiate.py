@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from unmodelled.engine.differentiate import noise, quantum, resolution, smooth_derivative
+from unmodelled.logs.differentiate import noise, quantum, resolution, smooth_derivative
 
 Array = NDArray[np.float64]
 

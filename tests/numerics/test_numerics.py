@@ -8,8 +8,8 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
-from unmodelled.engine.integrate import SPEED_LIMIT, rollout
-from unmodelled.engine.resample import resample
+from pipeline.cam_follower.integrate import SPEED_LIMIT, rollout
+from unmodelled.logs.resample import resample
 
 
 @given(st.floats(0.5, 15.0))

@@ -8,8 +8,8 @@ import torch
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import cycloid
 from pipeline.cam_follower.cam_follower import CamFollower
-from unmodelled.engine.integrate import rollout
-from unmodelled.engine.kernels import compiled_function, numpy_function, torch_function
+from pipeline.cam_follower.integrate import rollout
+from pipeline.cam_follower.kernels import compiled_function, numpy_function, torch_function
 
 SYMBOLS = (physics.T_d, physics.theta, physics.omega, physics.dh, physics.d2h, physics.m, physics.V)
 ALL = (*SYMBOLS, *physics.CAM_CONSTANTS, *physics.MOTOR_PARAMETERS, *physics.CONSTANTS)

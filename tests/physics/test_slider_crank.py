@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pipeline.slider_crank.slider_crank import newton_euler
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.engine.free_run import Integration
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 from unmodelled.models.structures import physics_only
 from unmodelled.systems.model import System, symbol

@@ -15,13 +15,13 @@ from scipy.interpolate import CubicSpline
 from pipeline.cam_follower import cam_follower as physics
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.kernels import numpy_function
 from pipeline.recordings.cam_drivetrain import CamDrivetrainRecording
 from pipeline.stages.acquire import acquire
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.engine.kernels import numpy_function
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System

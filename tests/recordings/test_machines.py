@@ -172,7 +172,7 @@ def test_an_archive_that_is_not_there_is_named(name: str, tmp_path: Path) -> Non
         (None, f"source.archive: must be given: .* {machine.variable}="),
         (tmp_path / "nowhere", "nowhere: no such file or folder"),
         (tmp_path / "empty", "empty: holds no "),
-        (tmp_path / "text.zip", "text.zip: is neither a folder nor a zip file"),
+        (tmp_path / "text.zip", "text.zip: is not a zip file, nor a folder"),
     ):
         with pytest.raises(BadInput, match=complaint) as error:
             acquire(machine.recording(None if path is None else str(path)), 0, tmp_path / "logs")

@@ -11,18 +11,15 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from unmodelled.base.errors import BadInput
-from unmodelled.uncertainty.density import Density
-from unmodelled.uncertainty.earth_mover import earth_mover
-from unmodelled.uncertainty.empirical import Empirical
-from unmodelled.uncertainty.gaussian import Gaussian
-from unmodelled.uncertainty.histogram import BINS, Histogram
+from unmodelled.uncertainty.density import Density, GaussianDensity, earth_mover_distance
+from unmodelled.uncertainty.empirical import BINS, Empirical, Histogram
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
 
 
 def test_gaussian() -> None:
-    density = Gaussian(np.array([0.4, -3.0]), np.array([0.02, 7.0]))
+    density = GaussianDensity(np.array([0.4, -3.0]), np.array([0.02, 7.0]))
     y = np.array([[0.41, 2.0], [0.3, -40.0]])
     expected = stats.norm(density.mean, density.std)
     assert_allclose(density.log_density(y), expected.logpdf(y))
@@ -34,7 +31,7 @@ def test_gaussian() -> None:
 @pytest.mark.parametrize("std", [0.0, -1.0, np.nan, np.inf])
 def test_a_gaussian_needs_a_spread(std: float) -> None:
     with pytest.raises(BadInput, match="output 2 of 2 has no density"):
-        Gaussian(np.zeros(2), np.array([1.0, std]))
+        GaussianDensity(np.zeros(2), np.array([1.0, std]))
 
 
 def two_peaks(size: int, seed: int) -> Array:
@@ -161,10 +158,10 @@ def test_samples_that_make_no_density() -> None:
 
 def test_distance_of_shifted_gaussians_is_the_shift() -> None:
     std = np.array([1.0, 0.05])
-    p, q = Gaussian(np.zeros(2), std), Gaussian(np.array([0.3, -2.0]), std)
-    assert_allclose(earth_mover(p, q), [0.3, 2.0], rtol=1e-5)
-    assert_allclose(earth_mover(q, p), earth_mover(p, q))
-    assert_allclose(earth_mover(p, p), 0.0)
+    p, q = GaussianDensity(np.zeros(2), std), GaussianDensity(np.array([0.3, -2.0]), std)
+    assert_allclose(earth_mover_distance(p, q), [0.3, 2.0], rtol=1e-5)
+    assert_allclose(earth_mover_distance(q, p), earth_mover_distance(p, q))
+    assert_allclose(earth_mover_distance(p, p), 0.0)
 
 
 @settings(max_examples=20, deadline=None)
@@ -173,9 +170,9 @@ def test_distance_is_the_transport_of_atoms(skewness: float, spread: float, shif
     """Appendix 3.7 as a transport between signatures, solved by scipy on a fine grid."""
     moments = np.array([0.0, 1.0, skewness, 3.2 + skewness**2])[:, None]
     p: Density = MaximumEntropy.fit(np.zeros(1), np.ones(1), moments)
-    q: Density = Gaussian(np.array([shift]), np.array([spread]))
+    q: Density = GaussianDensity(np.array([shift]), np.array([spread]))
     y = np.linspace(-26.0, 26.0, 40_001)
     weights = (np.diff(d.cumulative(y[:, None])[:, 0]).clip(0.0) for d in (p, q))
     middle = 0.5 * (y[1:] + y[:-1])
     expected = stats.wasserstein_distance(middle, middle, *weights)
-    assert earth_mover(p, q)[0] == pytest.approx(expected, abs=3e-4)
+    assert earth_mover_distance(p, q)[0] == pytest.approx(expected, abs=3e-4)

@@ -29,7 +29,7 @@ from unmodelled.uncertainty.families import (
     TruncatedNormal,
     Uniform,
 )
-from unmodelled.uncertainty.orthogonal import Germ, Hermite, Jacobi, Laguerre
+from unmodelled.uncertainty.families.orthogonal import Germ, Hermite, Jacobi, Laguerre
 
 Array = NDArray[np.float64]
 

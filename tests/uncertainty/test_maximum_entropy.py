@@ -15,8 +15,7 @@ from scipy.integrate import quad
 from scipy.special import roots_legendre
 
 from unmodelled.base.errors import BadInput
-from unmodelled.uncertainty.density import REACH
-from unmodelled.uncertainty.gaussian import Gaussian
+from unmodelled.uncertainty.density import REACH, GaussianDensity
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 
 Array = NDArray[np.float64]
@@ -130,9 +129,9 @@ def test_two_moments_make_the_gaussian() -> None:
     mean, std = np.array([0.4, -30.0]), np.array([0.01, 5.0])
     fit = MaximumEntropy.fit(mean, std, np.array([[0.0, 0.0], [1.0, 1.0]]))
     y = mean + std * np.linspace(-7.9, 7.9, 50)[:, None]
-    assert_allclose(fit.log_density(y), Gaussian(mean, std).log_density(y), atol=1e-9)
-    assert_allclose(fit.cumulative(y), Gaussian(mean, std).cumulative(y), atol=1e-10)
-    assert_allclose(fit.window(), Gaussian(mean, std).window())
+    assert_allclose(fit.log_density(y), GaussianDensity(mean, std).log_density(y), atol=1e-9)
+    assert_allclose(fit.cumulative(y), GaussianDensity(mean, std).cumulative(y), atol=1e-10)
+    assert_allclose(fit.window(), GaussianDensity(mean, std).window())
 
 
 def test_outputs_do_not_touch_each_other() -> None:
@@ -198,8 +197,8 @@ def test_impossible_moments_fall_back_to_the_gaussian(skewness: float, kurtosis:
     assert fit.fallback.tolist() == [True, False]
     assert (fit.iterations > 0).all()
     y = np.array([1.07, 2.1])
-    assert_allclose(fit.log_density(y)[0], Gaussian(mean, std).log_density(y)[0], atol=1e-12)
-    assert_allclose(fit.cumulative(y)[0], Gaussian(mean, std).cumulative(y)[0], atol=1e-10)
+    assert_allclose(fit.log_density(y)[0], GaussianDensity(mean, std).log_density(y)[0], atol=1e-12)
+    assert_allclose(fit.cumulative(y)[0], GaussianDensity(mean, std).cumulative(y)[0], atol=1e-10)
     alone = MaximumEntropy.fit(mean[1:], std[1:], moments[:, 1:])
     assert_allclose(fit.log_density(y)[1], alone.log_density(y[1:])[0], rtol=1e-12)
 

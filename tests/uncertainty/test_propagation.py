@@ -9,8 +9,8 @@ from scipy.stats import kurtosis, norm, skew
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
+from unmodelled.uncertainty.density import GaussianDensity
 from unmodelled.uncertainty.families import ClippedNormal, Family, Gaussian, TruncatedNormal
-from unmodelled.uncertainty.gaussian import Gaussian as GaussianDensity
 from unmodelled.uncertainty.likelihood import at_data, floored, log_likelihoods, objective, tail_floor
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.propagation import (

@@ -1,1 +1,1 @@
-"""What everything stands on: bad input, files, progress, processes, compiled functions."""
+"""Basics of every room: bad input, files, progress, processes, compiled functions."""

@@ -1,9 +1,9 @@
-"""Functions that numba compiles, kept on disk until a file of their room changes.
+"""Compiled functions that are cached on disk until a file of their room changes.
 
-By itself numba keeps a compiled function until its own file changes. What it calls is compiled into it,
-though, and may stand in another file of its room, the folder below the package that holds it. What is kept is
-run when it is loaded, so that no folder is used that others may write to. Where nothing can be kept,
-functions are compiled at every start.
+By default numba invalidates the cache of a compiled function only when the file of that function changes. The
+code of a called function is compiled into its caller, however, and can stand in another file of the same room
+(the folder below the package). Cached code is executed when it is loaded, so a folder that other users may
+write to is never used as a cache. Without a usable cache folder, functions are compiled at every start.
 """
 
 from __future__ import annotations
@@ -33,14 +33,16 @@ _ADVICE = "choose another with NUMBA_CACHE_DIR and HYBRID_DYNAMICS_CACHE"
 
 
 def check_private(folder: Path, within: Path | None = None) -> None:
-    """Refuse a folder of another user, or one that others may write to, to keep code in.
+    """Refuse a cache folder that belongs to another user, or that other users may write to.
 
     Args:
-        folder: exists. within: the folder around it, where that one is trusted: its owner and those who may
-            write to it are, and those who may not enter it cannot write below.
+        folder: path of an existing folder for compiled functions.
+        within: path of the parent folder, if it is trusted: its owner and its writers are then accepted for
+            `folder`, too; default None.
 
     Raises:
-        BadInput: one line with what to do.
+        BadInput: if the folder belongs to another user or other users may write to it; the message says what
+            to do.
     """
     about = folder.stat()
     owners, writers = {os.getuid()}, about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
@@ -61,13 +63,17 @@ def check_private(folder: Path, within: Path | None = None) -> None:
 
 @cache
 def tell(line: str) -> None:
-    """Say a line once, on standard error; a process that works for another one leaves it to that one."""
+    """Print a note once on standard error; worker processes print nothing.
+
+    Args:
+        line: text of the note, one line.
+    """
     if parent_process() is None:
         print(f"note: {line}", file=sys.stderr)
 
 
 class _AsItsRoom:
-    """What is compiled of a package is as new as the room of its file, and kept where it is private."""
+    """Numba cache locator that follows all files of a room, and refuses folders that are not private."""
 
     _py_file: str
     _cache_path: str
@@ -84,7 +90,7 @@ class _AsItsRoom:
             raise PermissionError(str(refused)) from None  # numba asks the next locator
 
     def check(self) -> None:
-        """Refuse to keep anything here."""
+        """Refuse the cache folder if it is not private."""
         check_private(Path(self._cache_path).parent)
         check_private(Path(self._cache_path), within=Path(self._cache_path).parent)
 
@@ -95,22 +101,22 @@ class _AsItsRoom:
 
 
 class Chosen(_AsItsRoom, caching.UserProvidedCacheLocator):  # type: ignore[misc]
-    """Kept where NUMBA_CACHE_DIR says."""
+    """Cache in the folder that the environment variable NUMBA_CACHE_DIR names."""
 
 
 class InTree(_AsItsRoom, caching.InTreeCacheLocator):  # type: ignore[misc]
-    """Kept beside the file, in __pycache__."""
+    """Cache beside the source file, in `__pycache__`."""
 
     def check(self) -> None:
         check_private(Path(self._cache_path), within=Path(self._cache_path).parent)
 
 
 class UserWide(_AsItsRoom, caching.UserWideCacheLocator):  # type: ignore[misc]
-    """Kept in the user's cache folder, where the package cannot be written to."""
+    """Cache in the user's cache folder, for a package whose folder is read-only."""
 
 
 class _Kept(caching.FunctionCache):  # type: ignore[misc]
-    """What cannot be written is compiled again at the next start."""
+    """Numba cache that prints a note if a function cannot be saved, instead of failing."""
 
     def save_overload(self, *compiled: Any) -> None:
         try:
@@ -133,19 +139,28 @@ if (_here := binding.get_host_cpu_features()).get("avx512f") and not numba.confi
 
 
 def _room(folder: Path) -> Path | None:
-    """The folder of a package that holds `folder`, or the package itself; None outside of packages."""
+    """Return the folder of a package that holds `folder`, or the package itself; None outside of packages."""
     inside = [*takewhile(lambda p: (p / "__init__.py").exists(), (folder, *folder.parents))]
     return inside[-2:][0] if inside else None
 
 
 @cache
 def _digest(room: Path) -> bytes:
-    """Of the Python files in a folder and below it."""
+    """Return the SHA-256 digest of all Python files in and below a folder."""
     return hashlib.sha256(b"\0".join(path.read_bytes() for path in sorted(room.rglob("*.py")))).digest()
 
 
 def kept(*signature: Any, **options: Any) -> Callable[[F], F]:
-    """A decorator that compiles, as `numba.njit` does, and keeps what it has compiled."""
+    """Return a decorator that compiles a function like `numba.njit` and caches the result on disk.
+
+    Args:
+        *signature: numba signature to compile for at once; default none, so that each call compiles for its
+            types.
+        **options: options of `numba.njit`.
+
+    Returns:
+        Decorator of a Python function.
+    """
     # here, for numba forgets it when it compiles after a change of its variables of the environment
     numba.config.CACHE_LOCATOR_CLASSES = LOCATORS
 
@@ -163,10 +178,23 @@ def kept(*signature: Any, **options: Any) -> Callable[[F], F]:
 
 
 def compiled(function: F) -> F:
-    """`function`, compiled when it is first called and kept; other threads run meanwhile.
+    """Compile a function at its first call, without Python's global lock, and cache it on disk.
 
-    Sums keep their order: a function that is called by another has a copy in it, which runs where the other
-    was loaded from disk. Were the compiler free to reorder, the two would round differently, and a training
-    that compiles would give other digits than one that does not.
+    The compiler may not reorder floating-point sums: a compiled function is copied into each of its callers,
+    and the copies must round alike. Otherwise a training that compiles and one that loads from the cache
+    would give different digits.
+
+    Args:
+        function: Python function in the subset of the language that numba compiles.
+
+    Returns:
+        The compiled function, called like `function`.
+
+    Examples:
+        >>> @compiled
+        ... def square(x):
+        ...     return x * x
+        >>> square(3.0)
+        9.0
     """
     return kept(nogil=True, error_model="numpy")(function)

@@ -1,4 +1,4 @@
-"""The one exception that means "your input is wrong", as opposed to a fault of the program."""
+"""The exception for unusable input, as opposed to a fault of the program."""
 
 from __future__ import annotations
 
@@ -11,14 +11,20 @@ LONGEST = 1000
 
 
 class BadInput(Exception):
-    """What a user handed over cannot be used; the message is one line that names file, row and column.
+    """Input of a user that cannot be used; the message is one line that names file, row and column.
 
-    The command line prints the message on standard error and exits with code 2. Whatever it quotes, it is
-    printable: a file cannot write to the terminal.
+    The command line prints the message on standard error and exits with code 2. Control characters in quoted
+    input are escaped, so that a file cannot send commands to the terminal.
 
     Args:
-        message: the fault, or the first of several.
-        others: further faults that were found with it, a line each; default none.
+        message: description of the fault (of the first one if there are several), and what to do about it.
+        others: descriptions of further faults found together with it, one line each; default none.
+
+    Examples:
+        >>> raise BadInput("logs/run1.csv: row 3: omega is empty: write a number")
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: logs/run1.csv: row 3: omega is empty: write a number
     """
 
     def __init__(self, message: str, others: Sequence[str] = ()) -> None:
@@ -29,42 +35,83 @@ class BadInput(Exception):
 
 
 class Faults:
-    """Collect independent faults of one input, so that a user hears of all of them at once."""
+    """Collection of independent faults of one input, so that a user sees all of them at once.
+
+    Examples:
+        >>> faults = Faults()
+        >>> faults.add("row 3: omega is empty")
+        >>> faults.add("row 7: time decreases")
+        >>> try:
+        ...     faults.check()
+        ... except BadInput as fault:
+        ...     print(fault, fault.others)
+        row 3: omega is empty ('row 7: time decreases',)
+    """
 
     def __init__(self) -> None:
         self._lines: list[str] = []
 
     def add(self, line: str) -> None:
-        """Keep a fault and go on."""
+        """Add a fault.
+
+        Args:
+            line: description of the fault, one line.
+        """
         self._lines.append(line)
 
     @contextmanager
     def collected(self) -> Iterator[None]:
-        """Keep the BadInput that the block raises, and go on after the block."""
+        """Collect the BadInput that the block raises, and continue after the block."""
         try:
             yield
         except BadInput as fault:
             self._lines += [str(fault), *fault.others]
 
     def check(self) -> None:
-        """Refuse the input if there was a fault.
+        """Refuse the input if faults were collected.
 
         Raises:
-            BadInput: the first fault, with the others below it.
+            BadInput: the first fault, with all others attached.
         """
         if self._lines:
             raise BadInput(self._lines[0], self._lines[1:])
 
 
 def nearest(name: str, known: Collection[str]) -> str | None:
-    """Return the one of `known` that `name` was probably meant to be, upper case or not; None without one."""
+    """Return the known name that a misspelt name probably stands for.
+
+    Args:
+        name: name as the user wrote it; upper and lower case are treated alike.
+        known: valid names.
+
+    Returns:
+        The most similar valid name; None if none is similar.
+
+    Examples:
+        >>> nearest("Thetaa", ["theta", "omega"])
+        'theta'
+    """
     plain = {k.lower(): k for k in known}
     found = get_close_matches(name.lower(), plain, 1)
     return plain[found[0]] if found else None
 
 
 def closest(name: str, known: Collection[str]) -> str:
-    """Return how an error message goes on after an unknown `name`."""
+    """Return the end of an error message about an unknown name: the probable name, or all valid ones.
+
+    Args:
+        name: unknown name as the user wrote it.
+        known: valid names; a list of more than 40 is not printed.
+
+    Returns:
+        Text to append to the error message; empty if there is nothing to suggest.
+
+    Examples:
+        >>> closest("omga", ["theta", "omega"])
+        "; did you mean 'omega'?"
+        >>> closest("x", ["theta", "omega"])
+        ', must be one of theta, omega'
+    """
     near = nearest(name, known)
     if near is not None:
         return f"; did you mean {near!r}?"
@@ -72,7 +119,7 @@ def closest(name: str, known: Collection[str]) -> str:
 
 
 def _line(text: str) -> str:
-    """Text on one line, every character of it printable; of a very long one, its start and its end."""
+    """Return a text as one printable line; a very long text is cut in the middle."""
     lines = " ".join(part.strip() for part in text.splitlines())
     line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in lines)
     return line if len(line) <= LONGEST else f"{line[: 2 * LONGEST // 3]} ... {line[-LONGEST // 4 :]}"

@@ -1,4 +1,4 @@
-"""Writing results so that a killed run never leaves half a file behind."""
+"""Writing of results in one step, so that a killed run never leaves an incomplete file."""
 
 from __future__ import annotations
 
@@ -19,10 +19,24 @@ from unmodelled.base.ownership import ON_ITS_WAY, RECORD, check_named, check_rep
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary file name beside `path`; rename it to `path` if the block succeeds.
+    """Yield a temporary file name beside `path`; rename the file to `path` if the block succeeds.
+
+    Args:
+        path: path of the file to write or replace; its folder is created if it is missing.
+
+    Yields:
+        Path of the temporary file, which the block writes.
 
     Raises:
-        BadInput: when the disk is full or the folder cannot be written; `path` keeps its old content.
+        BadInput: if the disk is full or the folder cannot be written; `path` keeps its old content.
+
+    Examples:
+        >>> import tempfile
+        >>> folder = Path(tempfile.mkdtemp())
+        >>> with replacing(folder / "result.txt") as temporary:
+        ...     _ = temporary.write_text("42")
+        >>> (folder / "result.txt").read_text()
+        '42'
     """
     temporary = _temporary(path)
     try:
@@ -38,9 +52,12 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def claim(path: Path) -> None:
-    """Mark the folder of the running verb as its own, before the file `path` in it is written.
+    """Mark the output folder of the running verb as its own, before a file is written into it.
 
-    Needed where processes that work for the verb write the files; `replacing` does it in the verb's process.
+    `replacing` does this in the process of the verb. Call it before worker processes write the files.
+
+    Args:
+        path: path of a file that will be written in the output folder.
     """
     if (claimed := missing_marker(path)) is not None:
         marker, text = claimed
@@ -50,13 +67,20 @@ def claim(path: Path) -> None:
 
 @contextmanager
 def replacing_folder(path: Path) -> Iterator[Path]:
-    """Yield an empty temporary folder beside `path`; it takes the place of `path` if the block succeeds.
+    """Yield an empty temporary folder beside `path`; it replaces `path` if the block succeeds.
 
-    What is removed was made by the same verb (`check_replaceable`). A `RECORD` in `path` stays.
+    Only a folder that the same verb made is replaced (`check_replaceable`). A folder `.hydra` in `path` is
+    kept.
+
+    Args:
+        path: path of the folder to write or replace.
+
+    Yields:
+        Path of the temporary folder, which the block fills.
 
     Raises:
-        BadInput: when the disk is full, the folder cannot be written, or holds what another verb or none
-            wrote; `path` keeps its old content.
+        BadInput: if the disk is full, the folder cannot be written, or it holds files of another verb or of a
+            user; `path` keeps its old content.
     """
     temporary = _temporary(path)
     try:
@@ -71,14 +95,18 @@ def replacing_folder(path: Path) -> Iterator[Path]:
 
 
 def put_folder(new: Path, path: Path) -> None:
-    """Give the folder `new`, which lies beside it, the name `path`; a `RECORD` in what was there stays.
+    """Rename a finished folder to `path`, replacing the folder of that name.
 
-    An interruption or a kill at any moment leaves under `path` all of the old folder, or all of the new one,
-    or, after a kill, nothing.
+    If the process is interrupted or killed, `path` holds the complete old folder or the complete new one;
+    after a kill it can also be missing. A folder `.hydra` in the old folder is kept.
+
+    Args:
+        new: path of the finished folder, in the same parent folder as `path`.
+        path: path of the folder to write or replace.
 
     Raises:
-        BadInput: when `path` may not be replaced (`check_replaceable`).
-        OSError: when it cannot be renamed; it then keeps its old content.
+        BadInput: if `path` may not be replaced (`check_replaceable`).
+        OSError: if `path` cannot be renamed; it then keeps its old content.
     """
     check_replaceable(path)
     mark(new, path)
@@ -99,25 +127,40 @@ def put_folder(new: Path, path: Path) -> None:
 
 
 def hidden(path: Path, mark: str) -> Path:
-    """A name beside `path` that git, DVC and searches for results pass over.
+    """Return a hidden name beside `path`, which git, DVC and searches for results ignore.
+
+    Args:
+        path: path of a file or folder.
+        mark: text that makes the hidden name unique.
+
+    Returns:
+        Path in the same folder, `.<name>.<mark>.tmp`.
 
     Raises:
-        BadInput: when `path` is no name that a file or a folder could have.
+        BadInput: if `path` is not a valid name for a file or folder.
+
+    Examples:
+        >>> hidden(Path("fits/model.json"), "7").as_posix()
+        'fits/.model.json.7.tmp'
     """
     check_named(path)
     return path.with_name(f".{path.name}.{mark}.tmp")
 
 
 def _temporary(path: Path) -> Path:
-    """A name that no other run takes, not even one in another container with the same process id."""
+    """Return a temporary name that is unique among all runs, also among containers with equal process ids."""
     return hidden(path, f"{os.getpid()}.{token_hex(4)}")
 
 
 def check_name(key: str, path: Path) -> None:
-    """Refuse what no file can be called, and what lies where nobody may look.
+    """Refuse a path that the file system rejects, or that lies in a folder without access.
+
+    Args:
+        key: name of the argument, for the message.
+        path: path to check.
 
     Raises:
-        BadInput: one line that names the key.
+        BadInput: if the path is too long or cannot be looked up; the message names the argument.
     """
     try:
         path.exists()
@@ -126,7 +169,7 @@ def check_name(key: str, path: Path) -> None:
 
 
 def _explained(error: OSError, path: Path, temporary: Path) -> str:
-    """One line on what could not be written, or, if the block was reading, on what could not be read."""
+    """Return one line that says which file could not be written, or could not be read by the block."""
     reason = error.strerror or str(error)
     own = (str(temporary), *map(str, path.parents), str(path))
     if error.filename and not str(error.filename).startswith(own[0]) and str(error.filename) not in own:
@@ -137,7 +180,28 @@ def _explained(error: OSError, path: Path, temporary: Path) -> str:
 
 
 def write_json(path: Path, content: Any) -> None:
-    """Write `content` as indented JSON with sorted keys, so that two equal results are equal files."""
+    """Write an object as indented JSON with sorted keys, so that equal results are equal files.
+
+    Args:
+        path: path of the file to write or replace.
+        content: object of dictionaries, lists, texts, finite numbers, booleans and None.
+
+    Raises:
+        BadInput: if the file cannot be written.
+        ValueError: if a number is not finite.
+
+    Examples:
+        >>> import tempfile
+        >>> path = Path(tempfile.mkdtemp()) / "result.json"
+        >>> write_json(path, {"rmse": 0.25, "name": "motor"})
+        >>> print(path.read_text(), end="")
+        {
+         "name": "motor",
+         "rmse": 0.25
+        }
+        >>> read_json(path)["rmse"]
+        0.25
+    """
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
@@ -145,8 +209,14 @@ def write_json(path: Path, content: Any) -> None:
 def read_json(path: Path) -> Any:
     """Read a JSON file.
 
+    Args:
+        path: path of the file.
+
+    Returns:
+        Content of the file.
+
     Raises:
-        BadInput: when the file is missing, too large or is not JSON, or a number in it is not finite.
+        BadInput: if the file is missing, too large or not JSON, or if a number in it is not finite.
     """
     check_file(path, OBJECTS)
     try:

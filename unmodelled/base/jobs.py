@@ -1,4 +1,4 @@
-"""Many independent jobs side by side; those that are done survive a kill."""
+"""Independent jobs in parallel; finished jobs are kept if the run is killed."""
 
 from __future__ import annotations
 
@@ -25,18 +25,22 @@ LIBRARY = Path(__file__).parents[1]
 
 @contextmanager
 def growing_folder(path: Path, about: Mapping[str, Any], code: Collection[Path] = ()) -> Iterator[Path]:
-    """Yield a hidden folder beside `path` that takes the place of `path` if the block succeeds.
+    """Yield a hidden folder that becomes `path` if the block succeeds, and that is kept if the run is killed.
 
-    Unlike with `replacing_folder`, what a block that was killed had written is still there the next time, as
-    long as `about`, which must name everything that decides the result, and the program are the same.
+    A later call with the same `about` and the same program continues with the files of the killed run;
+    otherwise the hidden folder is emptied first. Without such a restart use `replacing_folder`.
 
     Args:
-        path: of the folder. about: what decides the result. code: folders of programs that decide it beside
-            this library.
+        path: path of the folder to write or replace.
+        about: settings and inputs that determine the result, as JSON values.
+        code: paths of further folders of programs that determine the result; default none: the library alone.
+
+    Yields:
+        Path of the hidden folder, which the block fills.
 
     Raises:
-        BadInput: when the folder cannot be written, another run is at work on it, or it holds what another
-            verb or none wrote.
+        BadInput: if the folder cannot be written, another run works on it, or it holds files of another verb
+            or of a user.
     """
     growing = hidden(path, "growing")
     identity = {"about": json.loads(json.dumps(about)), "code": _code((LIBRARY, *code))}
@@ -56,7 +60,7 @@ def growing_folder(path: Path, about: Mapping[str, Any], code: Collection[Path] 
 
 @contextmanager
 def _alone(growing: Path, path: Path) -> Iterator[None]:
-    """Hold a lock on a folder, which the system takes back when the process is killed."""
+    """Hold a lock on a folder; the operating system releases it if the process is killed."""
     folder = os.open(growing, os.O_RDONLY)
     try:
         try:
@@ -84,7 +88,7 @@ def _same(file: Path, identity: Mapping[str, Any]) -> bool:
 
 
 def _code(folders: Collection[Path]) -> str:
-    """Digest of the programs in `folders` and of the numbers that they ship with."""
+    """Return the digest of all programs in `folders` and of their JSON files."""
     digest = hashlib.sha256()
     for folder in folders:
         for file in sorted(file for kind in ("*.py", "*.json") for file in folder.rglob(kind)):
@@ -93,15 +97,19 @@ def _code(folders: Collection[Path]) -> str:
 
 
 def run_jobs(jobs: Mapping[str, Callable[[], object]], workers: int, description: str) -> None:
-    """Call all of `jobs`, in processes of one thread each; one job, or with one worker, in this process.
+    """Call all jobs, in worker processes of one thread each; a single job, or a single worker, runs in this
+    process.
 
-    A job that fails does not keep the others from being done.
+    If a job fails, the others are still run.
 
     Args:
-        jobs: by name, functions of a module with their arguments (`functools.partial`).
+        jobs: functions by name; each is picklable and has no arguments (`functools.partial` of a module's
+            function).
+        workers: largest number of worker processes.
+        description: text of the progress bar.
 
     Raises:
-        Exception: that of the first job that failed, with its name as a note.
+        Exception: exception of the first job that failed, with the job's name as a note.
     """
     failed: list[Exception] = []
     with Counter(len(jobs), description) as counter:
@@ -115,7 +123,7 @@ def run_jobs(jobs: Mapping[str, Callable[[], object]], workers: int, description
 
 
 def _done(jobs: Mapping[str, Callable[[], object]], workers: int) -> Iterator[tuple[str, Exception | None]]:
-    """Names of jobs as they are finished, and what went wrong."""
+    """Yield the name of each finished job and its exception, or None."""
     if workers < 2:
         for name, job in jobs.items():
             yield name, _error(job)

@@ -1,4 +1,4 @@
-"""What may be read: regular files whose content fits into the memory that is left, seen before reading."""
+"""Limits on what is read: regular files whose content fits into the free memory, checked before reading."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ _KINDS = {
 
 
 def check_file(path: Path, factor: float = 1.0) -> None:
-    """Refuse a file without an end, and one that takes too much memory, before it is opened.
+    """Refuse a file that is endless or too large for the free memory, before it is opened.
 
-    A file that does not exist is left to who opens it.
+    A missing file is not refused here: opening it gives the better message.
 
     Args:
-        path: file, or a link to one.
-        factor: bytes in memory per byte of the file.
+        path: path of a file, or of a link to one.
+        factor: bytes in memory per byte of the file; default 1.
 
     Raises:
-        BadInput: when `path` is a pipe, a device or a socket, or see `check_memory`.
+        BadInput: if `path` is a pipe, a device or a socket, or if its content takes too much memory.
     """
     try:
         about = path.stat()
@@ -55,13 +55,21 @@ def check_file(path: Path, factor: float = 1.0) -> None:
 
 
 def check_memory(what: Path | str, needed: float) -> None:
-    """Refuse what takes more than its part of the memory that is left.
+    """Refuse content that takes more than a quarter of the free memory.
 
     Args:
-        what: file, or a place in one. needed: bytes that its content takes in memory.
+        what: file, or place in a file, for the message.
+        needed: memory that the content takes, in bytes; up to 4 MB are always allowed.
 
     Raises:
-        BadInput: with both numbers, and what to do.
+        BadInput: if too much memory is needed; the message gives both numbers and what to do.
+
+    Examples:
+        >>> check_memory("run1.csv", 1e6)
+        >>> check_memory("run1.csv", 1e18)
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: run1.csv: is too large: would take 1e+09 GB of memory, ...
     """
     if needed > ALWAYS and needed > (allowed := _allowed(left := available())):
         raise BadInput(
@@ -71,9 +79,9 @@ def check_memory(what: Path | str, needed: float) -> None:
 
 
 def limit_process() -> None:
-    """Give this process, which reads one file, no more memory than `check_memory` allows.
+    """Limit the memory of this process to what `check_memory` allows.
 
-    What takes more raises MemoryError.
+    Meant for a worker process that reads one file. Beyond the limit Python raises MemoryError.
     """
     most = int(psutil.Process().memory_info().vms + _allowed(available()))
     resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
@@ -84,7 +92,11 @@ def _allowed(left: int) -> float:
 
 
 def available() -> int:
-    """The bytes that this process can still take: of the machine, its control group and its own limit."""
+    """Return the memory that this process can still take, in bytes.
+
+    The smallest value counts: free memory of the machine, of the control groups (Linux) or of the process
+    limit.
+    """
     return max(0, min(int(psutil.virtual_memory().available), *_left_in_groups(), _left_to_process()))
 
 
@@ -96,7 +108,7 @@ def _left_to_process() -> int:
 
 
 def _left_in_groups() -> Iterator[int]:
-    """Of the control group and those around it; files that are kept in memory can be dropped."""
+    """Yield the free memory of each control group of this process, in bytes; cached files count as free."""
     try:
         lines = [line.split(":", 2) for line in _OWN.read_text().splitlines()]
     except OSError:  # no Linux

@@ -1,4 +1,4 @@
-"""Which verb made a folder: no verb replaces or adds to what another one, or a user, put there."""
+"""Ownership of result folders: a verb replaces only a folder that it made itself."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OUTPUTS = ("out", "reports")
 
 
 class Out(Enum):
-    """What the argument `out` of a verb names."""
+    """Kind of output that the argument `out` of a verb names."""
 
     FOLDER = "a folder of the verb's own"
     FILE = "a file"
@@ -41,11 +41,12 @@ class Out(Enum):
 
 @dataclass(frozen=True)
 class Place:
-    """Where a verb writes.
+    """Output of a verb and the inputs that may contain it.
 
     Attributes:
-        out: what its argument `out` names.
-        inside: inputs that are searched for results of many verbs, so that `out` may lie inside them.
+        out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
+        inside: names of input arguments (folders searched for results of many verbs) that `out` may lie
+            inside; default none.
     """
 
     out: Out = Out.FOLDER
@@ -54,7 +55,7 @@ class Place:
 
 @dataclass(frozen=True)
 class _Running:
-    """The verb at work: its name, its own folder if it has one, and its inputs by the names of their keys."""
+    """Verb at work: its name, its own folder if it has one, and its input paths by argument name."""
 
     verb: str = "a Python program"
     place: Place = Place()
@@ -67,11 +68,15 @@ _RUNNING = ContextVar("_RUNNING", default=_NONE)
 
 
 def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Make a function a verb: where its `out` may not be written, it is refused before any work is done.
+    """Return a decorator that makes a function a verb: an `out` that would overwrite foreign files is refused
+    first.
 
     Args:
-        out: what the argument `out` names, a folder of the verb's own by default.
-        inside: names of inputs that `out` may lie inside.
+        out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
+        inside: names of input arguments that `out` may lie inside; default none.
+
+    Returns:
+        Decorator of a function whose paths are annotated with `Path`.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
@@ -99,15 +104,25 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
 
 
 def path_arguments(parameters: Mapping[str, inspect.Parameter]) -> list[str]:
-    """Names of the arguments of a verb that are paths, by their annotations."""
+    """Return the names of the arguments of a verb that are paths.
+
+    Args:
+        parameters: parameters of the verb, from `inspect.signature`.
+
+    Returns:
+        Names of the parameters annotated with `Path`.
+    """
     return [name for name, p in parameters.items() if str(p.annotation).split(" | ")[0] == "Path"]
 
 
 def check_writable(path: Path) -> None:
-    """Refuse, before any work is done, what cannot be written in the end.
+    """Refuse an output that cannot be written, before any work is done.
+
+    Args:
+        path: path of a file or folder to write.
 
     Raises:
-        BadInput: when `path` would lie below a file, or where nobody may write.
+        BadInput: if `path` would lie below a file, or in a folder without write permission.
     """
     try:
         there = next(p for p in (path, *path.absolute().parents) if p.exists())
@@ -131,21 +146,27 @@ def _check_out(path: Path, kind: Out) -> None:
 
 
 def check_named(path: Path) -> None:
-    """Refuse what is no name that a file or a folder could have.
+    """Refuse a path that is not a valid name for a file or folder.
+
+    Args:
+        path: path of a file or folder to write.
 
     Raises:
-        BadInput: one line that names `path`.
+        BadInput: if the last part of the path is empty or "..", or if the path holds a null character.
     """
     if path.name in ("", "..") or "\0" in str(path):
         raise BadInput(f"{str(path)!r}: is no name for a file or a folder to be written")
 
 
 def check_replaceable(path: Path) -> None:
-    """Refuse to replace the folder `path`, or to add to it, unless the running verb made it or it is empty.
+    """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty.
+
+    Args:
+        path: path of the folder to write or replace.
 
     Raises:
-        BadInput: when it is a link or a file, an input of the verb, holds one or lies inside one, was made by
-            another verb or by none, or holds a file that its verb did not write.
+        BadInput: if `path` is a link or a file; is, contains or lies inside an input of the verb; was made by
+            another verb or by a user; or holds a file that its verb did not write.
     """
     if _on_its_way(path):
         return
@@ -179,7 +200,7 @@ def check_replaceable(path: Path) -> None:
 
 
 def _check_apart(path: Path, may_hold_inputs: bool = False) -> None:
-    """Refuse a place for results that equals, holds or lies inside an input, links followed."""
+    """Refuse an output that is, contains or lies inside an input; links are followed."""
     running, result = _RUNNING.get(), Path(os.path.realpath(path))
     for name, given in running.inputs.items():
         try:
@@ -198,18 +219,27 @@ def _check_apart(path: Path, may_hold_inputs: bool = False) -> None:
 
 
 def mark(new: Path, path: Path) -> None:
-    """Write into the folder `new`, which will replace `path`, who made it and the files that it holds."""
+    """Write into a new folder which verb made it and which files it holds.
+
+    Args:
+        new: path of the new folder, under its temporary name.
+        path: path of the folder that it will replace.
+    """
     if not _on_its_way(path):
         (new / MARKER).write_text(_text({"made_by": _RUNNING.get().verb, "files": sorted(_files_in(new))}))
 
 
 def missing_marker(path: Path) -> tuple[Path, str] | None:
-    """Return the marker that the running verb's own folder lacks before the file `path` is written there.
+    """Return the marker that the output folder of the running verb lacks.
 
-    Its text lists no files: a verb that writes one file after the other into its folder removes none.
+    The marker lists no files, because a verb that writes single files into its folder removes none.
+
+    Args:
+        path: path of a file that will be written.
 
     Returns:
-        Path and text of the marker; None where `path` lies elsewhere, or the folder has its marker.
+        Path and text of the marker; None if `path` lies outside the output folder, or if the folder has its
+        marker.
     """
     running = _RUNNING.get()
     if running.own is None or running.own not in path.absolute().parents or path.name == MARKER:
@@ -223,7 +253,7 @@ def _text(content: Mapping[str, Any]) -> str:
 
 
 def _stamp(marker: Path) -> tuple[str, frozenset[str] | None] | None:
-    """The verb of a marker and the files that it lists, if it does; None where there is no marker."""
+    """Return the verb and the listed files (None if none are listed) of a marker; None without a marker."""
     try:
         content = json.loads(marker.read_text()) if marker.is_file() else None
     except (OSError, ValueError, RecursionError):
@@ -237,7 +267,7 @@ def _stamp(marker: Path) -> tuple[str, frozenset[str] | None] | None:
 
 
 def _files_in(folder: Path) -> Iterator[str]:
-    """Files and links below `folder`, seen from it, save the marker and the record."""
+    """Yield the files and links below a folder as relative paths, without the marker and `.hydra`."""
     for place, folders, files in os.walk(folder):
         here = Path(place)
         if here == folder:
@@ -249,6 +279,6 @@ def _files_in(folder: Path) -> Iterator[str]:
 
 
 def _on_its_way(path: Path) -> bool:
-    """Whether `path` is, or lies inside, a folder that will be checked when it takes its place."""
+    """Return whether `path` is, or lies inside, a temporary folder that is checked when it is renamed."""
     names = (path.name, *(parent.name for parent in path.absolute().parents))
     return any(ON_ITS_WAY.fullmatch(name) or GROWING.fullmatch(name) for name in names)

@@ -1,4 +1,4 @@
-"""Tables as Parquet files that tell when they are damaged: every page has a check sum."""
+"""Parquet files with a checksum on every page, so that damage is detected."""
 
 from __future__ import annotations
 
@@ -21,18 +21,32 @@ _TEXTS = (pa.string(), pa.large_string(), pa.binary(), pa.large_binary())
 def write_parquet(
     table: pd.DataFrame | pa.Table, path: Path, dictionary: bool | Sequence[str] = True
 ) -> None:
-    """Write a table, without the index of a DataFrame; `dictionary`: columns in which few values recur."""
+    """Write a table as a compressed Parquet file with checksums.
+
+    Args:
+        table: table to write; the index of a DataFrame is dropped.
+        path: path of the file, overwritten.
+        dictionary: names of the columns stored as dictionaries of their distinct values; True (default): all
+            columns.
+    """
     if isinstance(table, pd.DataFrame):
         table = pa.Table.from_pandas(table, preserve_index=False)
     pq.write_table(table, path, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
 
 
 def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
-    """A table, or some of its columns.
+    """Read a Parquet file as an Arrow table.
+
+    Args:
+        path: path of the file.
+        columns: names of the columns to read; default None: all columns.
+
+    Returns:
+        Table of the columns, in the order of `columns` or of the file.
 
     Raises:
-        BadInput: when the file is missing, damaged or no Parquet file, lacks a column, or takes more memory
-            than `check_memory` allows: a file of some kB can hold any number of equal cells.
+        BadInput: if the file is missing, damaged or not a Parquet file, lacks a column, or takes more memory
+            than `check_memory` allows (a file of some kB can hold any number of equal cells).
     """
     check_file(path)
     wanted = None if columns is None else list(columns)
@@ -58,7 +72,7 @@ def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
 
 
 def _size(about: pq.FileMetaData, wanted: Sequence[str] | None) -> int:
-    """Bytes of the wanted columns in memory; of a text its place."""
+    """Return the memory of the wanted columns in bytes; a text counts with its 8-byte reference only."""
     leaves = [about.schema.column(k) for k in range(about.num_columns)]
     size = 0
     for k, leaf in enumerate(leaves):
@@ -69,7 +83,7 @@ def _size(about: pq.FileMetaData, wanted: Sequence[str] | None) -> int:
 
 
 def _with_texts(path: Path, table: pa.Table, schema: pa.Schema) -> pa.Table:
-    """The table with texts that were read as dictionaries as what they are in `schema`."""
+    """Return the table with dictionary-encoded texts converted back to the types of `schema`."""
     for k, field in enumerate(table.schema):
         kind = schema.field(field.name).type if schema.names.count(field.name) == 1 else field.type
         if kind == field.type or kind not in _TEXTS:
@@ -82,7 +96,25 @@ def _with_texts(path: Path, table: pa.Table, schema: pa.Schema) -> pa.Table:
 
 
 def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Like `read_arrow`, as a DataFrame."""
+    """Read a Parquet file as a DataFrame.
+
+    Args:
+        path: path of the file.
+        columns: names of the columns to read; default None: all columns.
+
+    Returns:
+        Table of the columns, with a new index 0, 1, 2, ...
+
+    Raises:
+        BadInput: as `read_arrow` does, and if the table has no form as a DataFrame.
+
+    Examples:
+        >>> import tempfile
+        >>> path = Path(tempfile.mkdtemp()) / "table.parquet"
+        >>> write_parquet(pd.DataFrame({"time": [0.0, 0.1], "omega": [1.5, 1.6]}), path)
+        >>> read_parquet(path, ["omega"])["omega"].tolist()
+        [1.5, 1.6]
+    """
     table = read_arrow(path, columns)
     try:
         return table.to_pandas()

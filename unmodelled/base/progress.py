@@ -1,4 +1,4 @@
-"""How far long work has got: bars on a terminal, a plain line now and then elsewhere; quiet or verbose."""
+"""Progress of long work: bars on a terminal, occasional lines elsewhere; quiet or verbose on request."""
 
 from __future__ import annotations
 
@@ -25,7 +25,12 @@ INTERVAL, OFTEN = 15.0, 1.0
 
 
 def mode() -> Mode:
-    """How progress is shown; a process that works for another one leaves it to that one."""
+    """Return how progress is shown, from the environment variable EXP_PROGRESS and the kind of terminal.
+
+    Returns:
+        "quiet" in a worker process or on request, "rich" (bars) on a terminal, otherwise "plain" or "verbose"
+        (lines).
+    """
     chosen = os.environ.get(VARIABLE, "")
     if parent_process() is not None or chosen == "quiet":
         return "quiet"
@@ -35,16 +40,26 @@ def mode() -> Mode:
 
 
 def say(what: str) -> None:
-    """Say what is being done, on standard error."""
+    """Print the current step on standard error, unless progress is quiet.
+
+    Args:
+        what: description of the step, without a full stop.
+    """
     if mode() != "quiet":
         _print(f"{what} ...")
 
 
 class Counter:
-    """Shows how far a piece of work got and how long it still takes; one within another is shown below it.
+    """Progress of one piece of work with its remaining time; a nested counter is shown below the outer one.
 
     Args:
-        total: number of items. description: what is being done.
+        total: number of items.
+        description: text of the progress bar.
+
+    Examples:
+        >>> with Counter(2, "simulating") as counter:
+        ...     for k in range(2):
+        ...         counter.update(k + 1)
     """
 
     def __init__(self, total: int, description: str) -> None:
@@ -64,7 +79,11 @@ class Counter:
             _Bars.remove(self._task)
 
     def update(self, done: int) -> None:
-        """Say that `done` items are finished."""
+        """Show a new number of finished items.
+
+        Args:
+            done: number of finished items, 0 to `total`.
+        """
         now = time.monotonic()
         if self._task is not None:
             _Bars.update(self._task, done)
@@ -78,7 +97,20 @@ class Counter:
 
 
 def track(items: Iterable[T], total: int, description: str) -> Iterator[T]:
-    """Iterate over `items` and show the progress."""
+    """Iterate over items and show the progress.
+
+    Args:
+        items: items to iterate over.
+        total: number of items.
+        description: text of the progress bar.
+
+    Yields:
+        Each item.
+
+    Examples:
+        >>> [k**2 for k in track(range(3), 3, "squaring")]
+        [0, 1, 4]
+    """
     with Counter(total, description) as counter:
         for done, item in enumerate(items, start=1):
             yield item
@@ -86,7 +118,7 @@ def track(items: Iterable[T], total: int, description: str) -> Iterator[T]:
 
 
 class _Bars:
-    """The bars of all counters at work: a terminal can show one display at a time."""
+    """Shared display of all active counters: a terminal can show one display at a time."""
 
     shown: Progress | None = None
     count = 0
@@ -129,10 +161,11 @@ def _print(line: str) -> None:
 
 
 def _shown(seconds: float) -> str:
-    """A duration.
+    """Return a duration as text.
 
-    >>> _shown(41.7), _shown(95), _shown(8000)
-    ('42 s', '1 min 35 s', '2 h 13 min')
+    Examples:
+        >>> _shown(41.7), _shown(95), _shown(8000)
+        ('42 s', '1 min 35 s', '2 h 13 min')
     """
     whole = round(seconds)
     if whole < 60:

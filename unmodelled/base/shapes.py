@@ -1,4 +1,4 @@
-"""What the content of a JSON file must look like for those who read it."""
+"""Checks of the structure of JSON files before their content is used."""
 
 from __future__ import annotations
 
@@ -22,10 +22,18 @@ _NAMES: dict[Any, str] = {
 
 
 def read_shaped(path: Path, shape: Shape) -> Any:
-    """The content of a JSON file, if it has `shape`.
+    """Read a JSON file and check its structure.
+
+    Args:
+        path: path of the file.
+        shape: expected structure; see `Shape`.
+
+    Returns:
+        Content of the file.
 
     Raises:
-        BadInput: when the file is missing or no JSON, or one line that names the place that is wrong.
+        BadInput: if the file is missing or not JSON, or if its structure differs; the message names the
+            place.
     """
     content = read_json(path)
     check_shape(path, content, shape)
@@ -33,10 +41,22 @@ def read_shaped(path: Path, shape: Shape) -> Any:
 
 
 def check_shape(path: Path, content: Any, shape: Shape) -> None:
-    """Refuse `content` of the file `path` if it has not `shape`.
+    """Refuse the content of a JSON file if its structure differs from the expected one.
+
+    Args:
+        path: path of the file, for the message.
+        content: content of the file.
+        shape: expected structure; see `Shape`.
 
     Raises:
-        BadInput: one line that names the place that is wrong.
+        BadInput: if the structure differs; the message names the place.
+
+    Examples:
+        >>> check_shape(Path("fit.json"), {"rmse": [0.1, 0.2]}, {"rmse": [float]})
+        >>> check_shape(Path("fit.json"), {"rmse": [0.1, "low"]}, {"rmse": [float]})
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: fit.json: rmse[1]: must be a number, got 'low'
     """
     _check(path, "", content, shape)
 
@@ -61,7 +81,7 @@ def _check(path: Path, place: str, content: Any, shape: Shape) -> None:
 
 
 def _fits(content: Any, shape: Shape) -> bool:
-    """Whether the outermost part of `content` has the shape."""
+    """Return whether the outermost level of `content` has the structure."""
     match shape:
         case tuple():
             return any(_fits(content, alternative) for alternative in shape)

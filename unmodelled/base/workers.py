@@ -1,4 +1,4 @@
-"""Threads and processes that work for this one, and end when it ends or is interrupted, however that is."""
+"""Worker threads and processes that end when this process ends or is interrupted."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 class _Processes(ProcessPoolExecutor):
-    """Processes that Ctrl-C does not reach: it is for the process that they work for."""
+    """Pool of processes that ignore Ctrl-C: the process that they work for handles it."""
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         # a process that is started here keeps the mask
@@ -44,10 +44,16 @@ class _Processes(ProcessPoolExecutor):
 
 @contextmanager
 def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes as the program has chosen to start them (`multiprocessing.set_start_method`).
+    """Yield a pool of worker processes, each of which uses one thread for numerics.
 
-    Without a choice they load their libraries anew: a fork of a process has none of its threads, and may wait
-    for them.
+    The start method is the one chosen by `multiprocessing.set_start_method`, otherwise "spawn": a forked
+    process has none of the threads of its parent and may wait for them forever.
+
+    Args:
+        workers: number of processes.
+
+    Yields:
+        Pool that accepts jobs by `submit`; an interruption kills its processes.
     """
     context = get_context(get_start_method(allow_none=True) or "spawn")
     resource_tracker.ensure_running()  # would undo the mask of the first process
@@ -57,14 +63,26 @@ def pool_of(workers: int) -> Iterator[ProcessPoolExecutor]:
 
 @contextmanager
 def threads_of(workers: int) -> Iterator[ThreadPoolExecutor]:
-    """Threads of this process."""
+    """Yield a pool of threads of this process.
+
+    Args:
+        workers: number of threads.
+
+    Yields:
+        Pool that accepts jobs by `submit`; an interruption cancels the jobs that have not started.
+
+    Examples:
+        >>> with threads_of(2) as pool:
+        ...     list(pool.map(abs, [-1, 2, -3]))
+        [1, 2, 3]
+    """
     with _ended(ThreadPoolExecutor(workers), waits=False) as pool:
         yield pool
 
 
 @contextmanager
 def _ended(pool: T, waits: bool) -> Iterator[T]:
-    """Wait for all that was submitted; after an interruption kill processes, and do not wait for threads."""
+    """Wait for all submitted jobs; after an interruption kill processes and do not wait for threads."""
     try:
         yield pool
     except KeyboardInterrupt:
@@ -77,17 +95,17 @@ def _ended(pool: T, waits: bool) -> Iterator[T]:
 
 
 def one_thread() -> None:
-    """Give numerical libraries one thread unless the user says otherwise; they read it when they are loaded.
+    """Limit numerical libraries to one thread each, unless the user has set another number.
 
-    Matrices here are so small that threads wait for each other, beside another process most of the time.
-    Work that profits from cores has processes.
+    Call it before the libraries are loaded. Matrices here are so small that threads mostly wait for each
+    other; work that profits from several cores runs in several processes.
     """
     for library in NUMERICAL:
         os.environ.setdefault(library, "1")
 
 
 def heed_interruptions() -> None:
-    """Let Ctrl-C raise KeyboardInterrupt in this process, and a second one end it at once."""
+    """Let the first Ctrl-C raise KeyboardInterrupt in this process, and the second one end it at once."""
 
     def interrupt(*_: object) -> NoReturn:
         if interrupted.is_set():
@@ -114,6 +132,9 @@ def leave(code: int) -> NoReturn:
 
     Then threads are not waited for. Python would also end by the signal, not by the exit code, if the
     interruption came within the `exec` of a string, which makes every dataclass.
+
+    Args:
+        code: exit code of the process.
     """
     if code == INTERRUPTED:
         sys.stdout.flush()
@@ -123,7 +144,11 @@ def leave(code: int) -> NoReturn:
 
 
 def end_with_parent(number: int) -> None:
-    """Let Linux send the signal `number` to this process when its parent ends; elsewhere nothing is done."""
+    """Make Linux send a signal to this process when its parent ends; other systems are left alone.
+
+    Args:
+        number: number of the signal, such as `signal.SIGTERM`.
+    """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
 
@@ -141,7 +166,7 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def _single_threaded() -> Iterator[None]:
-    """Processes that are started in the block use one thread."""
+    """Let processes that are started in the block use one thread for numerics."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     try:

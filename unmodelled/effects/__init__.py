@@ -1,1 +1,1 @@
-"""Effects that models of mechatronic systems leave out, one family per file."""
+"""Effects that models of machines leave out (friction, backlash, delay, ...), one family per file."""

@@ -1,4 +1,4 @@
-"""An actuator that does nothing at small inputs."""
+"""Dead zone of an actuator: no effect of small inputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class _DeadZone(ActuatorEffect):
     @property
     @abstractmethod
     def lost(self) -> str:
-        """What is lost of the input."""
+        """Part of the input that has no effect, as an expression."""
 
     def law(self, at: Site) -> Law:
         largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
@@ -25,7 +25,7 @@ class _DeadZone(ActuatorEffect):
 
 
 class DeadZone(_DeadZone):
-    """The same width on both sides; beyond, it gives what the input exceeds it by."""
+    """Dead zone of equal width on both sides; beyond it the actuator gives the input minus the width."""
 
     complexity = 2.0
 
@@ -35,7 +35,7 @@ class DeadZone(_DeadZone):
 
 
 class RoundedDeadZone(_DeadZone):
-    """One that is left gradually."""
+    """Dead zone with a gradual transition."""
 
     variant = "rounded"
     complexity = 2.2

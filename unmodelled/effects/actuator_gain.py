@@ -1,4 +1,4 @@
-"""An actuator that gives more or less than its input says."""
+"""Gain error of an actuator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class ActuatorGain(ActuatorEffect):
-    """The same share everywhere."""
+    """Constant relative error of the actuator's gain."""
 
     family = "actuator_gain"
     complexity = 1.0

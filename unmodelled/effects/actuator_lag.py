@@ -1,4 +1,4 @@
-"""An actuator that follows its input slowly."""
+"""Lag of an actuator behind its input."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 
 
 class ActuatorLag(ActuatorEffect):
-    """Of first order."""
+    """First-order lag of the actuator."""
 
     family = "actuator_lag"
     complexity = 2.0

@@ -1,4 +1,4 @@
-"""An actuator that acts at zero input."""
+"""Offset of an actuator."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class ActuatorOffset(ActuatorEffect):
-    """A constant beside the input."""
+    """Constant added to the input."""
 
     family = "actuator_offset"
     complexity = 1.0

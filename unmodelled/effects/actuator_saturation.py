@@ -1,4 +1,4 @@
-"""An actuator that cannot do all that is asked."""
+"""Saturation of an actuator at a largest output."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ class _Saturation(ActuatorEffect):
 
     @abstractmethod
     def limited(self) -> tuple[str, float]:
-        """What is left of the input, and the highest limit that has an influence, in largest inputs."""
+        """Return the limited input as an expression, and the highest limit with an influence, in largest
+        inputs.
+        """
 
     def law(self, at: Site) -> Law:
         limited, most = self.limited()
@@ -29,7 +31,7 @@ class _Saturation(ActuatorEffect):
 
 
 class HardSaturation(_Saturation):
-    """The same limit on both sides."""
+    """Saturation at the same limit on both sides."""
 
     complexity = 2.0
 
@@ -38,7 +40,7 @@ class HardSaturation(_Saturation):
 
 
 class SoftSaturation(_Saturation):
-    """A limit that is approached gradually."""
+    """Saturation that approaches its limit gradually."""
 
     variant = "soft"
     complexity = 2.2

@@ -1,4 +1,4 @@
-"""A system with an effect, and what fitting it needs to know."""
+"""System with an added effect, and the numbers that a fit of the effect needs."""
 
 from __future__ import annotations
 
@@ -15,26 +15,35 @@ from unmodelled.systems.model import System, symbol
 
 @dataclass(frozen=True)
 class Added:
-    """An effect at a place of a system; all amplitudes are zero, all shapes at a value of their grid.
+    """Effect at a place of a system, with all amplitudes zero and all shapes at a value of their grids.
 
     Attributes:
-        family, variant: of the effect. place: where it acts.
-        system: the system with it, whose new numbers are parameters.
-        law: as a person writes it, in names of `system`.
-        amplitudes: names of the parameters in which the law is linear.
-        regressors: per amplitude, what one unit of it adds at the place: to an effort, an input, an output or
-            a parameter. In terms of states, inputs, parameters, constants and t.
-        shares: of the amplitudes, those that are 1 where the effect is there at all.
-        shapes: the other new numbers that are fitted -> starting values, SI.
-        bounds, scales, units: of amplitudes, shapes and delays, the bounds and a plausible size in SI.
-        memory: states that the effect adds; no output shows them.
-        delays: of the shapes, those that are no parameter but a delay added to an input or output.
-        columns: constants that it adds to the operating point -> their values.
-        per_experiment: of the amplitudes, those whose value differs from experiment to experiment.
-        priors: of some amplitudes, the standard deviation around zero that is plausible without data, SI.
-        linear: whether regressors times amplitudes are all that is added; else that is the tangent at zero.
-        slopes: parameters of the law beyond the data, not fitted -> their values where these are positive.
-        extent: name of a coordinate -> parameters that hold the ends of the range where the law was fitted.
+        family: name of the family, such as "coulomb_friction".
+        variant: name of the variant; empty for the plain form of the family.
+        place: place where the effect acts.
+        system: system with the effect; its new numbers are parameters.
+        law: law as a person writes it, in names of `system`.
+        amplitudes: names of the parameters in which the law is linear; default none.
+        regressors: contribution of one unit of each amplitude to the effort, input, output or parameter at
+            the place, in terms of states, inputs, parameters, constants and t; default none.
+        shares: names of the amplitudes that switch the effect: 1 if it is present, 0 if not; default none.
+        shapes: starting values of the other fitted numbers by name, in SI units; default none.
+        bounds: lowest and highest value of amplitudes, shapes and delays by name, in SI units.
+        scales: plausible magnitude of amplitudes, shapes and delays by name, in SI units.
+        units: SI unit of amplitudes, shapes and delays by name.
+        memory: names of the states that the effect adds; no output shows them; default none.
+        delays: place of each shape that is a delay of an input or output instead of a parameter; default
+            none.
+        columns: constants that the effect adds to the operating point by name, with their values; default
+            none.
+        per_experiment: names of the amplitudes that differ between experiments; default none.
+        priors: plausible standard deviation around zero of some amplitudes, in SI units; default none.
+        linear: whether regressors times amplitudes are the whole contribution; otherwise they are its tangent
+            at zero.
+        slopes: slopes of the law beyond the data by parameter name, used where they are positive; default
+            none.
+        extent: names of the two parameters that hold the edges of the data, by name of the coordinate;
+            default none.
     """
 
     family: str
@@ -60,16 +69,38 @@ class Added:
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """Names of the fitted numbers that stand in the law: no shares, and nothing that smooths a corner."""
+        """Names of the fitted numbers in the law, without switches and without numbers that only smooth a
+        corner.
+        """
         words = set(syntax.names(self.law))
         return tuple(name for name in (*self.amplitudes, *self.shapes) if name in words)
 
 
 def with_numbers(system: System, effects: Iterable[Added], values: Mapping[str, float]) -> System:
-    """`system`, to which `effects` were added, with values of parameters and of the delays among the shapes.
+    """Return a system whose effects have given values of their parameters and delays.
 
-    A delay counts from that of the system before the effect was added. The slopes of laws beyond the data
-    follow from the values.
+    Slopes of laws beyond the data follow from the values.
+
+    Args:
+        system: system to which `effects` were added.
+        effects: effects of the system.
+        values: values by name, in SI units; a delay counts in addition to the one in the system file. Missing
+            parameters keep their value, missing delays are zero.
+
+    Returns:
+        System with these values.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.effects.input_delay import InputDelay
+        >>> from unmodelled.effects.place import Place
+        >>> from unmodelled.effects.scales import Scales
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> sizes = Scales({}, {}, {}, {}, period=0.001, duration=2.0)
+        >>> late = InputDelay().add(pendulum, Place("actuator", "torque"), sizes)
+        >>> with_numbers(late.system, [late], {"T_d_torque": 0.004}).inputs[0].delay
+        0.004
     """
     system = system.with_values(values)
     known = {symbol(p.name): sp.Float(p.value) for p in system.parameters}

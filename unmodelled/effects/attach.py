@@ -1,4 +1,4 @@
-"""Putting a law into a system, at a port, an input, an output or in place of a parameter."""
+"""Insertion of a law into a system, at a port, an input, an output or a parameter."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ import sympy as sp
 from unmodelled.effects.added import Added
 from unmodelled.effects.columns import Column, Member
 from unmodelled.effects.extrapolation import continued, extent, slopes
-from unmodelled.effects.inertial import effort_signals
 from unmodelled.effects.law import Amplitude, Law, Shape
-from unmodelled.effects.motion import acceleration
+from unmodelled.effects.motion import acceleration, effort_signals
 from unmodelled.effects.place import Place, Site
 from unmodelled.effects.substitution import substituted, with_law, with_output, with_states
 from unmodelled.effects.translation import Translation
@@ -24,7 +23,17 @@ from unmodelled.systems.scope import Scope, Value
 
 
 def attached(site: Site, law: Law, family: str, variant: str) -> Added:
-    """The system with `law` at `site`."""
+    """Return the system with a law at a site, and the numbers that a fit needs.
+
+    Args:
+        site: place in a system, with the magnitudes of its quantities.
+        law: law in local names.
+        family: name of the family.
+        variant: name of the variant; empty for the plain form of the family.
+
+    Returns:
+        System with the law, and its amplitudes, shapes and memory.
+    """
     parts = _Parts(site, continued(site, law))
     names, units = parts.words.names, parts.words.units
     fitted: dict[str, Amplitude | Shape] = {**law.amplitudes, **law.shapes}
@@ -62,7 +71,9 @@ class _Parts:
 
     @property
     def _member(self) -> tuple[str, ...]:
-        """The constant that says whether an experiment belongs to the level, if no other one does."""
+        """Name of the constant that is 1 in the experiments of the level, if the system has no such constant
+        yet.
+        """
         factor = self.site.place.factor
         known = {constant.name for constant in self.site.system.operating_point}
         return () if factor is None or factor in known else (f"in_{factor}",)
@@ -85,7 +96,7 @@ class _Parts:
 
     @cached_property
     def _indicator(self) -> tuple[sp.Expr, str]:
-        """1 where the effect acts, and as text before an amplitude."""
+        """Expression that is 1 where the effect acts, and its text in front of an amplitude."""
         factor, level = self.site.place.factor, self.site.place.level
         if factor is None or level is None:
             return sp.S.One, ""
@@ -97,12 +108,12 @@ class _Parts:
 
     @property
     def inertial(self) -> bool:
-        """Whether what is added depends on the acceleration that it changes."""
+        """Whether the contribution depends on the acceleration that it changes."""
         a = self.site.quantities.get("a")
         return a is not None and any(v.expression.has(a.expression) for v in self.words.adds.values())
 
     def regressors(self) -> tuple[sp.Expr, ...]:
-        """See `Added`; the acceleration is that of the system without the effect."""
+        """Return the regressors (see `Added`), with the acceleration of the system without the effect."""
         system, known = self.site.system, {}
         if self.inertial:
             a = acceleration(system, system.port(self.site.place.name), system.closed)
@@ -112,12 +123,12 @@ class _Parts:
 
     @cached_property
     def _terms(self) -> list[tuple[sp.Expr, sp.Expr]]:
-        """Amplitudes and slopes where they act, and what one unit of each adds."""
+        """Amplitudes and slopes where they act, each with the contribution of one unit."""
         indicator, names = self._indicator[0], self.words.names
         return [(indicator * symbol(names[n]), value.expression) for n, value in self.words.adds.items()]
 
     def _written(self, **others: str) -> str:
-        """The sum of the terms as text; `others` are other texts of local names."""
+        """Return the sum of the terms as text; `others` replace local names."""
         words, before = self.words, self._indicator[1]
         return " + ".join(
             _product(before + words.names[name], words.text(number.adds, **others))
@@ -125,7 +136,7 @@ class _Parts:
         )
 
     def system(self) -> System:
-        """The system with the law in it."""
+        """Return the system with the law."""
         words = self.words
         memory = {
             State(words.names[n], words.units[n]): (words.value(m.rate).expression, words.text(m.rate))

@@ -1,4 +1,4 @@
-"""Play between the port and what it moves."""
+"""Backlash (play) between a port and the body that it moves."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _FEW, _MANY = 6, 40
 
 
 def _gap(at: Site, count: int) -> Shape:
-    """Half the play: from some samples' worth of motion to a part of the travel."""
+    """Return the starting values of half the play, from a thousandth to a fifth of the half travel."""
     half = at["x"].half
     grid = geometric(1e-3 * half, 0.2 * half, count)
     return Shape("x", grid, (0.1 * grid[0], half))
 
 
 class FrictionBehindPlay(PortEffect):
-    """Dry friction of what is dragged along with play: nothing within the play, which every reversal crosses.
+    """Dry friction of a body that is dragged along with play: no friction within the play, at every reversal.
 
-    r, the distance of the port from what it drags, is held within delta with a time constant of one sample.
+    The distance r of the port from the body is held within delta with a time constant of one sampling period.
     """
 
     family = "backlash"
@@ -52,7 +52,7 @@ class FrictionBehindPlay(PortEffect):
 
 
 class _MassBehindPlay(PortEffect):
-    """A mass m_b behind play of 2*delta: r is its distance from the port, v_b its speed.
+    """Mass m_b behind play of 2*delta: r is its distance from the port, v_b its speed.
 
     The contact is a spring of frequency omega_b with half its critical damping.
     """
@@ -63,7 +63,7 @@ class _MassBehindPlay(PortEffect):
 
     @abstractmethod
     def effort(self, mass: float) -> tuple[str, Amplitude]:
-        """On the port, as a person writes it and per mass; `mass` is what the port feels."""
+        """Return the effort on the port, as text and as amplitude; `mass` is the mass that the port feels."""
 
     def suits(self, system: System, port: Port) -> bool:
         return super().suits(system, port) and is_inertial(system, port)
@@ -80,7 +80,7 @@ class _MassBehindPlay(PortEffect):
 
 
 class MassBehindPlay(_MassBehindPlay):
-    """Part of the known mass is not fixed to the port."""
+    """Part of the known mass that is connected to the port with play."""
 
     variant = "mass"
     complexity = 4.0
@@ -91,7 +91,7 @@ class MassBehindPlay(_MassBehindPlay):
 
 
 class LoadBehindPlay(_MassBehindPlay):
-    """A mass besides the known one."""
+    """Additional mass that is connected to the port with play."""
 
     variant = "load"
     complexity = 4.2

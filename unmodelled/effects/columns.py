@@ -1,4 +1,4 @@
-"""Constants of an experiment that an effect needs: which experiments it acts in, and values of their own."""
+"""Constants of single experiments that an effect needs: membership of a group, number, or fitted value."""
 
 from __future__ import annotations
 
@@ -17,23 +17,37 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Member:
-    """1 in the experiments whose column `factor` of experiments.csv is `level`, else 0."""
+    """Membership of a group of experiments: 1 if their column has a given value, otherwise 0.
+
+    Attributes:
+        factor: name of the column of experiments.csv.
+        level: value of the column that marks the group.
+
+    Examples:
+        >>> Member("group", "warm")(pd.DataFrame({"group": ["cold", "warm"]})).tolist()
+        [0.0, 1.0]
+    """
 
     factor: str
     level: float | str
 
     def __call__(self, experiments: pd.DataFrame) -> Array:
-        """(n,) from the table of the n experiments."""
+        """Return the values for the table of n experiments, shape (n,)."""
         member: Array = (experiments[self.factor] == self.level).to_numpy(np.float64)
         return member
 
 
 @dataclass(frozen=True)
 class Order:
-    """The number of the experiment, from 0 in the order of experiments.csv."""
+    """Number of the experiment, from 0 in the order of experiments.csv.
+
+    Examples:
+        >>> Order()(pd.DataFrame({"id": ["a", "b"]})).tolist()
+        [0.0, 1.0]
+    """
 
     def __call__(self, experiments: pd.DataFrame) -> Array:
-        """(n,) from the table of the n experiments."""
+        """Return the values for the table of n experiments, shape (n,)."""
         return np.arange(len(experiments), dtype=np.float64)
 
 
@@ -41,26 +55,38 @@ Column = Member | Order
 
 
 class Experiments(Protocol):
-    """The part of `Logs` that holds the operating points."""
+    """Part of `Logs` that holds the operating points."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     @property
-    def experiments(self) -> pd.DataFrame: ...
+    def experiments(self) -> pd.DataFrame:
+        """Table of the experiments, one row each."""
+
     @property
-    def constants(self) -> tuple[str, ...]: ...
+    def constants(self) -> tuple[str, ...]:
+        """Names of the constants of the operating point."""
+
     @property
-    def c(self) -> Array: ...
+    def c(self) -> Array:
+        """Values of the constants, shape (experiments, constants)."""
 
 
 L = TypeVar("L", bound=Experiments)
 
 
 def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
-    """The same logs with more constants of the operating point, values (n,) or a `Column` each.
+    """Return the logs with additional constants of the operating point.
 
-    They take the place of columns of the same name. The states are still those of the system as it was, see
-    `Logs.for_system`.
+    The states stay those of the system as it was; `prepare` estimates them anew.
+
+    Args:
+        logs: logs of n experiments.
+        columns: values of shape (n,), or a `Column` that computes them, by name of the constant; an existing
+            column of that name is replaced.
+
+    Returns:
+        Logs with the constants.
     """
     values = {
         name: column(logs.experiments) if isinstance(column, Member | Order) else np.asarray(column)
@@ -75,7 +101,22 @@ def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
 
 
 def in_columns(system: System, names: Collection[str]) -> System:
-    """The system with some parameters as constants of the operating point, one value per experiment."""
+    """Return the system with some parameters turned into constants of the operating point.
+
+    Args:
+        system: system with the parameters.
+        names: names of the parameters.
+
+    Returns:
+        System in which each of them has one value per experiment.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> moved = in_columns(read_system(Path("systems/pendulum.yaml")), ["b"])
+        >>> [p.name for p in moved.parameters], [c.name for c in moved.operating_point]
+        (['J', 'mgl'], ['b'])
+    """
     moved = tuple(Constant(p.name, p.unit) for p in system.parameters if p.name in names)
     kept = tuple(p for p in system.parameters if p.name not in names)
     return replace(system, parameters=kept, operating_point=(*system.operating_point, *moved))

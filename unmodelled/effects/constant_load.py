@@ -1,4 +1,4 @@
-"""A load that is always the same."""
+"""Constant load."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class ConstantLoad(PortEffect):
-    """Whatever the motion."""
+    """Load that does not depend on the motion."""
 
     family = "constant_load"
     complexity = 1.0

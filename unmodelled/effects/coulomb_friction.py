@@ -1,4 +1,4 @@
-"""Dry friction that does not depend on speed."""
+"""Dry friction independent of speed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 
 
 class CoulombFriction(PortEffect):
-    """The same in both directions."""
+    """Dry friction of equal magnitude in both directions."""
 
     family = "coulomb_friction"
     complexity = 1.0
@@ -21,7 +21,7 @@ class CoulombFriction(PortEffect):
 
 
 class GradualFriction(PortEffect):
-    """It comes about gradually, as where many contacts slide one after the other."""
+    """Dry friction that rises gradually with speed, as in a contact of many asperities."""
 
     family = "coulomb_friction"
     variant = "gradual"
@@ -37,7 +37,7 @@ class GradualFriction(PortEffect):
 
 
 class CoulombFrictionByDirection(PortEffect):
-    """Another level for each direction."""
+    """Dry friction with another magnitude in each direction."""
 
     family = "coulomb_friction"
     variant = "by_direction"

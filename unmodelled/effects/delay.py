@@ -1,4 +1,4 @@
-"""What delays of inputs and outputs share."""
+"""Base class of the delays of inputs and outputs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,12 @@ _LONGEST = 0.2
 
 
 class Delay(Effect):
-    """A delay beyond the known one. It is no parameter of the equations, see `with_numbers`."""
+    """Delay in addition to the known one; it is not a parameter of the equations (see `with_numbers`).
+
+    Attributes:
+        name: start of the name of the delay.
+        law: format of the law, with the delayed signal and the name of the delay.
+    """
 
     complexity = 2.0
     name: ClassVar[str]

@@ -1,4 +1,4 @@
-"""Something that changes along an experiment, or from one experiment to the next."""
+"""Drift of a parameter or load, along an experiment or from one experiment to the next."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from unmodelled.systems.model import System, symbol
 
 
 class DriftAlongExperiments(ParameterEffect, ABC):
-    """A parameter that changes while an experiment is logged.
+    """Parameter that changes during an experiment; parameters of sensors are excluded.
 
-    Not one of a sensor: the output would show the state by another factor at every sample, and no longer tell
-    where a window starts. `sensor_gain` and `sensor_offset` change sensors.
+    With a sensor that changes at every sample, the initial state of a window could no longer be computed from
+    the outputs. Changes of sensors are the families `sensor_gain` and `sensor_offset`.
     """
 
     def places(self, system: System) -> tuple[Place, ...]:
@@ -25,7 +25,7 @@ class DriftAlongExperiments(ParameterEffect, ABC):
 
 
 class ParameterDrift(DriftAlongExperiments):
-    """A parameter that changes evenly along every experiment, as when something warms up."""
+    """Parameter that changes linearly in time along every experiment, for example by warming up."""
 
     family = "drift"
     variant = "parameter"
@@ -37,7 +37,7 @@ class ParameterDrift(DriftAlongExperiments):
 
 
 class ParameterDriftByOrder(ParameterEffect):
-    """A parameter that changes evenly from experiment to experiment, as when something wears."""
+    """Parameter that changes by the same step from experiment to experiment, for example by wear."""
 
     family = "drift"
     variant = "parameter_by_order"
@@ -50,10 +50,11 @@ class ParameterDriftByOrder(ParameterEffect):
 
 
 class ParameterDriftThatSettles(DriftAlongExperiments):
-    """A parameter that goes to another value as the machine warms up, over experiments and along each.
+    """Parameter that approaches another value as the machine warms up, over experiments and along each of
+    them.
 
-    It warms up while an experiment is logged, and between experiments for a time that no log tells: rho, in
-    time constants from the start of one experiment to that of the next.
+    The machine also warms up between experiments, for an unknown time: rho is the time from the start of one
+    experiment to the start of the next, in time constants.
     """
 
     family = "drift"
@@ -79,7 +80,7 @@ def _times(at: Site) -> tuple[float, float]:
 
 
 class LoadDrift(PortEffect):
-    """A load that grows evenly along every experiment."""
+    """Load that grows linearly in time along every experiment."""
 
     family = "drift"
     variant = "load"
@@ -90,7 +91,7 @@ class LoadDrift(PortEffect):
 
 
 class LoadDriftByOrder(PortEffect):
-    """A load that grows evenly from experiment to experiment."""
+    """Load that grows by the same step from experiment to experiment."""
 
     family = "drift"
     variant = "load_by_order"

@@ -1,4 +1,4 @@
-"""What every family of effects answers, and what families at one kind of place share."""
+"""Base classes of all effects, one per kind of place."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ Power = Literal["lost", "lost over a cycle", "stored"]
 
 
 class Effect(ABC):
-    """An effect that a model may leave out. Stateless; a class without abstract methods is in the library.
+    """Effect that a model can leave out; stateless. Every class without abstract methods is in the library.
 
-    Class attributes:
-        family: its name in a diagnosis. variant: which of several of one family, or "".
-        complexity: how much it takes to believe in it; of effects that data cannot tell apart, the simplest
-            is the one with the least. About how many numbers it has, more for memory and for what is rare.
+    Attributes:
+        family: name of the family in a diagnosis.
+        variant: name of the variant within the family; empty for the plain form.
+        complexity: penalty by which the simplest of several equally good effects is chosen; about the number
+            of its parameters, more for memory and for rare effects.
     """
 
     family: ClassVar[str]
@@ -32,23 +33,45 @@ class Effect(ABC):
 
     @abstractmethod
     def places(self, system: System) -> tuple[Place, ...]:
-        """Where it can act in `system`."""
+        """Return the places where the effect can act.
+
+        Args:
+            system: system to search.
+
+        Returns:
+            Places of the system.
+        """
 
     @abstractmethod
     def add(self, system: System, place: Place, scales: Scales) -> Added:
-        """`system` with the effect at `place`, at level zero; `system` may have effects already.
+        """Return the system with the effect at a place, at level zero.
+
+        Args:
+            system: system, possibly with other effects.
+            place: place where the effect acts.
+            scales: magnitudes of the system's quantities in the logs.
+
+        Returns:
+            System with the effect, and the numbers that a fit needs.
 
         Raises:
-            KeyError: when the system has no such place.
+            KeyError: if the system has no such place.
         """
 
 
 class LawEffect(Effect):
-    """An effect that a law describes."""
+    """Effect that is described by a law."""
 
     @abstractmethod
     def law(self, at: Site) -> Law:
-        """The law at a place, its grids chosen from the sizes there."""
+        """Return the law at a place, with starting values chosen from the magnitudes there.
+
+        Args:
+            at: place with the magnitudes of its quantities.
+
+        Returns:
+            Law in local names.
+        """
 
     def add(self, system: System, place: Place, scales: Scales) -> Added:
         where = site(system, place, scales)
@@ -56,18 +79,26 @@ class LawEffect(Effect):
 
 
 class PortEffect(LawEffect):
-    """An effort on a port; positive where it takes power out of the system.
+    """Effort on a port; positive if it takes power out of the system.
 
-    Class attributes:
-        needs: coordinates that the port must have.
-        power: what it does with that power, None where that depends.
+    Attributes:
+        needs: coordinates that the port must have; default none.
+        power: whether the effort loses or stores energy; None (default) if that depends on the motion.
     """
 
     needs: ClassVar[tuple[Literal["position", "velocity"], ...]] = ()
     power: ClassVar[Power | None] = None
 
     def suits(self, system: System, port: Port) -> bool:
-        """Whether it can act on `port`."""
+        """Return whether the effect can act on a port.
+
+        Args:
+            system: system of the port.
+            port: port to check.
+
+        Returns:
+            True if the port has all that the law needs.
+        """
         return all(getattr(port, coordinate) is not None for coordinate in self.needs)
 
     def places(self, system: System) -> tuple[Place, ...]:
@@ -75,21 +106,21 @@ class PortEffect(LawEffect):
 
 
 class ActuatorEffect(LawEffect):
-    """Something that happens to an input between the log and the physics."""
+    """Change of an input between the log and the physics."""
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("actuator", item.name) for item in system.inputs)
 
 
 class SensorEffect(LawEffect):
-    """Something that happens to an output between the physics and the log."""
+    """Change of an output between the physics and the log."""
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("sensor", item.name) for item in system.outputs)
 
 
 class ParameterEffect(LawEffect):
-    """A parameter that is not the same always; those that the file marks as uncertain come first."""
+    """Parameter that is not constant; parameters marked as uncertain in the file are tried first."""
 
     def places(self, system: System) -> tuple[Place, ...]:
         ordered = sorted(system.parameters, key=lambda parameter: not parameter.identify)

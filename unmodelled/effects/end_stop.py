@@ -1,4 +1,4 @@
-"""Stops at the ends of the travel."""
+"""End stops of the travel."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ _DENT = 0.1
 
 
 class _EndStop(PortEffect):
-    """Hunt and Crossley's contact: a force that grows with a power of the depth, 1.5 after Hertz, and damping
-    in proportion to the depth.
+    """Contact of Hunt and Crossley: force by a power of the depth (1.5 for Hertzian contact), damping by
+    depth.
     """
 
     family = "end_stop"
@@ -26,7 +26,7 @@ class _EndStop(PortEffect):
     @property
     @abstractmethod
     def ends(self) -> tuple[str, ...]:
-        """Names of the positions where it begins."""
+        """Names of the positions where the contact begins."""
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half
@@ -48,7 +48,7 @@ class _EndStop(PortEffect):
 
 
 class UpperStop(_EndStop):
-    """At the upper end."""
+    """Stop at the upper end of the travel."""
 
     variant = "upper"
     complexity = 3.0
@@ -59,7 +59,7 @@ class UpperStop(_EndStop):
 
 
 class LowerStop(_EndStop):
-    """At the lower end."""
+    """Stop at the lower end of the travel."""
 
     variant = "lower"
     complexity = 3.0
@@ -70,7 +70,7 @@ class LowerStop(_EndStop):
 
 
 class BothStops(_EndStop):
-    """At both ends, alike."""
+    """Equal stops at both ends of the travel."""
 
     variant = "both"
     complexity = 4.0

@@ -1,7 +1,7 @@
-"""How laws that are mere fits go on beyond the data that they were fitted to.
+"""Extrapolation of fitted curves beyond the data: linear, and never falling.
 
-A polynomial grows beyond the travel that was seen until it tears a simulation apart, and where it falls it
-feeds in energy without limit. From the edges of the data on, a law is therefore straight and does not fall.
+A polynomial grows without limit outside the fitted range, and where it falls it feeds energy into the
+simulation. From the edges of the data on, such a law is therefore continued as a straight line.
 """
 
 from __future__ import annotations
@@ -21,9 +21,16 @@ MARGIN = 0.1
 
 
 def continued(site: Site, law: Law) -> Law:
-    """`law` with straight ends where it is a mere fit along a coordinate; other laws as they are.
+    """Return a law that is continued linearly beyond the data, if it is a fitted curve.
 
-    Between the edges nothing changes; the slopes beyond them are zero until `slopes` gives their values.
+    The slopes beyond the edges are zero until `slopes` gives their values.
+
+    Args:
+        site: place with the range of the data.
+        law: law in local names.
+
+    Returns:
+        Continued law; the law itself if it is not a fitted curve.
     """
     along = law.fitted_along
     if along is None:
@@ -43,10 +50,14 @@ def continued(site: Site, law: Law) -> Law:
 
 
 def slopes(law: Law, words: Translation) -> dict[str, sp.Expr]:
-    """Slopes of a law at its edges in terms of its other numbers, by their names in the system.
+    """Return the slopes of a law at the edges of the data, in terms of its other parameters.
 
     Args:
-        law: as it was before it was continued. words: of the continued law.
+        law: law before it was continued.
+        words: translation of the continued law.
+
+    Returns:
+        Slopes by name of the parameter in the system; none if the law is not a fitted curve.
     """
     names, along = words.names, law.fitted_along
     if along is None:
@@ -61,6 +72,13 @@ def slopes(law: Law, words: Translation) -> dict[str, sp.Expr]:
 
 
 def extent(words: Translation) -> dict[str, tuple[str, str]]:
-    """The coordinate of a continued law and the parameters that hold its edges, as the system calls them."""
+    """Return the coordinate of a continued law and the parameters that hold the edges of the data.
+
+    Args:
+        words: translation of the continued law.
+
+    Returns:
+        Names of both parameters by name of the coordinate; none if the law is not a fitted curve.
+    """
     edges = [words.names[end.edge] for end in words.law.slopes.values()]
     return {words.text(str(words.law.fitted_along)): (edges[0], edges[1])} if edges else {}

@@ -1,4 +1,4 @@
-"""The weight of something that turns about an axis off its centre."""
+"""Weight of a body that turns about an axis off its centre of gravity."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from unmodelled.systems.units import parse_unit
 
 
 class GravityLoad(PortEffect):
-    """One wave per turn, about a direction that is not known. Only where the effort is a torque.
+    """Sine wave of one period per turn, of unknown direction; only for a port whose effort is a torque.
 
     Along a straight line a weight is a constant load.
     """

@@ -1,4 +1,4 @@
-"""Starting values that families share."""
+"""Starting values of shapes that several families share."""
 
 from __future__ import annotations
 
@@ -14,19 +14,51 @@ LEAST_CREEP = 1e-3
 
 
 def geometric(low: float, high: float, count: int) -> tuple[float, ...]:
-    """`count` values from `low` to `high`, each the same factor above the last."""
+    """Return a geometric series of starting values, rounded to three digits.
+
+    Args:
+        low: first value, positive.
+        high: last value; at least 1.1 times `low` is used.
+        count: number of values.
+
+    Returns:
+        Increasing values.
+
+    Examples:
+        >>> geometric(1.0, 100.0, 3)
+        (1.0, 10.0, 100.0)
+    """
     return tuple(neat(value) for value in np.geomspace(low, max(high, 1.1 * low), count))
 
 
 def inside(low: float, high: float, count: int) -> tuple[float, ...]:
-    """`count` values that share the interval evenly, its ends left out."""
+    """Return equidistant values within an interval, without its ends.
+
+    Args:
+        low: lower end of the interval.
+        high: upper end of the interval.
+        count: number of values.
+
+    Returns:
+        Increasing values.
+
+    Examples:
+        >>> inside(0.0, 1.0, 3)
+        (0.25, 0.5, 0.75)
+    """
     return tuple(np.linspace(low, high, count + 2)[1:-1].tolist())
 
 
 def creep(at: Site) -> Shape:
-    """The speed below which dry friction falls to zero, so that a simulation can step over the corner.
+    """Return the speed below which dry friction falls to zero, so that a simulation can pass the corner.
 
-    At this speed friction of the size that is lacking would stop the port within one sample.
+    At this speed friction of the missing effort's magnitude would stop the port within one sampling period.
+
+    Args:
+        at: port with the magnitudes of its quantities.
+
+    Returns:
+        Shape in units of speed, with one starting value.
     """
     speed = at["v"].rms
     least = neat(max(at.effort * at.mobility * at.period, LEAST_CREEP * speed))
@@ -34,7 +66,15 @@ def creep(at: Site) -> Shape:
 
 
 def presliding(at: Site) -> Shape:
-    """Distances over which friction builds up: from some samples' worth to a part of the travel."""
+    """Return distances over which friction builds up, from two samples of motion to a fifth of the half
+    travel.
+
+    Args:
+        at: port with the magnitudes of its quantities.
+
+    Returns:
+        Shape in units of position.
+    """
     step = 2.0 * at["v"].rms * at.period
     travel = at["x"].half if "x" in at else at["v"].rms * at.duration
     grid = geometric(step, max(0.2 * travel, 10.0 * step), 4)
@@ -42,17 +82,30 @@ def presliding(at: Site) -> Shape:
 
 
 def relaxation(at: Site) -> Fixed:
-    """One sampling period: the shortest time in which a memory may follow."""
+    """Return one sampling period, the shortest time constant of a memory.
+
+    Args:
+        at: port with the magnitudes of its quantities.
+
+    Returns:
+        Fixed number in s.
+    """
     return Fixed("t", at.period)
 
 
 def waves(at: Site, most: int, whole: bool = False) -> tuple[float, ...]:
-    """Up to `most` spatial frequencies, in radians per unit of position, that samples can resolve.
+    """Return spatial frequencies that the samples can resolve, in rad per unit of position.
 
-    Whole numbers per turn where the position is an angle, else half waves over the travel.
+    For an angle these are whole numbers of waves per turn, otherwise half waves over the travel.
 
     Args:
-        whole: from a whole wave over the travel on: less of one looks like a spring.
+        at: port with the magnitudes of its quantities.
+        most: largest number of frequencies.
+        whole: whether the lowest frequency has a whole wave over the travel (less resembles a spring);
+            default False.
+
+    Returns:
+        Increasing frequencies.
     """
     angle = at.quantities["x"].unit == "rad"
     step = 1.0 if angle else pi / (2.0 * at["x"].half)

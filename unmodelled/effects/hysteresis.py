@@ -1,4 +1,4 @@
-"""Friction that builds up over a distance before sliding (presliding), and so remembers."""
+"""Presliding friction, which builds up over a distance and so has a memory."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from unmodelled.effects.place import Site
 
 
 class _Hysteresis(PortEffect):
-    """An effort F_h*z, where z goes towards the direction of motion over the distance x_h.
+    """Effort F_h*z, where z approaches the direction of motion over the distance x_h.
 
-    All rates are those of the text over x_h + tau*abs(v): z follows within one sample at any speed, so that a
-    simulation stays stable where the distance is short.
+    All rates are divided by x_h + tau*abs(v) instead of x_h: z follows within one sampling period at any
+    speed, so that a simulation stays stable for short distances.
     """
 
     family = "hysteresis"
@@ -23,10 +23,10 @@ class _Hysteresis(PortEffect):
 
     @abstractmethod
     def build_up(self) -> str:
-        """dz/dt times the distance."""
+        """Return dz/dt times the distance, as an expression."""
 
     def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
-        """Other amplitudes and shapes."""
+        """Return further amplitudes and shapes; none by default."""
         return {}, {}
 
     def law(self, at: Site) -> Law:
@@ -43,7 +43,7 @@ class _Hysteresis(PortEffect):
 
 
 class Dahl(_Hysteresis):
-    """Dahl's model of exponent one."""
+    """Dahl model of friction with exponent one."""
 
     variant = "dahl"
     complexity = 3.0
@@ -53,7 +53,9 @@ class Dahl(_Hysteresis):
 
 
 class BoucWen(_Hysteresis):
-    """Bouc and Wen's model of exponent two, its loop as steep on the way back as at the start."""
+    """Bouc-Wen model of friction with exponent two, and a loop that is as steep on its way back as at its
+    start.
+    """
 
     variant = "bouc_wen"
     complexity = 3.5
@@ -63,7 +65,7 @@ class BoucWen(_Hysteresis):
 
 
 class LuGre(_Hysteresis):
-    """Bristles with a Stribeck level and damping of their own."""
+    """LuGre model of friction: bristles with a Stribeck curve and their own damping."""
 
     variant = "lugre"
     complexity = 5.0

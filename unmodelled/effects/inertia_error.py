@@ -1,4 +1,4 @@
-"""A mass, or moment of inertia, that is not the known one."""
+"""Error of a known mass or moment of inertia."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class _InertiaError(PortEffect):
 
 
 class InertiaError(_InertiaError):
-    """In proportion to the acceleration of the port."""
+    """Error of the mass: an effort proportional to the acceleration of the port."""
 
     complexity = 1.5
     power = "stored"
@@ -31,7 +31,7 @@ class InertiaError(_InertiaError):
 
 
 class MassWithItsWeight(_InertiaError):
-    """A mass on a port that moves up or down, so that it weighs there, too."""
+    """Error of the mass of a port that moves up or down, together with the weight of that mass."""
 
     variant = "with_weight"
     complexity = 2.2

@@ -1,4 +1,4 @@
-"""An input that acts late."""
+"""Delay of an input."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.systems.model import System
 
 
 class InputDelay(Delay):
-    """By the same time always."""
+    """Constant delay between the logged input and its action."""
 
     family = "input_delay"
     name = "T_d"

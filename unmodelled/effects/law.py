@@ -1,8 +1,8 @@
-"""What a family says of its effect, in local names: the law, its numbers and its memory.
+"""Law of an effect in local names, with its numbers and its memory.
 
-Local names are x, v and a (position, velocity and acceleration of a port), u (an input as it was logged), y
-(what an output shows without the effect) or p (a parameter), besides t and the names that the law itself
-declares. Texts are expressions of the grammar of system files.
+Local names are x, v and a (position, velocity and acceleration of a port), u (logged input), y (output
+without the effect) or p (parameter), besides t and the names that the law declares. Texts are expressions of
+the grammar of system files.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ REACH = 1000.0
 
 @dataclass(frozen=True)
 class Amplitude:
-    """A number in which the law is linear; zero means that it adds nothing.
+    """Number in which the law is linear; at zero the effect is absent.
 
     Attributes:
-        adds: what one unit of it adds at the place.
-        scale: a plausible size, SI.
-        bounds: of its value, SI.
-        share: it says how far the effect is there, and is 1 where it is there at all.
+        adds: contribution of one unit at the place, as an expression.
+        scale: plausible magnitude, in SI units.
+        bounds: lowest and highest value, in SI units.
+        share: whether the amplitude switches the effect (1 present, 0 absent); default False.
     """
 
     adds: str
@@ -34,33 +34,75 @@ class Amplitude:
 
 
 def neat(value: float) -> float:
-    """`value` to three digits."""
+    """Return a number rounded to three digits.
+
+    Args:
+        value: number to round.
+
+    Returns:
+        Rounded number.
+
+    Examples:
+        >>> neat(0.123456)
+        0.123
+    """
     return float(f"{value:.3g}")
 
 
 def signed(adds: str, scale: float) -> Amplitude:
-    """An amplitude of either sign."""
+    """Return an amplitude of either sign.
+
+    Args:
+        adds: contribution of one unit at the place, as an expression.
+        scale: plausible magnitude, in SI units; the bounds are 1000 times as far.
+
+    Returns:
+        Amplitude.
+
+    Examples:
+        >>> signed("x", 0.5).bounds
+        (-500.0, 500.0)
+    """
     return Amplitude(adds, scale, (-neat(REACH * scale), neat(REACH * scale)))
 
 
 def positive(adds: str, scale: float) -> Amplitude:
-    """An amplitude that physics does not let be negative."""
+    """Return an amplitude that cannot be negative for physical reasons.
+
+    Args:
+        adds: contribution of one unit at the place, as an expression.
+        scale: plausible magnitude, in SI units; the upper bound is 1000 times as large.
+
+    Returns:
+        Amplitude.
+
+    Examples:
+        >>> positive("v", 0.5).bounds
+        (0.0, 500.0)
+    """
     return Amplitude(adds, scale, (0.0, neat(REACH * scale)))
 
 
 def share(adds: str) -> Amplitude:
-    """How far the place behaves in another way, which is there or not."""
+    """Return an amplitude that switches an effect: 1 if it is present, 0 if not.
+
+    Args:
+        adds: change of the quantity at the place if the effect is present, as an expression.
+
+    Returns:
+        Amplitude.
+    """
     return Amplitude(adds, 1.0, (0.0, 1.0), share=True)
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A number in which the law is not linear.
+    """Number in which the law is not linear.
 
     Attributes:
-        like: an expression in local names that has its unit.
-        grid: starting values, SI, at least one; a single one is a start that need not be scanned.
-        bounds: of its value, SI.
+        like: expression in local names that has the same unit.
+        grid: starting values, in SI units, at least one; a single one is not varied.
+        bounds: lowest and highest value, in SI units.
     """
 
     like: str
@@ -69,13 +111,18 @@ class Shape:
 
     @property
     def scale(self) -> float:
-        """A plausible size, SI: positive."""
+        """Plausible magnitude in SI units, positive."""
         return abs(self.grid[len(self.grid) // 2]) or max(map(abs, self.bounds))
 
 
 @dataclass(frozen=True)
 class Fixed:
-    """A number that is not fitted, such as what smooths a corner; `like` as in `Shape`."""
+    """Number that is not fitted, for example one that smooths a corner.
+
+    Attributes:
+        like: expression in local names that has the same unit.
+        value: value in SI units.
+    """
 
     like: str
     value: float
@@ -83,12 +130,13 @@ class Fixed:
 
 @dataclass(frozen=True)
 class Slope:
-    """How a law goes on beyond an edge of the data: not fitted, but following from what is fitted.
+    """Slope of a fitted curve beyond an edge of the data; it follows from the fitted numbers.
 
-    Its value is the slope of the law at the edge, or zero where the law falls there.
+    Its value is the slope of the law at the edge, or zero if the law falls there.
 
     Attributes:
-        adds: what one unit of it adds at the place. edge: name of the fixed number where it begins.
+        adds: contribution of one unit at the place, as an expression.
+        edge: name of the fixed number that holds the edge.
     """
 
     adds: str
@@ -97,10 +145,11 @@ class Slope:
 
 @dataclass(frozen=True)
 class Memory:
-    """A state of the effect's own, zero at the start of an experiment.
+    """State that the effect adds; zero at the start of an experiment.
 
     Attributes:
-        like: an expression in local names that has its unit. rate: its derivative by time.
+        like: expression in local names that has the same unit.
+        rate: time derivative, as an expression.
     """
 
     like: str
@@ -109,16 +158,20 @@ class Memory:
 
 @dataclass(frozen=True)
 class Law:
-    """What acts at a place: the sum of amplitudes times what one unit of each adds.
+    """Law of an effect at a place: the sum of amplitudes times the contributions of one unit each.
 
     Attributes:
-        text: the law as a person writes it, corners not smoothed.
-        amplitudes, shapes, fixed, memory: by name; names that the system has already get a suffix.
-        columns: constants of the operating point that it needs, without unit -> their values.
-        per_experiment: the amplitudes differ from experiment to experiment.
-        fitted_along: the local name of the only coordinate of a law that is a mere fit, such as a polynomial,
-            and could feed in any energy beyond the data: it goes on straight there, see `extrapolation`.
-        slopes: of the law beyond the data, by name.
+        text: law as a person writes it, with unsmoothed corners.
+        amplitudes: numbers in which the law is linear, by name; a name that the system already has gets a
+            suffix.
+        shapes: other fitted numbers by name; default none.
+        fixed: numbers that are not fitted, by name; default none.
+        memory: states of the effect by name; default none.
+        columns: dimensionless constants of the operating point by name, with their values; default none.
+        per_experiment: whether the amplitudes differ between experiments; default False.
+        fitted_along: local name of the only coordinate of a fitted curve such as a polynomial, which is
+            continued linearly beyond the data (see `extrapolation`); default None: the law holds everywhere.
+        slopes: slopes beyond the data by name; default none.
     """
 
     text: str
@@ -133,7 +186,7 @@ class Law:
 
     @property
     def terms(self) -> dict[str, Amplitude | Slope]:
-        """The numbers that what they add is multiplied by."""
+        """Amplitudes and slopes by name."""
         return {**self.amplitudes, **self.slopes}
 
     @property

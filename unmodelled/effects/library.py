@@ -1,4 +1,4 @@
-"""All effects: every class in the files of this package that is not abstract."""
+"""Library of all effects: every class in the files of this package that is not abstract."""
 
 from __future__ import annotations
 
@@ -15,7 +15,15 @@ from unmodelled.effects.effect import Effect
 
 @cache
 def effects() -> tuple[Effect, ...]:
-    """One of each, the simplest first."""
+    """Return one object of each effect, the simplest first.
+
+    Returns:
+        Effects, sorted by complexity, family and variant.
+
+    Examples:
+        >>> [effect.family for effect in effects()][:2]
+        ['actuator_gain', 'actuator_offset']
+    """
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
     found = [kind() for kind in _below(Effect) if not inspect.isabstract(kind)]

@@ -1,4 +1,4 @@
-"""A spring."""
+"""Linear spring."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class LinearSpring(PortEffect):
-    """At rest where the position is zero; a negative stiffness pushes away from there, as a magnet does."""
+    """Spring without force at position zero; a negative stiffness pushes away from there, like a magnet."""
 
     family = "linear_spring"
     complexity = 1.0
@@ -20,7 +20,7 @@ class LinearSpring(PortEffect):
 
 
 class PreloadedSpring(PortEffect):
-    """With a force F_0 where the position is zero."""
+    """Spring with a force F_0 at position zero."""
 
     family = "linear_spring"
     variant = "preloaded"

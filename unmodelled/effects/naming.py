@@ -1,4 +1,4 @@
-"""Names that a system does not have yet, and texts with other names."""
+"""New names in a system, and renaming in expressions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,22 @@ _WORD = re.compile(r"(?<![\w.])[A-Za-z]\w*", re.ASCII)
 
 
 def fresh(system: System, names: Iterable[str], suffix: str) -> dict[str, str]:
-    """Names that can be added to `system`: as they are, or with suffix and number where they are taken."""
+    """Return names that a system does not use yet.
+
+    Args:
+        system: system to which the names will be added.
+        names: wanted names.
+        suffix: suffix of a wanted name that is taken; a number follows if needed.
+
+    Returns:
+        New name by wanted name.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> fresh(read_system(Path("systems/pendulum.yaml")), ["F_c", "b"], "joint")
+        {'F_c': 'F_c', 'b': 'b_joint'}
+    """
     taken = _taken(system)
     found: dict[str, str] = {}
     for name in names:
@@ -37,5 +52,17 @@ def _taken(system: System) -> set[str]:
 
 
 def renamed(text: str, names: Mapping[str, str]) -> str:
-    """`text`, an expression, with other names, all at once."""
+    """Return an expression with other names, all replaced at once.
+
+    Args:
+        text: expression of a system file.
+        names: new name by old name.
+
+    Returns:
+        Expression with the new names.
+
+    Examples:
+        >>> renamed("x + exp(-v)", {"x": "v", "v": "x"})
+        'v + exp(-x)'
+    """
     return _WORD.sub(lambda word: names.get(word.group(), word.group()), text)

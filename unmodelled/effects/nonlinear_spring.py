@@ -1,4 +1,4 @@
-"""Springs that are no straight line."""
+"""Nonlinear springs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class _Spring(PortEffect):
 
 
 class HardeningSpring(_Spring):
-    """Duffing's: a stiffness that grows, or falls, with the square of position."""
+    """Duffing spring: a stiffness that grows, or falls, with the square of position."""
 
     variant = "hardening"
     complexity = 2.0
@@ -29,7 +29,7 @@ class HardeningSpring(_Spring):
 
 
 class PolynomialSpring(_Spring):
-    """Any smooth curve: a polynomial of order four about the middle of the travel."""
+    """Spring with any smooth characteristic: a polynomial of order four about the middle of the travel."""
 
     variant = "polynomial"
     complexity = 4.0
@@ -46,14 +46,14 @@ class PolynomialSpring(_Spring):
 
 
 class _OneSided(_Spring):
-    """A spring that is touched beyond a position: straight for n = 1, else stiffer deep down."""
+    """Spring in contact beyond a position: linear for n = 1, stiffer with depth for n > 1."""
 
     complexity = 2.9
 
     @property
     @abstractmethod
     def touched(self) -> tuple[str, str]:
-        """Sign of its force, and how far beyond the position it is, in a tenth of the half travel."""
+        """Sign of the force, and the depth of contact in tenths of the half travel."""
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half
@@ -67,7 +67,7 @@ class _OneSided(_Spring):
 
 
 class OneSidedSpringAbove(_OneSided):
-    """Touched from below."""
+    """Spring in contact above a position."""
 
     variant = "one_sided_above"
 
@@ -77,7 +77,7 @@ class OneSidedSpringAbove(_OneSided):
 
 
 class OneSidedSpringBelow(_OneSided):
-    """Touched from above."""
+    """Spring in contact below a position."""
 
     variant = "one_sided_below"
 
@@ -87,7 +87,7 @@ class OneSidedSpringBelow(_OneSided):
 
 
 class SpringWithPlay(_Spring):
-    """Touched on both sides of a gap of 2*delta about x_0."""
+    """Spring in contact on both sides of a gap of 2*delta about x_0."""
 
     variant = "play"
     complexity = 3.0

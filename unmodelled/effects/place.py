@@ -1,4 +1,4 @@
-"""Where an effect acts, and what is known of the quantities there."""
+"""Place where an effect acts, and the quantities there."""
 
 from __future__ import annotations
 
@@ -20,12 +20,14 @@ Kind = Literal["port", "actuator", "sensor", "parameter"]
 
 @dataclass(frozen=True)
 class Place:
-    """Where an effect acts.
+    """Place where an effect acts.
 
     Attributes:
-        kind: of place. name: of the port, input, output or parameter.
-        factor, level: it acts only in experiments where this constant of the operating point, or this column
-            of experiments.csv such as `group`, has this value.
+        kind: kind of place.
+        name: name of the port, input, output or parameter.
+        factor: name of a constant of the operating point, or of a column of experiments.csv such as `group`,
+            that limits the effect to some experiments; default None: all experiments.
+        level: value of `factor` in the experiments where the effect acts; default None.
     """
 
     kind: Kind
@@ -35,17 +37,22 @@ class Place:
 
     @property
     def channel(self) -> str:
-        """Its name in a diagnosis: that of the port, actuator:<input>, sensor:<output>, parameter:<name>."""
+        """Name of the place in a diagnosis: name of the port, actuator:<input>, sensor:<output> or
+        parameter:<name>.
+        """
         return self.name if self.kind == "port" else f"{self.kind}:{self.name}"
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a local name of a law stands for.
+    """Quantity that a local name of a law stands for.
 
     Attributes:
-        text: in terms of names of the system file. expression: the same. unit: its text.
-        dimension: None where nothing in the file has a unit. spread: its values.
+        text: expression in names of the system file.
+        expression: the same as a SymPy expression.
+        unit: SI unit.
+        dimension: exponents of the base units; None if the file has no units.
+        spread: range of its values in the logs.
     """
 
     text: str
@@ -57,15 +64,18 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Site:
-    """A place in a system, and sizes there.
+    """Place in a system with the magnitudes of its quantities.
 
     Attributes:
-        system: the system. place: the place.
-        unit: of what the law adds up to. dimension: the same; None where nothing in the file has a unit.
-        quantities: by local name, see `law`.
-        effort: plausible size of what the law adds up to, SI.
-        mobility: of a port, its acceleration per effort.
-        period: of the samples, s. duration: of the longest experiment, s.
+        system: system of the place.
+        place: place where the effect acts.
+        unit: SI unit of the law.
+        dimension: exponents of the base units of the law; None if the file has no units.
+        quantities: quantities by local name (see `law`).
+        effort: plausible magnitude of the law, in SI units.
+        period: sampling period in s.
+        duration: duration of the longest experiment in s.
+        mobility: largest acceleration of the port per effort, in SI units; default 0.
     """
 
     system: System
@@ -79,7 +89,7 @@ class Site:
     mobility: float = 0.0
 
     def __getitem__(self, local: str) -> Spread:
-        """The values of a quantity."""
+        """Return the range of values of a local name."""
         return self.quantities[local].spread
 
     def __contains__(self, local: str) -> bool:
@@ -87,10 +97,18 @@ class Site:
 
 
 def site(system: System, place: Place, scales: Scales) -> Site:
-    """What is known of `place`.
+    """Return a place with the magnitudes of its quantities.
+
+    Args:
+        system: system of the place.
+        place: place where an effect acts.
+        scales: magnitudes of the system's quantities in the logs.
+
+    Returns:
+        Place with quantities by local name.
 
     Raises:
-        KeyError: when the system has no such place.
+        KeyError: if the system has no such place.
     """
     makers = {"port": _port, "actuator": _input, "sensor": _output, "parameter": _parameter}
     return makers[place.kind](system, place, scales)
@@ -114,7 +132,7 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
 
 
 def _motion_unit(local: str, effort: Dimension | None) -> str:
-    """Unit of position, velocity or acceleration: effort times velocity is a power."""
+    """Return the unit of position, velocity or acceleration: effort times velocity is a power."""
     if effort is None:
         return "1"
     velocity = units.times(parse_unit("W").dimension, units.power(effort, Fraction(-1)))
@@ -160,7 +178,7 @@ def _quantity(system: System, text: str, expression: sp.Expr, unit: str, spread:
 
 
 def _dimension(system: System, unit: str) -> Dimension | None:
-    """Of a unit; None where nothing in the file has one."""
+    """Return the dimension of a unit; None if the file has no units."""
     lists = (system.states, system.inputs, system.outputs, system.operating_point, system.parameters)
     known = [item.unit for items in lists for item in items] + [p.unit for p in system.ports]
     if all(parse_unit(u).dimension == units.ONE for u in known):

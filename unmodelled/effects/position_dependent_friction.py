@@ -1,4 +1,4 @@
-"""Friction that is not the same everywhere: a bent guide, a tight spot, an eccentric seal."""
+"""Friction that depends on position, as of a bent guide, a tight spot or an eccentric seal."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _PositionDependentFriction(PortEffect):
 
     @abstractmethod
     def level(self, at: Site) -> Level:
-        """F(x)."""
+        """Return F(x): text, non-negative factor of each amplitude, shapes and fixed numbers."""
 
     def law(self, at: Site) -> Law:
         direction, speed = ("sign(v)", "tanh(v/v_c)") if self.dry else ("v", "v")
@@ -42,7 +42,9 @@ class _PositionDependentFriction(PortEffect):
 
 
 class FrictionAlongTravel(_PositionDependentFriction):
-    """A parabola of three levels: at both ends of the travel and, as its control point, in the middle."""
+    """Dry friction as a parabola over the travel, given by its values at both ends and a control point in the
+    middle.
+    """
 
     variant = "along_travel"
     complexity = 3.5
@@ -56,7 +58,7 @@ class FrictionAlongTravel(_PositionDependentFriction):
 
 
 class ViscousFrictionAlongTravel(FrictionAlongTravel):
-    """The same of a viscous coefficient."""
+    """Viscous friction as a parabola over the travel, with the same three numbers as for dry friction."""
 
     variant = "viscous_along_travel"
     complexity = 3.6
@@ -64,7 +66,7 @@ class ViscousFrictionAlongTravel(FrictionAlongTravel):
 
 
 class PeriodicFriction(_PositionDependentFriction):
-    """A level and a wave on top of it."""
+    """Dry friction of a constant level plus a wave over position."""
 
     variant = "periodic"
     complexity = 4.0
@@ -79,7 +81,9 @@ class PeriodicFriction(_PositionDependentFriction):
 
 
 class FrictionOverAnArc(_PositionDependentFriction):
-    """A level, and more over a part of every turn or wave: all of it for c near -1, little for c near 1."""
+    """Dry friction with an increase over part of every turn or wave: a long part for c near -1, a short one
+    near 1.
+    """
 
     variant = "arc"
     complexity = 4.2
@@ -95,7 +99,7 @@ class FrictionOverAnArc(_PositionDependentFriction):
 
 
 class TightSpot(_PositionDependentFriction):
-    """Friction around one position."""
+    """Dry friction around one position."""
 
     variant = "tight_spot"
     complexity = 3.0

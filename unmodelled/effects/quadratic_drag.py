@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class QuadraticDrag(PortEffect):
-    """In proportion to the square of speed, against it."""
+    """Drag proportional to the square of speed."""
 
     family = "quadratic_drag"
     complexity = 1.5

@@ -1,4 +1,4 @@
-"""How large things are along measured experiments: what starting grids and smoothing are chosen from."""
+"""Magnitudes of all quantities in the logs, from which starting values and smoothing are chosen."""
 
 from __future__ import annotations
 
@@ -26,7 +26,18 @@ _TINY = 1e-12
 
 @dataclass(frozen=True)
 class Spread:
-    """The values of one quantity: lowest, highest, root mean square; SI."""
+    """Range and root mean square of a quantity.
+
+    Attributes:
+        low: smallest value, in SI units.
+        high: largest value, in SI units.
+        rms: root mean square, in SI units, positive.
+
+    Examples:
+        >>> spread = Spread.of(np.array([3.0, -4.0, np.nan]))
+        >>> spread.low, spread.high, round(spread.rms, 3), spread.half
+        (-4.0, 3.0, 3.536, 3.5)
+    """
 
     low: float
     high: float
@@ -34,7 +45,14 @@ class Spread:
 
     @classmethod
     def of(cls, values: Array) -> Spread:
-        """Of an array of any shape; values that are not finite do not count."""
+        """Compute the range and root mean square of an array.
+
+        Args:
+            values: values of any shape, in SI units; nan and infinity are ignored.
+
+        Returns:
+            Range; zero if no value is finite.
+        """
         finite = values[np.isfinite(values)]
         if not len(finite):
             return cls(0.0, 0.0, _TINY)
@@ -42,24 +60,26 @@ class Spread:
 
     @property
     def middle(self) -> float:
-        """Halfway between lowest and highest."""
+        """Mean of the smallest and the largest value."""
         return 0.5 * (self.low + self.high)
 
     @property
     def half(self) -> float:
-        """Half the distance between lowest and highest, never zero."""
+        """Half the difference between the largest and the smallest value, positive."""
         return max(0.5 * (self.high - self.low), _TINY)
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Sizes along measured experiments, SI.
+    """Magnitudes of the quantities of a system in the logs, in SI units.
 
     Attributes:
-        of: of every state, input and signal, by name. outputs: of what every output shows, by name.
-        effort: per port, rms of the effort that the known physics lacks there.
-        mobility: per port, the largest magnitude of the derivative of its acceleration by its effort.
-        period: of the samples, s. duration: of the longest experiment, s.
+        of: range of each state, input and signal by name.
+        outputs: range of each output by name.
+        effort: root mean square of the effort that the known physics lacks, by port.
+        mobility: largest magnitude of the derivative of the port's acceleration by its effort, by port.
+        period: sampling period in s.
+        duration: duration of the longest experiment in s.
     """
 
     of: Mapping[str, Spread]
@@ -73,12 +93,20 @@ class Scales:
     def measured(
         cls, system: System, period: float, offsets: NDArray[np.int64], t: Array, x: Array, u: Array, c: Array
     ) -> Scales:
-        """Of experiments on one clock, laid out as in `Logs`.
+        """Compute the magnitudes from n experiments on one clock.
 
         Args:
-            system: the known physics. period: s. offsets: (n + 1,) experiment `i` owns the samples
-                `offsets[i]:offsets[i + 1]`.
-            t: (M,) s. x: (M, states). u: (M, inputs). c: (n, constants).
+            system: known physics.
+            period: sampling period in s.
+            offsets: first sample of each experiment, shape (n + 1,); experiment i has the samples
+                offsets[i]:offsets[i + 1].
+            t: time in s, shape (M,).
+            x: states, shape (M, states).
+            u: inputs, shape (M, inputs).
+            c: constants of the operating point, shape (n, constants).
+
+        Returns:
+            Magnitudes.
         """
         samples = _Samples(system, period, offsets, t, x, u, c)
         names = [*(s.name for s in system.states), *(i.name for i in system.inputs)]
@@ -108,7 +136,7 @@ class _Samples:
     c: Array
 
     def values(self, expressions: Iterable[sp.Expr], rows: NDArray[np.int64] | None = None) -> Array:
-        """(k, samples) of `expressions` at some of the samples, efforts zero."""
+        """Return the values (k, samples) of expressions at some of the samples, with all efforts zero."""
         some = self._some() if rows is None else rows
         owner = np.searchsorted(self.offsets, some, "right") - 1
         function = numpy_system_function(self.system, list(expressions), efforts_zero=True)
@@ -127,10 +155,10 @@ class _Samples:
         }
 
     def efforts(self) -> dict[str, float]:
-        """Least squares of what the measured slopes have beyond the known physics, port by port.
+        """Return the missing effort of each port, by least squares of measured slopes minus known physics.
 
-        States count relative to their slopes, so that units do not matter; moments when a port has little
-        influence count little.
+        States are weighted by their slopes, so that units do not matter; samples at which a port has little
+        influence have little weight.
         """
         system, states = self.system, len(self.system.states)
         lag = int(min(LAG, np.diff(self.offsets).min() - 1))

@@ -1,4 +1,4 @@
-"""A parameter that differs from experiment to experiment (the view of chapter 3)."""
+"""Scatter of a parameter between experiments (chapter 3)."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from unmodelled.effects.place import Site
 
 
 class Scatter(ParameterEffect):
-    """A deviation of its own in every experiment: its amplitude is one number per experiment.
+    """Deviation of a parameter that differs between experiments: one number per experiment.
 
-    `in_columns` makes that number a constant of the operating point once it is known.
+    `in_columns` turns the parameter into a constant of the operating point once the numbers are known.
     """
 
     family = "scatter"

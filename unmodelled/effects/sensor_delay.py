@@ -1,4 +1,4 @@
-"""A sensor that shows what was."""
+"""Delay of a sensor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.systems.model import System
 
 
 class SensorDelay(Delay):
-    """By the same time always."""
+    """Constant delay between a quantity and its log."""
 
     family = "sensor_delay"
     name = "T_d"

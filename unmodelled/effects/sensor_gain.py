@@ -1,4 +1,4 @@
-"""A sensor that shows more or less than there is."""
+"""Gain error of a sensor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class SensorGain(SensorEffect):
-    """The same share everywhere."""
+    """Constant relative error of the sensor's gain."""
 
     family = "sensor_gain"
     complexity = 1.2

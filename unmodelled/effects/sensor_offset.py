@@ -1,4 +1,4 @@
-"""A sensor whose zero is elsewhere."""
+"""Offset of a sensor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from unmodelled.effects.place import Site
 
 
 class SensorOffset(SensorEffect):
-    """A constant beside what it shows."""
+    """Constant added to the measured quantity."""
 
     family = "sensor_offset"
     complexity = 1.2

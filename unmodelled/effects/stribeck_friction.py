@@ -1,4 +1,4 @@
-"""Dry friction that falls from breakaway to a lower level as speed grows."""
+"""Stribeck friction: dry friction that falls with speed from breakaway to a lower level."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 
 
 class StribeckFriction(PortEffect):
-    """A Gaussian fall over the Stribeck speed; F_b is what breakaway takes beyond the Coulomb level."""
+    """Dry friction with a Gaussian Stribeck curve; F_b is the breakaway force minus the Coulomb level."""
 
     family = "stribeck_friction"
     complexity = 3.0

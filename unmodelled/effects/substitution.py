@@ -1,4 +1,4 @@
-"""Changes to a system: another expression in place of a symbol, a longer law or output, more states."""
+"""Changes of a system: replacement of a symbol, extension of a law or output, additional states."""
 
 from __future__ import annotations
 
@@ -14,9 +14,16 @@ Signals = Mapping[str, tuple[sp.Expr, str]]
 
 
 def substituted(system: System, name: str, signals: Signals) -> System:
-    """The last of the new `signals` (name -> expression and text) in place of the symbol `name` everywhere.
+    """Return the system in which a new signal replaces a symbol everywhere.
 
-    The new signals stand before all that depend on the symbol, and may use the others.
+    Args:
+        system: system to change.
+        name: name of the symbol to replace.
+        signals: expression and text of the new signals by name; the last one replaces the symbol, and can use
+            the others.
+
+    Returns:
+        System with the new signals in front of all signals that depend on the symbol.
     """
     old = symbol(name)
     *_, last = signals
@@ -45,7 +52,17 @@ def _event(event: Event, changed: Callable[[sp.Expr], sp.Expr]) -> Event:
 
 
 def with_law(system: System, port: Port, law: sp.Expr, written: str) -> System:
-    """The law of `port` grown by `law`."""
+    """Return the system with a term added to the known law of a port.
+
+    Args:
+        system: system to change.
+        port: port of the system.
+        law: term to add.
+        written: the same as text.
+
+    Returns:
+        System with the longer law.
+    """
     place = f"ports.{port.name}.law"
     text = dict(system.text)
     if port.law is None:
@@ -57,7 +74,17 @@ def with_law(system: System, port: Port, law: sp.Expr, written: str) -> System:
 
 
 def with_output(system: System, name: str, more: sp.Expr, written: str) -> System:
-    """The output `name` with its expression grown by `more`."""
+    """Return the system with a term added to an output.
+
+    Args:
+        system: system to change.
+        name: name of the output.
+        more: term to add.
+        written: the same as text.
+
+    Returns:
+        System with the longer expression of the output.
+    """
     place = f"outputs.{name}.expression"
     text = {**system.text, place: f"{system.text.get(place, name)} + {written}"}
     outputs = (replace(o, expression=o.expression + more) if o.name == name else o for o in system.outputs)
@@ -65,7 +92,15 @@ def with_output(system: System, name: str, more: sp.Expr, written: str) -> Syste
 
 
 def with_states(system: System, states: Mapping[State, tuple[sp.Expr, str]]) -> System:
-    """More states, each with its time derivative as expression and text."""
+    """Return the system with additional states.
+
+    Args:
+        system: system to change.
+        states: time derivative of each new state, as expression and as text.
+
+    Returns:
+        System with the new states after its own ones.
+    """
     rates = tuple(rate for rate, _ in states.values())
     events = (e if e.then is None else replace(e, then=(*e.then, *rates)) for e in system.events)
     return replace(

@@ -1,4 +1,4 @@
-"""Waves of position: cogging, eccentricity, gear mesh."""
+"""Ripple over position, as of cogging, eccentricity or gear mesh."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _MOST = 64
 
 
 class TorqueRipple(PortEffect):
-    """One wave, at least a whole one over the travel. Add it again for another."""
+    """Sine wave over position, of at least one period over the travel; add it again for a second wave."""
 
     family = "torque_ripple"
     complexity = 3.0
@@ -27,7 +27,7 @@ class TorqueRipple(PortEffect):
 
 
 class TorqueRippleWithOvertones(PortEffect):
-    """A wave and those of twice and three times its frequency."""
+    """Sine wave over position with its second and third harmonic."""
 
     family = "torque_ripple"
     variant = "with_overtones"

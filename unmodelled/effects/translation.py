@@ -1,4 +1,4 @@
-"""A law in terms of the system that it is put into: names, units and expressions."""
+"""Translation of a law from local names to the names, units and expressions of a system."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from unmodelled.systems.units import Dimension
 
 @dataclass(frozen=True)
 class Translation:
-    """`law` at `site`; `more` are other new names that putting it there takes."""
+    """Translation of a law to the names of a system.
+
+    Attributes:
+        site: place in the system.
+        law: law in local names.
+        more: further new names that the insertion of the law needs; default none.
+    """
 
     site: Site
     law: Law
@@ -27,26 +33,41 @@ class Translation:
 
     @cached_property
     def names(self) -> dict[str, str]:
-        """Of what the law declares, and of `more`: what the system can call it."""
+        """New name in the system by name that the law declares, or that `more` lists."""
         return fresh(self.site.system, (*self.law.names, *self.more), self.site.place.name)
 
     def text(self, local: str, **others: str) -> str:
-        """An expression in local names, in those of the system; `others` go before."""
+        """Return an expression in the names of the system.
+
+        Args:
+            local: expression in local names.
+            **others: names of the system by local name that take precedence.
+
+        Returns:
+            Expression as text of a system file.
+        """
         known = {name: quantity.text for name, quantity in self.site.quantities.items()}
         return renamed(local, {**known, **self.names, **others})
 
     @cached_property
     def adds(self) -> dict[str, Value]:
-        """What one unit of every amplitude adds, and of every slope beyond the data."""
+        """Contribution of one unit of every amplitude and slope, by name."""
         return {name: self.value(number.adds) for name, number in self.law.terms.items()}
 
     def value(self, local: str) -> Value:
-        """An expression in local names."""
+        """Return an expression in the symbols of the system.
+
+        Args:
+            local: expression in local names.
+
+        Returns:
+            Expression with its dimension.
+        """
         return grammar.evaluate(local, self._scope, f"the law {self.law.text}")
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Of everything that the law declares."""
+        """SI unit of every name that the law declares."""
         site, known = self.site, self.site.quantities
         found = {name: _described(dimension) for name, dimension in self._dimensions.items()}
         found |= {n: known[number.like].unit for n, number in self._numbers.items() if number.like in known}

@@ -1,4 +1,4 @@
-"""Friction in proportion to speed."""
+"""Viscous friction."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from unmodelled.effects.place import Site
 
 
 class ViscousFriction(PortEffect):
-    """The same in both directions."""
+    """Friction proportional to speed, equal in both directions."""
 
     family = "viscous_friction"
     complexity = 1.0
@@ -21,7 +21,9 @@ class ViscousFriction(PortEffect):
 
 
 class ShearThinning(PortEffect):
-    """Eyring's law: less and less in proportion beyond the speed v_e, as in thin films of oil."""
+    """Eyring friction: proportional to speed at first, less than that above the speed v_e, as in thin oil
+    films.
+    """
 
     family = "viscous_friction"
     variant = "shear_thinning"
@@ -38,7 +40,7 @@ class ShearThinning(PortEffect):
 
 
 class ViscousFrictionByDirection(PortEffect):
-    """Another coefficient for each direction."""
+    """Friction proportional to speed, with another coefficient in each direction."""
 
     family = "viscous_friction"
     variant = "by_direction"

@@ -5,17 +5,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.evaluation.free_run import FreeRun
+from unmodelled.base.errors import BadInput
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
+#: Periods; a delay is a whole number of them if it is so close to one.
+WHOLE = 1e-6
 #: Standard deviations of an output; a larger error, or that of a simulation that diverged, counts as this.
 LARGEST_ERROR = 10.0
 #: Standard deviations of an output; a whole run that is further off has diverged.
@@ -28,6 +32,21 @@ SHARE, ENOUGH = 0.1, 1e-7
 WILD = 10.0
 #: Share of the magnitude below which a deviation is rounding.
 ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class FreeRun:
+    """Simulated outputs, row by row beside those of the logs.
+
+    Attributes:
+        y: (M, outputs); nan where nothing is simulated, not finite either where the simulation diverged.
+        counted: (M, outputs) whether the value is a prediction, and not the start of a simulation or nothing.
+        window: (M,) number of the window that ends at or holds the sample, from 0 in every experiment.
+    """
+
+    y: Array
+    counted: NDArray[np.bool_]
+    window: Indices
 
 
 @dataclass(frozen=True)
@@ -123,3 +142,26 @@ def _within(y: Array) -> Array:
     moving = largest > ROUNDING * np.max(np.abs(y), axis=0)
     unit = np.where(moving, largest, 1.0)
     return np.where(moving, unit * np.sqrt(np.mean((off / unit) ** 2, axis=0)), 0.0)
+
+
+def steps_of(horizon: float, logs: Logs) -> int:
+    """The number of samples closest to `horizon` seconds: at least one, at most the longest experiment.
+
+    Raises:
+        BadInput: when `horizon` is not a positive number.
+    """
+    number = isinstance(horizon, int | float) and not isinstance(horizon, bool)
+    if not (number and math.isfinite(horizon) and horizon > 0.0):
+        raise BadInput(f"horizon: must be a positive number of seconds, got {horizon}")
+    longest = int(np.diff(logs.offsets).max()) - 1
+    return max(1, round(min(horizon / logs.period, longest)))
+
+
+def shrink(reidentified: float, model: float, floor: float) -> float:
+    """Share of the squared gap above the floor that a model explains, from 0 to 1; 0 where there is none.
+
+    Args:
+        reidentified: the gap of the re-identified physics. model: that of the model. floor: of the noise.
+    """
+    whole = reidentified**2 - floor**2
+    return min(1.0, max(0.0, (reidentified**2 - model**2) / whole)) if whole > 0.0 else 0.0

@@ -12,9 +12,10 @@ import torch
 from numpy.typing import NDArray
 
 from unmodelled.base.progress import track
+from unmodelled.engine.free_run import Integration
 from unmodelled.evaluation.splits import Fold
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 
 Array = NDArray[np.float64]

@@ -1,1 +1,1 @@
-"""What a model and its data can tell, and what they cannot."""
+"""Identifiability of parameters, and closed forms of learned forces."""

@@ -1,4 +1,4 @@
-"""What networks in the ports of a system can absorb of the effect of a parameter."""
+"""Share of a parameter's effect that networks in the ports of a system can absorb."""
 
 from __future__ import annotations
 
@@ -19,21 +19,29 @@ RIDGE = 1e-4
 
 
 def beside_networks(matrix: Array, gains: Sequence[Array], inputs: Sequence[Array]) -> Array:
-    """What is left of the columns of `matrix` once networks in the ports have taken what they can.
+    """Remove from sensitivity columns the part that networks in the ports can reproduce.
 
-    A network with inputs q can make any function of q, so its effect on the rows is its gain times a rich
-    basis of functions of q. The least squares fit of these to the columns is removed. It is fitted to all
-    rows, as a network is: a fit to held-out experiments would fail where these go elsewhere, and so find
-    parameters identifiable that the network takes over. What remains is scaled up by the degrees of freedom
-    of the fit, so that of white noise all remains on average. The operation is linear in the columns.
+    A network with inputs q can represent any function of q, so its effect on the rows is its gain times a
+    rich basis of functions of q. The least squares fit of these effects to the columns is removed. It uses
+    all rows, as the training of a network does: a fit judged on held-out experiments fails where these leave
+    the range of the others, and then reports parameters as identifiable that the network absorbs. The
+    remainder is scaled by the degrees of freedom of the fit, so that white noise keeps its mean size. The
+    operation is linear in the columns.
 
     Args:
-        matrix: (rows, columns).
-        gains: per port (rows,) effect of its effort.
-        inputs: per port (rows, q).
+        matrix: sensitivity columns, shape (rows, columns).
+        gains: effect of each port's effort, each of shape (rows,).
+        inputs: inputs of each port's network, each of shape (rows, q).
 
     Returns:
-        (rows, columns).
+        Remaining columns, shape (rows, columns).
+
+    Examples:
+        >>> x = np.linspace(-1.0, 1.0, 400)
+        >>> columns = np.column_stack([x**2, np.sin(300.0 * x)])  # the first one is a function of the input x
+        >>> left = beside_networks(columns, [np.ones(400)], [x[:, None]])
+        >>> (np.linalg.norm(left, axis=0) / np.linalg.norm(columns, axis=0)).round(1).tolist()
+        [0.0, 1.0]
     """
     if not gains:
         return matrix
@@ -47,7 +55,7 @@ def beside_networks(matrix: Array, gains: Sequence[Array], inputs: Sequence[Arra
 
 
 def _basis(q: Array) -> Array:
-    """(rows, functions) of the inputs (rows, q), a constant among them or in their span."""
+    """Return functions (rows, functions) of the inputs (rows, q) that include or span a constant."""
     q = q[:, np.ptp(q, axis=0) > 0.0]
     if q.shape[1] == 0:
         return np.ones((len(q), 1))
@@ -65,7 +73,7 @@ def _splines(z: Array) -> Array:
 
 
 def _random_units(z: Array) -> Array:
-    """ReLU units in random directions, each with its corner at a random sample."""
+    """Return ReLU units in random directions, each with its corner at a random sample."""
     generator = np.random.default_rng(0)
     direction = generator.standard_normal((z.shape[1], UNITS))
     direction /= np.linalg.norm(direction, axis=0)

@@ -1,4 +1,4 @@
-"""What an analysis of identifiability means for the user, in sentences."""
+"""Advice on the parameters of a system, from an analysis of identifiability."""
 
 from __future__ import annotations
 
@@ -14,11 +14,15 @@ WARNED = 12
 
 
 def advise(system: System, result: Identifiability) -> list[str]:
-    """Sentences: what can be identified, what must be separated, what to hold fixed.
+    """Return sentences on which parameters can be identified, which must be separated, and which to hold
+    fixed.
 
     Args:
-        system: that was analysed.
-        result: of the analysis.
+        system: analysed system.
+        result: result of the analysis.
+
+    Returns:
+        Sentences, without a full stop.
     """
     best = [f"{_set(s.names)} can be identified together" for s in result.sets if s.maximal][:SHOWN]
     return [
@@ -48,7 +52,7 @@ def _marked(system: System, result: Identifiability) -> list[str]:
 
 
 def _culprits(result: Identifiability) -> list[ParameterSet]:
-    """The smallest sets that fail although no member does so by itself for want of effect."""
+    """Return the smallest sets that fail although each of their members could be identified alone."""
     usable = {*result.sensitive} - {*result.absorbed}
     failing = [s for s in result.sets if not s.both and {*s.names} <= usable]
     smallest = [s for s in failing if not any({*o.names} < {*s.names} for o in failing)]
@@ -81,7 +85,7 @@ def _warning(result: Identifiability, s: ParameterSet) -> str:
 
 
 def _absorbed(system: System, result: Identifiability, name: str) -> str:
-    """Names the port whose network is enough to absorb the parameter, or all ports."""
+    """Return a sentence with the port whose network alone absorbs the parameter, or with all ports."""
     column = len(result.found.efforts) + result.found.parameters.index(name)
     effect = result.found.matrix[:, [column]]
     energy = float((effect**2).sum())

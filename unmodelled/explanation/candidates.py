@@ -1,4 +1,4 @@
-"""The terms a force law may be made of: a function of the position times a function of the velocity."""
+"""Candidate terms of a force law: a function of position times a function of velocity."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ HIGHEST_POWER, HIGHEST_HARMONIC = 5, 4
 
 
 class Motion(Enum):
-    """How a term follows the velocity v.
+    """Function of the velocity v in a term.
 
-    Not at all; v; v |v|; v^3; the jump of dry friction: sign(v) or tanh(v / jump); the Stribeck peak: that
-    jump times exp(-(v / fade)^2).
+    NONE: 1. VISCOUS: v. QUADRATIC: v |v|. CUBIC: v^3. DRY (dry friction): sign(v) or tanh(v / jump). PEAK
+    (Stribeck peak): the same times exp(-(v / fade)^2).
     """
 
     NONE, VISCOUS, QUADRATIC, CUBIC, DRY, PEAK = range(6)
@@ -25,13 +25,19 @@ class Motion(Enum):
 
 @dataclass(frozen=True)
 class Term:
-    """One term, without its coefficient.
+    """Term of a force law, without its coefficient.
 
     Attributes:
-        motion: how it follows the velocity.
-        power: of the position.
-        harmonic: k of sin(k x) or, negative, of cos(k x), in place of the power; 0 for none.
-        jump, fade: velocities; zero where the motion has none, and `jump` zero for sign(v).
+        motion: function of the velocity; default none.
+        power: power of the position; default 0.
+        harmonic: k of sin(k x), or -k of cos(k x), instead of the power; default 0: no harmonic.
+        jump: velocity scale of dry friction; default 0: sign(v).
+        fade: velocity scale of a Stribeck peak; default 0: no peak.
+
+    Examples:
+        >>> term = Term(Motion.VISCOUS, power=1)
+        >>> term.text("x", "v"), term(np.array([2.0]), np.array([3.0])).tolist()
+        ('x*v', [6.0])
     """
 
     motion: Motion = Motion.NONE
@@ -41,15 +47,31 @@ class Term:
     fade: float = 0.0
 
     def __call__(self, position: Array, velocity: Array) -> Array:
-        """Its values, of the shape of the arguments."""
+        """Return the values of the term at positions and velocities of one shape."""
         return self._along(position) * self._during(velocity)
 
     def text(self, position: str, velocity: str) -> str:
-        """In the grammar of a system file, with these names; "1" for a constant."""
+        """Return the term in the grammar of system files; "1" for a constant.
+
+        Args:
+            position: name of the position.
+            velocity: name of the velocity.
+
+        Returns:
+            Expression.
+        """
         return "*".join([*self._along_text(position), *self._during_text(velocity)]) or "1"
 
     def shaped(self, jump: float, fade: float) -> Term:
-        """The same term with other velocities, where it has them."""
+        """Return the term with other velocity scales, as far as it has them.
+
+        Args:
+            jump: velocity scale of dry friction.
+            fade: velocity scale of a Stribeck peak.
+
+        Returns:
+            Term.
+        """
         if self.motion is Motion.DRY:
             return replace(self, jump=jump)
         return replace(self, jump=jump, fade=fade) if self.motion is Motion.PEAK else self
@@ -93,21 +115,40 @@ class Term:
 
 
 def number(value: float) -> str:
-    """A number of four significant digits.
+    """Return a number as text with four significant digits.
 
-    >>> number(550800.0), number(0.002), number(-4.25)
-    ('5.508e5', '0.002', '-4.25')
+    Args:
+        value: number.
+
+    Returns:
+        Text in the grammar of system files.
+
+    Examples:
+        >>> number(550800.0), number(0.002), number(-4.25)
+        ('5.508e5', '0.002', '-4.25')
     """
     digits, _, exponent = f"{value:.4g}".partition("e")
     return f"{digits}e{int(exponent)}" if exponent else digits
 
 
 def candidates(jump: float, fades: Sequence[float], angle: bool = False, turns: bool = False) -> list[Term]:
-    """Every term with dry friction of this `jump`; only the jump in them depends on it, never their order.
+    """Return all candidate terms for one velocity scale of dry friction.
 
-    A constant load, powers of the position, damping and friction (also in proportion to the position) and
-    Stribeck peaks that fade at `fades`. If the position is an `angle`, loads that repeat every turn; if it
-    `turns` all the way round, only those follow the position.
+    They are a constant load, powers of the position, damping and dry friction (constant or proportional to
+    the position), and Stribeck peaks. Their order does not depend on `jump`.
+
+    Args:
+        jump: velocity scale of dry friction; 0 for sign(v).
+        fades: velocity scales of the Stribeck peaks.
+        angle: whether the position is an angle, which adds loads that repeat every turn; default False.
+        turns: whether the angle covers a whole turn, which removes powers of the position; default False.
+
+    Returns:
+        Terms.
+
+    Examples:
+        >>> [term.text("x", "v") for term in candidates(0.0, [], angle=True, turns=True)[:4]]
+        ['1', 'v', 'sign(v)', 'v*abs(v)']
     """
     springs = [Term(power=power) for power in range(1 if turns else HIGHEST_POWER + 1)]
     powers = (0,) if turns else (0, 1)
@@ -119,23 +160,46 @@ def candidates(jump: float, fades: Sequence[float], angle: bool = False, turns: 
 
 
 def compatible(terms: Sequence[Term]) -> bool:
-    """Whether there is a Stribeck peak only on top of dry friction, and only one."""
+    """Return whether a set of terms has at most one Stribeck peak, and one only with dry friction.
+
+    Args:
+        terms: terms of a force law.
+
+    Returns:
+        True if the set is allowed.
+    """
     motions = [term.motion for term in terms if not term.power]
     return motions.count(Motion.PEAK) <= motions.count(Motion.DRY)
 
 
 def columns_of(terms: Sequence[Term], position: Array, velocity: Array) -> Array:
-    """Values of `terms` along a last axis that follows the axes of `position` and `velocity`."""
+    """Evaluate terms at positions and velocities.
+
+    Args:
+        terms: k terms.
+        position: positions, shape (...).
+        velocity: velocities, shape (...).
+
+    Returns:
+        Values of shape (..., k).
+    """
     if not terms:
         return np.empty((*position.shape, 0))
     return np.stack([term(position, velocity) for term in terms], axis=-1)
 
 
 def formula(coefficients: Mapping[str, float]) -> str:
-    """The sum of terms with their coefficients, on one line.
+    """Return the sum of terms with their coefficients on one line.
 
-    >>> formula({"1": 2.0, "d": -30.0})
-    '2 - 30*d'
+    Args:
+        coefficients: coefficient of each term by its text; "1" is the constant.
+
+    Returns:
+        Expression in the grammar of system files; "0" without terms.
+
+    Examples:
+        >>> formula({"1": 2.0, "d": -30.0})
+        '2 - 30*d'
     """
     parts = [number(c) if text == "1" else f"{number(c)}*{text}" for text, c in coefficients.items()]
     return " + ".join(parts).replace("+ -", "- ") or "0"

@@ -1,9 +1,10 @@
-"""A force that a network has learned, as a formula of position and velocity.
+"""Closed form of a force that a network has learned, as a formula of position and velocity.
 
 Section 4.4.5 reads a spring law and friction off the network's surface by eye; chapter 6 proposes symbolic
-regression. Here a formula is a sum of few terms with a physical name, found by best-subset least squares. Its
-length is decided on experiments that are held out: the shortest whose squared error there is within one
-standard error of the best (Hastie, Tibshirani and Friedman, The Elements of Statistical Learning, 7.10).
+regression. Here a formula is a sum of few terms with a physical name, found by best-subset least squares. The
+number of terms is chosen by cross-validation: the shortest formula whose squared error on held-out
+experiments is within one standard error of the best (Hastie, Tibshirani and Friedman, The Elements of
+Statistical Learning, 7.10).
 """
 
 from __future__ import annotations
@@ -43,14 +44,15 @@ _RIDGE = 1e-9  # for columns of rms 1: keeps near-parallel ones from cancelling 
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """A formula for a force (N; N m if the position is an angle).
+    """Formula of a force (in N; in N m if the position is an angle).
 
     Attributes:
-        text: in the grammar of a system file (shared/contracts/system.md), "0" where no term helps.
-        coefficients: text of the term -> value, four significant digits; the constant is called "1".
-        terms: in the same order.
-        rmse: against the network on the data, N. share: of the force's range (0 for a constant force).
-        cross_validated: rmse of formulas of this length on experiments that were held out, N.
+        text: formula in the grammar of a system file; "0" if no term helps.
+        coefficients: coefficient of each term by its text, four significant digits; "1" is the constant.
+        terms: terms in the same order.
+        rmse: root mean square difference to the network on the data, in N.
+        share: `rmse` as a share of the force's range; 0 for a constant force.
+        cross_validated: root mean square error of formulas of this length on held-out experiments, in N.
     """
 
     text: str
@@ -61,7 +63,7 @@ class ClosedForm:
     cross_validated: float
 
     def __call__(self, position: Array, velocity: Array) -> Array:
-        """The force that `text` says, of the shape that the arguments broadcast to."""
+        """Return the force of the formula, of the shape to which the arguments broadcast."""
         x, v = np.broadcast_arrays(np.asarray(position, np.float64), np.asarray(velocity, np.float64))
         force: Array = columns_of(self.terms, x, v) @ np.array([*self.coefficients.values()])
         return force
@@ -75,20 +77,32 @@ def closed_form(
     names: tuple[str, str],
     angle: bool = False,
 ) -> ClosedForm:
-    """The shortest formula that says what a network does.
+    """Find the shortest formula that reproduces the force of a network.
 
-    A network smears the jump of dry friction: the velocity in tanh(v/...) is the network's, and the machine's
-    jump may be narrower.
+    A network smooths the jump of dry friction: the velocity scale in tanh(v/...) is that of the network, and
+    the machine's can be smaller.
 
     Args:
-        position: (n), m or rad. velocity: (n), per second. force: (n), the network's, where the data are.
-        experiment: (n), the number of the experiment of each sample.
-        names: of position and velocity, for the text.
-        angle: the position is an angle, so that loads may repeat every turn.
+        position: positions in m or rad, shape (n,).
+        velocity: velocities per second, shape (n,).
+        force: force of the network at these samples, shape (n,).
+        experiment: number of the experiment of each sample, shape (n,).
+        names: names of position and velocity in the formula.
+        angle: whether the position is an angle, so that loads can repeat every turn; default False.
+
+    Returns:
+        Formula with its errors.
 
     Raises:
-        ValueError: when the arrays are not of one length.
-        BadInput: when there are fewer than 50 samples, or values that are not finite.
+        ValueError: if the arrays do not have one length.
+        BadInput: if there are fewer than 50 samples, or values that are not finite.
+
+    Examples:
+        >>> generator = np.random.default_rng(0)
+        >>> x, v = generator.uniform(-1.0, 1.0, (2, 600))
+        >>> found = closed_form(x, v, 30.0 * x + 2.0 * v, np.arange(600) // 100, ("x", "v"))
+        >>> found.text
+        '30*x + 2*v'
     """
     x, v, f = (np.asarray(a, dtype=np.float64) for a in (position, velocity, force))
     _check(dict(zip((*names, "force", "experiment"), (x, v, f, np.asarray(experiment)), strict=True)))
@@ -118,7 +132,7 @@ def _check(arrays: dict[str, Array]) -> None:
 
 
 def _folds(experiment: Integers) -> Integers:
-    """The part, from 0 on, that each sample is held out with."""
+    """Return the number of the cross-validation fold of each sample."""
     ids, number_of = np.unique(experiment, return_inverse=True)
     if len(ids) < 3:
         return np.arange(len(experiment)) * _BLOCKS // len(experiment)
@@ -126,7 +140,9 @@ def _folds(experiment: Integers) -> Integers:
 
 
 def _shortest(squares: Array, worth: float) -> int:
-    """Size of the shortest formula as good as the best; `squares` (parts, sizes) are held-out errors."""
+    """Return the size of the shortest formula as good as the best one; `squares` (folds, sizes) are held-out
+    errors.
+    """
     mean = squares.mean(axis=0)
     best = int(np.argmin(mean))
     margin = max(squares[:, best].std(ddof=1) / np.sqrt(len(squares)), worth**2)
@@ -135,7 +151,7 @@ def _shortest(squares: Array, worth: float) -> int:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Columns of a library and their `weights`: minus the coefficient of each column, and 1 for the force."""
+    """Columns of a library and their `weights`: minus the coefficient of each column, 1 for the force."""
 
     library: int
     columns: tuple[int, ...]
@@ -144,16 +160,16 @@ class _Fit:
 
 
 class _Search:
-    """Best-subset least squares on parts of the data.
+    """Best-subset least squares on folds of the data.
 
-    There is one library of candidates per width of the jump. Of each only the sums of products of its columns
-    are kept, scaled to rms 1 and with the force as the last one: (parts, columns, columns).
+    There is one library of candidates per velocity scale of dry friction. Only the sums of products of its
+    columns are kept, scaled to rms 1 and with the force as the last column: (folds, columns, columns).
     """
 
     def __init__(self, x: Array, v: Array, force: Array, fold: Integers, angle: bool) -> None:
-        """Speeds of jumps and peaks are first on a grid, then those that suit the best formula of some size.
+        """Search velocity scales on a grid first, then use those that suit the best formula of some size.
 
-        Else a second term would make up for what a speed between two points of the grid leaves.
+        Otherwise a second term would compensate for a velocity scale between two points of the grid.
         """
         self._data = x, v, force, fold, angle
         self._every = np.unique(fold)
@@ -176,12 +192,14 @@ class _Search:
             self._products.append(np.array([columns[part].T @ columns[part] for part in parts]))
 
     def best(self) -> list[tuple[Term, ...]]:
-        """The best formula of 0, 1, ... terms."""
+        """Return the best formula of 0, 1, ... terms."""
         fits = self._fits(self._every)
         return [tuple(self._libraries[fit.library][k] for k in fit.columns) for fit in fits]
 
     def held_out(self) -> Array:
-        """Mean squared error of formulas on the part that they were not fitted to, (parts, sizes)."""
+        """Return the mean squared errors of formulas on the folds to which they were not fitted, (folds,
+        sizes).
+        """
         errors = []
         for part in self._every:
             fits = self._fits(self._every[self._every != part])
@@ -191,12 +209,12 @@ class _Search:
         return squares
 
     def _fits(self, parts: Integers) -> list[_Fit]:
-        """The best formula of each size on these parts of the data."""
+        """Return the best formula of each size on some folds of the data."""
         found = [self._extended(k, parts) for k in range(len(self._libraries))]
         return [min(fits, key=lambda fit: fit.squares) for fits in zip(*found, strict=True)]
 
     def _extended(self, number_of: int, parts: Integers) -> list[_Fit]:
-        """The best formula of each size in one library, by extending the best ones of the size before."""
+        """Return the best formula of each size in one library, by extending the best smaller ones."""
         library, products = self._libraries[number_of], self._products[number_of][parts].sum(axis=0)
         ridge = _RIDGE * self._counts[parts].sum()
         kept: list[tuple[int, ...]] = [()]
@@ -213,7 +231,7 @@ class _Search:
 
 
 def _solved(products: Array, sets: Integers, ridge: float) -> tuple[Array, Array]:
-    """Squared errors (m) and weights (m, columns) of least squares on `sets` (m, size) of columns."""
+    """Return squared errors (m,) and weights (m, columns) of least squares on `sets` (m, size) of columns."""
     gram = products[sets[:, :, None], sets[:, None, :]] + ridge * np.eye(sets.shape[1])
     coefficients = np.linalg.solve(gram, products[sets, -1][..., None])[..., 0]
     weights = np.zeros((len(sets), len(products)))
@@ -228,7 +246,7 @@ def _lengths(columns: Array) -> Array:
 
 
 def _fitted(terms: Sequence[Term], x: Array, v: Array, force: Array) -> tuple[Array, float]:
-    """Coefficients by least squares, and the sum of squared errors."""
+    """Return the coefficients by least squares, and the sum of squared errors."""
     columns = columns_of(terms, x, v)
     lengths = _lengths(columns)
     scaled = np.linalg.lstsq(columns / lengths, force)[0]
@@ -236,7 +254,7 @@ def _fitted(terms: Sequence[Term], x: Array, v: Array, force: Array) -> tuple[Ar
 
 
 def _refined(terms: tuple[Term, ...], x: Array, v: Array, force: Array) -> tuple[Term, ...]:
-    """The same terms with the velocities of jump and peak that fit best, rounded to three digits."""
+    """Return the terms with the velocity scales that fit best, rounded to three digits."""
     start = np.array([max((getattr(term, name) for term in terms), default=0.0) for name in ("jump", "fade")])
     free = start > 0.0
     if not free.any():

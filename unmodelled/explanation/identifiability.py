@@ -1,4 +1,4 @@
-"""Which parameters can be identified together with networks in the ports (section 4.4.4, appendix 4.7).
+"""Identifiability of parameters together with networks in the ports (section 4.4.4, appendix 4.7).
 
 Collinearity index: Brun, Reichert, Kuensch, Practical identifiability analysis of large environmental
 simulation models, Water Resources Research 37 (2001).
@@ -36,14 +36,17 @@ MOST = 10
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """Parameters, and whether they can be identified together.
+    """Set of parameters with the verdict whether they can be identified together.
 
     Attributes:
-        names: of the parameters.
-        collinearity: index with the efforts' columns among the parameters' (the text's view), 1 or more.
-        collinearity_with_network: index of what networks in the ports leave of the parameters' columns.
-        identifiable, with_network: whether the two views allow it.
-        maximal: whether both allow it, and no larger set that contains it.
+        names: names of the parameters.
+        collinearity: collinearity index of the columns of parameters and efforts (the text's view), 1 or
+            more.
+        collinearity_with_network: collinearity index of the parameters' columns without what networks absorb,
+            1 or more.
+        identifiable: whether the first index and the sensitivities allow it.
+        with_network: whether the second index and the sensitivities allow it.
+        maximal: whether both allow it and no larger set contains this one; default False.
     """
 
     names: Names
@@ -55,18 +58,19 @@ class ParameterSet:
 
     @property
     def both(self) -> bool:
-        """Whether both views allow it."""
+        """Whether both views allow the identification."""
         return self.identifiable and self.with_network
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What the sensitivity matrix says about parameters.
+    """Analysis of a sensitivity matrix.
 
     Attributes:
-        found: the sensitivity matrix.
-        left: (rows, parameters) what networks in the ports leave of the parameters' columns.
-        limit: of the collinearity. floor: of the sensitivity, as a share of the largest parameter's.
+        found: sensitivity matrix.
+        left: parameters' columns without what networks in the ports absorb, shape (rows, parameters).
+        limit: limit of the collinearity index.
+        floor: smallest sensitivity that counts, as a share of the largest parameter's.
     """
 
     found: Sensitivity
@@ -76,36 +80,40 @@ class Identifiability:
 
     @cached_property
     def correlation(self) -> Array:
-        """(columns, columns) the text's Q, efforts first; zero for a column of zeros."""
+        """Correlations of all columns, shape (columns, columns), efforts first (the text's Q); zero for a
+        zero column.
+        """
         return _correlation(self.found.matrix)
 
     @cached_property
     def left_correlation(self) -> Array:
-        """(parameters, parameters) the same of what networks leave."""
+        """Correlations of the parameters' columns without what networks absorb, shape (parameters,
+        parameters).
+        """
         return _correlation(self.left)
 
     @cached_property
     def norms(self) -> dict[str, float]:
-        """Sensitivity to every effort and parameter."""
+        """Sensitivity to every effort and parameter by name, dimensionless."""
         return dict(
             zip((*self.found.efforts, *self.found.parameters), self.found.norms.tolist(), strict=True)
         )
 
     @cached_property
     def unabsorbed(self) -> dict[str, float]:
-        """Share of the energy of a parameter's column that networks leave, 0 to 1."""
+        """Share of the energy of each parameter's column that networks do not absorb, 0 to 1, by name."""
         energy = np.mean(self.found.matrix[:, len(self.found.efforts) :] ** 2, 0)
         share = np.mean(self.left**2, 0) / np.where(energy > 0.0, energy, 1.0)
         return dict(zip(self.found.parameters, np.minimum(share, 1.0).tolist(), strict=True))
 
     @property
     def correlated(self) -> float:
-        """Correlation above which two parameters must be separated; 0.91 where the limit is 5."""
+        """Correlation above which two parameters must be separated; 0.91 for a limit of 5."""
         return 1.0 - 1.0 / (SHARE_OF_TWO * self.limit) ** 2
 
     @cached_property
     def sensitive(self) -> Names:
-        """Parameters whose sensitivity reaches the floor."""
+        """Names of the parameters whose sensitivity reaches the floor."""
         largest = max(self.norms[p] for p in self.found.parameters)
         return tuple(
             p for p in self.found.parameters if self.norms[p] > 0.0 and self.norms[p] >= self.floor * largest
@@ -113,14 +121,14 @@ class Identifiability:
 
     @cached_property
     def absorbed(self) -> Names:
-        """Parameters that networks absorb."""
+        """Names of the parameters that networks absorb."""
         return tuple(
             p for p in self.found.parameters if self.norms[p] > 0.0 and self.unabsorbed[p] < ABSORBED
         )
 
     @cached_property
     def compared(self) -> Names:
-        """Parameters that the sets are made of: the most sensitive, in the order of the file."""
+        """Names of the most sensitive parameters, in the order of the file; only these form sets."""
         moving = [p for p in self.found.parameters if self.norms[p] > 0.0]
         most = sorted(moving, key=lambda p: -self.norms[p])[:MOST]
         return tuple(p for p in moving if p in most)
@@ -141,7 +149,14 @@ class Identifiability:
         return tuple(sorted(ranked, key=self._rank))
 
     def judge(self, names: Names) -> ParameterSet:
-        """Whether the parameters `names` can be identified together."""
+        """Judge whether parameters can be identified together.
+
+        Args:
+            names: names of the parameters.
+
+        Returns:
+            Set with its verdict.
+        """
         at = [self.found.parameters.index(n) for n in names]
         efforts = len(self._with_efforts) - len(self.found.parameters)
         alone = collinearity(self._with_efforts, [*range(efforts), *(efforts + k for k in at)])
@@ -153,7 +168,7 @@ class Identifiability:
 
     @cached_property
     def _with_efforts(self) -> Array:
-        """Correlations next to a basis of the efforts: that efforts resemble each other is no fault."""
+        """Correlations with a basis of the efforts, so that similar efforts do not count as collinear."""
         efforts = len(self.found.efforts)
         basis = (
             orth(_normalised(self.found.matrix[:, :efforts]), 1e-9)
@@ -163,12 +178,28 @@ class Identifiability:
         return _correlation(np.hstack([basis, self.found.matrix[:, efforts:]]))
 
     def correlation_of(self, a: str, b: str) -> float:
-        """Entry of the correlation matrix, by names of efforts or parameters."""
+        """Return an entry of the correlation matrix.
+
+        Args:
+            a: name of an effort or parameter.
+            b: name of an effort or parameter.
+
+        Returns:
+            Correlation, -1 to 1.
+        """
         names = list(self.norms)
         return float(self.correlation[names.index(a), names.index(b)])
 
     def left_correlation_of(self, a: str, b: str) -> float:
-        """Correlation of what networks leave of two parameters."""
+        """Return the correlation of two parameters without what networks absorb.
+
+        Args:
+            a: name of a parameter.
+            b: name of a parameter.
+
+        Returns:
+            Correlation, -1 to 1.
+        """
         return float(self.left_correlation[self.found.parameters.index(a), self.found.parameters.index(b)])
 
     def _rank(self, s: ParameterSet) -> tuple[bool, bool, int, float]:
@@ -188,17 +219,20 @@ def identify_sets(
     limit: float = 5.0,
     floor: float = 0.05,
 ) -> Identifiability:
-    """Sensitivity, correlation and collinearity of parameters, alone and beside networks in the ports.
+    """Analyse which parameters can be identified together, alone and beside networks in the ports.
 
     Args:
-        system: with the nominal values of the parameters.
-        logs: of this system.
-        parameters: names to study; all by default.
-        limit: of the collinearity index of a set; 5 to 20 is usual.
-        floor: sensitivity that a parameter must have, as a share of the largest.
+        system: system with the nominal values of its parameters.
+        logs: logs of this system.
+        parameters: names of the parameters to analyse; default None: all.
+        limit: limit of the collinearity index of a set, usually 5 to 20; default 5.
+        floor: smallest sensitivity that counts, as a share of the largest; default 0.05.
+
+    Returns:
+        Sensitivities, correlations and judged sets.
 
     Raises:
-        BadInput: when limit, floor or a parameter is not possible.
+        BadInput: if `limit`, `floor` or a parameter is invalid.
     """
     if not limit > 1.0:
         raise BadInput(f"limit must be larger than 1, got {limit:g}")
@@ -212,9 +246,20 @@ def identify_sets(
 
 
 def collinearity(correlation: Array, columns: Sequence[int]) -> float:
-    """Collinearity index of some columns: 1 for orthogonal ones, `COLLINEAR` for dependent ones.
+    """Compute the collinearity index of some columns: 1 for orthogonal ones, `COLLINEAR` for dependent ones.
 
-    A column is worth 1/index of itself once the others have made up for it as well as they can.
+    A column keeps 1/index of its size after the best compensation by the others.
+
+    Args:
+        correlation: correlations of all columns, shape (columns, columns).
+        columns: indices of the columns.
+
+    Returns:
+        Collinearity index.
+
+    Examples:
+        >>> round(collinearity(np.array([[1.0, 0.96], [0.96, 1.0]]), [0, 1]), 3)
+        5.0
     """
     smallest = float(np.linalg.eigvalsh(correlation[np.ix_(columns, columns)])[0])
     return float(1.0 / np.sqrt(max(smallest, COLLINEAR**-2)))

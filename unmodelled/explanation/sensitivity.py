@@ -1,4 +1,4 @@
-"""How the derivatives of a system's states react to efforts and parameters (appendix 4.7)."""
+"""Sensitivity of the derivatives of a system's states to efforts and parameters (appendix 4.7)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.differentiate import smooth_derivative
+from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.functions import gradient
 from unmodelled.systems.model import Parameter, Port, System, symbol
@@ -29,14 +29,15 @@ STEPS = 3
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """The sensitivity matrix of appendix 4.7, dimensionless.
+    """Sensitivity matrix of appendix 4.7, dimensionless.
 
     Attributes:
-        efforts, parameters: names of its columns, in this order.
-        matrix: (rows, columns) change of a state's derivative, in units of that derivative's rms, per effort
-            in units of its rms or parameter in units of its value. A row is one state at one sample.
-        inputs: per port (rows, q): what a network in the port sees.
-        notes: what was assumed.
+        efforts: names of the first columns.
+        parameters: names of the other columns.
+        matrix: change of a state's derivative, in units of its rms, per effort in units of its rms or per
+            parameter in units of its value, shape (rows, columns); a row is one state at one sample.
+        inputs: inputs of each port's network, each of shape (rows, q).
+        notes: assumptions that were made, one sentence each.
     """
 
     efforts: tuple[str, ...]
@@ -47,7 +48,7 @@ class Sensitivity:
 
     @property
     def norms(self) -> Array:
-        """(columns,) root mean square of every column: the text's L2 norm for any number of rows."""
+        """Root mean squares of the columns, shape (columns,): the text's L2 norm for any number of rows."""
         return np.asarray(np.sqrt(np.mean(self.matrix**2, 0)))
 
 
@@ -63,24 +64,27 @@ class _Samples:
     rates: Array
 
     def values(self, expressions: Sequence[sp.Expr], e: Array) -> Array:
-        """(k, expressions) at efforts `e` (k, ports)."""
+        """Return the values (k, expressions) at efforts `e` (k, ports)."""
         function = numpy_system_function(self.system, expressions)
         return function(self.t, self.x, self.u, e, np.array(self.system.values), self.c)
 
 
 def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = None) -> Sensitivity:
-    """The sensitivity matrix along measured experiments, differentiated symbolically.
+    """Compute the sensitivity matrix along measured experiments, by symbolic differentiation.
 
     Efforts are estimated by inverse dynamics, as those that explain the measured derivatives best, so that no
     trained network is needed. Only states whose derivative depends on an effort or a parameter have rows.
 
     Args:
-        system: with the nominal values of the parameters.
-        logs: of this system.
-        parameters: names to look at; all by default.
+        system: system with the nominal values of its parameters.
+        logs: logs of this system.
+        parameters: names of the parameters to analyse; default None: all.
+
+    Returns:
+        Sensitivity matrix.
 
     Raises:
-        BadInput: when a parameter does not exist or is named twice, or no derivative depends on any.
+        BadInput: if a parameter is unknown or repeated, or if no derivative depends on any of them.
     """
     chosen = _chosen(system, parameters)
     symbols = (*system.e, *(symbol(p.name) for p in chosen))
@@ -130,7 +134,7 @@ def _chosen(system: System, names: Sequence[str] | None) -> list[Parameter]:
 
 
 def _nominal(parameter: Parameter) -> float:
-    """What counts as a whole change of a parameter, in its unit."""
+    """Return the reference change of a parameter, in its unit."""
     if parameter.value != 0.0:
         return abs(parameter.value)
     width = parameter.bounds[1] - parameter.bounds[0] if parameter.bounds is not None else 0.0
@@ -138,13 +142,13 @@ def _nominal(parameter: Parameter) -> float:
 
 
 def _sizes(columns: Array) -> Array:
-    """Rms of every column; 1 for a column of zeros, which has no size of its own."""
+    """Return the rms of every column; 1 for a column of zeros."""
     sizes = np.sqrt(np.mean(columns**2, 0))
     return np.where(sizes > 0.0, sizes, 1.0)
 
 
 def _inputs(system: System, port: Port) -> tuple[sp.Expr, ...]:
-    """What a network in the port sees: its motion; the whole state if the port has none."""
+    """Return the inputs of a network in the port: its motion, or the whole state if the port has none."""
     return tuple(system.expression(name) for name in port.coordinates) or system.x
 
 
@@ -156,7 +160,9 @@ def _samples(system: System, logs: Logs) -> _Samples:
 
 
 def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:
-    """Efforts (k, ports) that explain the measured derivatives; nan where the equations have no value."""
+    """Return the efforts (k, ports) that explain the measured derivatives; nan where the equations have no
+    value.
+    """
     system = samples.system
     e = np.zeros((len(samples.t), len(system.ports)))
     rows = [i for i in measured if system.closed[i].free_symbols & {*system.e}]

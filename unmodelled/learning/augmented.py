@@ -14,9 +14,9 @@ from torch import Tensor
 
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.engine.integrate import Method
+from unmodelled.engine.free_run import Integration, Method
 from unmodelled.learning.windows import Problem, Training
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured
 from unmodelled.models.structures import Plan, Structure
 from unmodelled.systems.model import System

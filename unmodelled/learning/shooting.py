@@ -15,9 +15,9 @@ from scipy.optimize import OptimizeResult, minimize
 from torch import Tensor
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.threads import one_thread
 from unmodelled.base.workers import threads_of
 from unmodelled.engine.compiled.compiled import kernel
-from unmodelled.engine.threads import one_thread
 from unmodelled.learning.windows import Problem, Progress, Windows, weighting
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, rollout

@@ -17,7 +17,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.workers import threads_of
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.training import train
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.engine.free_run import Integration
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, arguments
 
 Array = NDArray[np.float64]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -13,6 +14,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.logs.table import Columns
 
 Array = NDArray[np.float64]
+Offsets = NDArray[np.int64]
 Kind = Literal["cubic", "linear"]
 
 SHORTEST_LOG = 50  # samples
@@ -146,10 +148,27 @@ def read_at(t: Array, values: Array, instants: Array, kind: Kind) -> Array:
     return np.asarray(CubicSpline(t, values)(held))
 
 
-def shifted(values: Array, period: float, shift: float, kind: Kind) -> Array:
-    """Uniform samples (n,) of one experiment, read `shift` seconds later, held beyond the ends."""
+def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[float], kind: Kind) -> Array:
+    """Return uniform samples after a delay of every column, held beyond the ends of every experiment.
+
+    Args:
+        values: samples of all experiments one after the other, (samples, columns).
+        offsets: first samples of the experiments, and the number of all, (experiments + 1,).
+        period: sampling period, s.
+        delays: delay of every column, (columns,), s; a negative one reads the column ahead.
+        kind: interpolation between samples, "linear" for inputs and "cubic" for outputs and states.
+    """
+    found = values.copy()
+    for j, delay in enumerate(delays):
+        if delay != 0.0:
+            for a, b in pairwise(offsets):
+                found[a:b, j] = _ahead(values[a:b, j], -delay / period, kind)
+    return found
+
+
+def _ahead(values: Array, steps: float, kind: Kind) -> Array:
+    """Uniform samples (n,) of one experiment, read `steps` samples later, held beyond the ends."""
     k = np.arange(len(values), dtype=np.float64)
-    steps = shift / period
     if abs(steps - round(steps)) < UNIFORM:
-        return values[np.clip(k.astype(np.int64) + round(steps), 0, len(values) - 1)]
+        return np.asarray(values[np.clip(k.astype(np.int64) + round(steps), 0, len(values) - 1)])
     return read_at(k, values, k + steps, kind)

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults, nearest
 from unmodelled.base.shapes import ORIGIN, read_shaped
-from unmodelled.logs.angles import wrapped
 from unmodelled.logs.clock import Kind, check_time, common_period, read_at, uniform_clock
 from unmodelled.logs.constants import logged, with_constants
-from unmodelled.logs.inputs import acting
-from unmodelled.logs.logs import Logs, names
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.logs.recognition import NUMBER, foreign
-from unmodelled.logs.states import estimate
 from unmodelled.logs.table import (
     SMALLEST,
     Columns,
@@ -32,6 +30,8 @@ from unmodelled.logs.table import (
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
+
+TURN = 2.0 * np.pi  # rad
 
 
 def read_logs(folder: Path, system: System) -> Logs:
@@ -50,7 +50,7 @@ def read_logs(folder: Path, system: System) -> Logs:
     """
     _check_folder(folder)
     if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
-        return Logs.read(folder, system)
+        return prepare(system, _stored(folder, system))
     table, faults = folder / "experiments.csv", Faults()
     header, rows = read_rows(table, ["id", "file"])
     with faults.collected():
@@ -70,7 +70,16 @@ def read_logs(folder: Path, system: System) -> Logs:
         with faults.collected():
             period = common_period(logs)
     faults.check()
-    return _assembled(system, experiments, logs, period, notes, provenance)
+    return prepare(system, _assembled(system, experiments, logs, period, notes, provenance))
+
+
+def _stored(folder: Path, system: System) -> Logs:
+    """Read a store; its inputs act after the delays of `system`."""
+    logs = Logs.read(folder, system)
+    try:
+        return with_delays(system, logs)
+    except BadInput as error:
+        raise BadInput(f"{folder}: {error}") from None
 
 
 def _check_folder(folder: Path) -> None:
@@ -198,33 +207,33 @@ def _assembled(
     notes = [*notes, *_moved(ids, moves, period)]
     for j, output in enumerate(system.outputs):
         columns = [log.values[output.column] for log in logs]
-        turning = [output.unit.strip() == "rad" and wrapped(column) for column in columns]
+        turning = [output.unit.strip() == "rad" and _wrapped(column) for column in columns]
         columns = [np.unwrap(v) if turns else v for v, turns in zip(columns, turning, strict=True)]
         y[:, j] = _read(columns, pairs, "cubic")
         if any(turning):
             notes.append(f"{output.name} was unwrapped")
     for j, item in enumerate(system.inputs):
         u[:, j] = _read([log.values[item.column] for log in logs], pairs, "linear")
-    delays = tuple(item.delay for item in system.inputs)
-    u = acting(system, ids, u, offsets, period, delays)
-    c = experiments[[constant.name for constant in system.operating_point]].to_numpy(np.float64)
-    found = estimate(system, ids, period, offsets, y, u, c)
-    return Logs(
-        *names(system),
-        ids=ids,
+    return Logs.measurements(
+        system,
         experiments=experiments,
         period=period,
         offsets=offsets,
         t=np.concatenate([period * np.arange(len(clock)) for clock in clocks]),
         y=y,
         u=u,
-        c=c,
-        x=found.x,
-        measured=found.measured,
-        notes=(*notes, *found.notes),
+        notes=tuple(notes),
         provenance=provenance,
-        delays=delays,
     )
+
+
+def _wrapped(angle: Array) -> bool:
+    """Whether `angle` (n,), rad, stays within one turn, jumps by a turn at times, and is smooth otherwise."""
+    steps = np.diff(angle)
+    jumps = np.abs(steps) > np.pi
+    smooth = np.abs(np.remainder(steps + np.pi, TURN) - np.pi)
+    # less than a quarter turn per sample, or a jump by a turn could as well be motion
+    return bool(jumps.any() and smooth.max() < 0.5 * np.pi and np.ptp(angle) < TURN * (1.0 + 1e-3))
 
 
 def _read(columns: Sequence[Array], pairs: Sequence[tuple[Columns, Array]], kind: Kind) -> Array:

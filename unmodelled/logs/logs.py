@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
-from unmodelled.logs.inputs import acting
-from unmodelled.logs.states import estimate
 from unmodelled.logs.table import check_texts
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System
@@ -32,21 +30,27 @@ SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays
 
 @dataclass(frozen=True)
 class Logs:
-    """All experiments of one campaign, immutable; experiment `i` owns the rows `offsets[i]:offsets[i + 1]`.
+    """Measured experiments of one campaign, frozen.
+
+    The samples of all experiments stand one after the other: experiment `i` owns the rows
+    `offsets[i]:offsets[i + 1]`. Units are those of the system file.
 
     Attributes:
         outputs, inputs, states, constants: names, in the order of the columns of y, u, x and c.
-        ids: of the n experiments.
-        experiments: (n rows) `id`, `file`, `group` if there is one, the operating point, further columns.
+        ids: names of the experiments, (experiments,).
+        experiments: table with `id`, `file`, `group` if there is one, the operating point and further
+            columns, a row per experiment.
         period: sampling period, s.
-        offsets: (n + 1,).
-        t: (M,) s since the start of the experiment.
-        y: (M, outputs) as logged, unwrapped. u: (M, inputs) as they act: after their delay.
-        c: (n, constants) operating points.
-        x: (M, states) estimated. measured: per state, whether the data show it (`States`).
-        notes: what was done to the data.
-        provenance: where the data come from; `data` is "measured" or "virtual".
-        delays: of the inputs, s, after which `u` acts; () where nobody knows.
+        offsets: first samples of the experiments, and the number of all, (experiments + 1,).
+        t: time since the start of the experiment, (samples,), s.
+        y: measured outputs, angles unwrapped, (samples, outputs).
+        u: inputs after `delays`, (samples, inputs).
+        c: constants of the operating points, (experiments, constants).
+        x: estimated states, (samples, states); there are none before `preparation.prepare`.
+        measured: whether an output shows a state or its position, (states,).
+        notes: sentences on what was done to the data.
+        provenance: origin of the data; `data` is "measured" or "virtual".
+        delays: delays that `u` includes already, (inputs,), s; none where it is empty.
     """
 
     outputs: tuple[str, ...]
@@ -89,20 +93,22 @@ class Logs:
         }
         return self.experiments.assign(**columns)
 
-    def for_system(self, system: System) -> Logs:
-        """The same data with the states of `system`, which has the same inputs, outputs and operating point.
+    def among(self, runs: Sequence[int]) -> Logs:
+        """Return some of the experiments.
 
-        Raises:
-            BadInput: when it has not, or when a state that no output shows diverges.
+        Args:
+            runs: numbers of the experiments, in the order that is wanted.
         """
-        outputs, inputs, states, constants = names(system)
-        if (self.outputs, self.inputs, self.constants) != (outputs, inputs, constants):
-            raise BadInput(
-                f"system {system.name}: inputs, outputs or operating point are not those of the logs"
-            )
-        found = estimate(system, self.ids, self.period, self.offsets, self.y, self.u, self.c)
-        notes = tuple(dict.fromkeys([*self.notes, *found.notes]))
-        return replace(self, states=states, x=found.x, measured=found.measured, notes=notes)
+        rows = np.concatenate([np.arange(self.offsets[i], self.offsets[i + 1]) for i in runs])
+        lengths = [int(self.offsets[i + 1] - self.offsets[i]) for i in runs]
+        return replace(
+            self,
+            ids=tuple(self.ids[i] for i in runs),
+            experiments=self.experiments.iloc[list(runs)].reset_index(drop=True),
+            offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+            **{name: getattr(self, name)[rows] for name in ("t", "y", "u", "x")},
+            c=self.c[list(runs)],
+        )
 
     def write(self, folder: Path) -> None:
         """Write a store that `read_logs` reads back exactly, and for a system with other states, delays and
@@ -122,49 +128,79 @@ class Logs:
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:
-        """Read what `write` wrote; the states are those of `system`.
+        """Read what `write` wrote, without states: see `preparation.prepare`.
 
         Raises:
             BadInput: when it is damaged, was written for a system with other inputs, outputs or constants, or
                 lacks a constant.
         """
         store, header, provenance = _stored(folder, system)
-        groups = names(system)
+        outputs, inputs, *_ = names(system)
         table = store.experiments.drop(columns=list(OWN))
         table = table.rename(columns={f"columns.{name}": name for name in OWN})
         check_texts(folder / "experiments.parquet", table, range(1, len(table) + 1))
         rows = [f"{folder}: experiments.parquet: row {i + 1}: column id" for i in range(len(table))]
         table, notes = with_constants(system, table, rows)
-        ids, period = tuple(table["id"]), header["period"]
         y, u = (
             np.array([store.signals[f"{kind}.{name}"] for name in group])
             .reshape(-1, int(store.offsets[-1]))
             .T.copy()
-            for kind, group in zip("yu", groups[:2], strict=True)
+            for kind, group in zip("yu", (outputs, inputs), strict=True)
         )
-        delays = tuple(item.delay for item in system.inputs)
-        more = [new - old for new, old in zip(delays, header["delays"] or delays, strict=True)]
-        try:
-            u = acting(system, ids, u, store.offsets, period, more)
-        except BadInput as error:
-            raise BadInput(f"{folder}: {error}") from None
-        c = table[list(groups[3])].to_numpy(np.float64)
-        found = estimate(system, ids, period, store.offsets, y, u, c)
-        return cls(
-            *groups,
-            ids=ids,
+        return cls.measurements(
+            system,
             experiments=table,
-            period=period,
+            period=header["period"],
             offsets=store.offsets,
             t=np.asarray(store.signals["t"], np.float64),
             y=y,
             u=u,
-            x=found.x,
-            c=c,
-            measured=found.measured,
-            notes=tuple(dict.fromkeys([*header["notes"], *notes, *found.notes])),
+            notes=tuple(dict.fromkeys([*header["notes"], *notes])),
             provenance=provenance,
-            delays=delays,
+            # a store that does not say after which delays its inputs act was written for this system
+            delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
+        )
+
+    @classmethod
+    def measurements(
+        cls,
+        system: System,
+        *,
+        experiments: pd.DataFrame,
+        period: float,
+        offsets: NDArray[np.int64],
+        t: Array,
+        y: Array,
+        u: Array,
+        notes: tuple[str, ...],
+        provenance: Mapping[str, Any],
+        delays: tuple[float, ...] = (),
+    ) -> Logs:
+        """Return what was measured, without states: see `preparation.prepare`.
+
+        Args:
+            system: system whose names the columns have.
+            experiments: table of the experiments with `id` and the operating point, (experiments rows).
+            period: sampling period, s.
+            offsets, t, y, u, notes, provenance: see `Logs`.
+            delays: delays after which `u` acts, (inputs,), s; none of them are applied yet unless given.
+        """
+        outputs, inputs, _, constants = names(system)
+        return cls(
+            *(outputs, inputs, (), constants),
+            ids=tuple(experiments["id"]),
+            experiments=experiments,
+            period=period,
+            offsets=offsets,
+            t=t,
+            y=y,
+            u=u,
+            c=experiments[list(constants)].to_numpy(np.float64),
+            x=np.empty((len(t), 0)),
+            measured=(),
+            notes=notes,
+            provenance=provenance,
+            delays=delays or (0.0,) * len(inputs),
         )
 
 

@@ -3,72 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.base.errors import BadInput
-from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-SUBSTEPS = (4, 32)  # per sampling period; the second where the first is unstable
-
-
-def observer(system: System, unknown: Sequence[int]) -> Program:
-    """States `unknown` (indices) as outputs, driven by the inputs, then the other states in their order."""
-    shown = [system.x[k] for k in unknown]
-    imposed = [x for x in system.x if x not in shown]
-    rates = [system.dynamics[k] for k in unknown]
-    equations = Equations.of(system, shown)
-    return assembled(replace(equations, states=shown, inputs=(*system.u, *imposed), rates=rates))
+#: Integration steps per sampling period; the second number is taken where the first is unstable.
+SUBSTEPS = (4, 32)
 
 
-def integrated(
-    system: System,
-    unknown: Sequence[int],
-    ids: Sequence[str],
-    period: float,
-    offsets: NDArray[np.int64],
-    x: Array,
-    u: Array,
-    c: Array,
-) -> Array:
-    """States `unknown` (indices) from their initial values, by Runge and Kutta's method of order four.
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """An integration of hidden states, driven by the inputs and then by the other states in their order.
 
-    Inputs and imposed states run along straight lines between samples; efforts are zero beyond their laws.
-
-    Args:
-        system: the known physics.
-        unknown: which states. ids: of the n experiments.
-        period: sampling period, s. offsets: (n + 1,) see `Logs`.
-        x: (M, states) the others. u: (M, inputs). c: (n, constants).
-
-    Returns:
-        (M, len(unknown)).
-
-    Raises:
-        BadInput: when a state diverges, naming it, the experiment and the time.
+    Attributes:
+        program: program of the register machine whose outputs are the hidden states.
+        initial: values at the start of every experiment, (hidden states,), in their units.
     """
-    lengths, n = np.diff(offsets), len(ids)
-    sample = np.arange(offsets[-1]) - np.repeat(offsets[:-1], lengths)
-    driven = np.concatenate([u, np.delete(x, unknown, axis=1)], axis=1)
-    windows = Windows(driven, sample * period, offsets[:-1], lengths - 1, np.arange(n), np.zeros(1, np.int64))
-    initial = [system.states[k].initial for k in unknown]
-    x0 = np.broadcast_to(initial, (n, 1, len(unknown)))
-    p = np.broadcast_to(system.values, (n, 1, len(system.values)))
-    counted = np.arange(int(lengths.max())) < lengths[:, None]
-    program = observer(system, unknown)
-    for substeps in SUBSTEPS:
-        path = simulated(program, windows, p, c, x0, substeps, period)[:, 0]
-        if np.isfinite(path[counted]).all():
-            return np.asarray(path[counted])
-    bad = ~np.isfinite(path) & counted[:, :, None]
-    last, i, k = (int(j) for j in np.argwhere(bad.swapaxes(0, 1))[0])
-    raise BadInput(
-        f"system {system.name}: dynamics.{system.states[unknown[k]].name} diverges in experiment {ids[i]} at "
-        f"t = {last * period:.4g} s when it is integrated from its initial value {initial[k]:g}"
-    )
+
+    program: Program
+    initial: Array
+
+    @classmethod
+    def of(cls, system: System, hidden: Sequence[int]) -> Observer:
+        """Return the observer of the states `hidden` (indices) of `system`."""
+        shown = [system.x[k] for k in hidden]
+        imposed = [x for x in system.x if x not in shown]
+        rates = [system.dynamics[k] for k in hidden]
+        equations = replace(
+            Equations.of(system, shown), states=shown, inputs=(*system.u, *imposed), rates=rates
+        )
+        return cls(assembled(equations), np.array([system.states[k].initial for k in hidden]))
+
+    def states(
+        self, windows: Windows, at: tuple[Indices, Indices], p: Array, c: Array, period: float
+    ) -> Array:
+        """Integrate from the initial values by the Runge-Kutta method of order four.
+
+        Inputs and imposed states run straight between samples; efforts are those of the known laws.
+
+        Args:
+            windows: whole experiments; columns of `windows.u` are the inputs, then the imposed states.
+            at: windows (rows,) and samples since their start (rows,) at which the states are wanted.
+            p: parameters, (experiments, sets, parameters), SI.
+            c: constants of the operating points, (experiments, constants), SI.
+            period: sampling period, s.
+
+        Returns:
+            States (rows, sets, hidden states); not finite where the integration diverges.
+        """
+        x0 = np.broadcast_to(self.initial, (len(windows.start), p.shape[1], len(self.initial)))
+        for substeps in SUBSTEPS:
+            how = Integration(period, "rk4", substeps, hold=1.0)
+            z = free_run(self.program, windows, p, c, x0, how)[at[0], :, at[1]]
+            if np.isfinite(z).all():
+                break
+        return np.asarray(z)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from unmodelled.engine.cascade.cascade import common_states
 from unmodelled.engine.cascade.event_times import EventTimes
-from unmodelled.engine.differentiate import noise
+from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.phases import event_named

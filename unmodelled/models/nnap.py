@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,32 +11,10 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.engine.integrate import STAGES, Method
+from unmodelled.engine.free_run import Integration
 from unmodelled.systems.reference import torch_equations
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Integration:
-    """How a free run is integrated.
-
-    Attributes:
-        period: between samples, s.
-        method: "euler" as in the text, or "rk4".
-        substeps: steps per sample.
-        hold: 0 holds an input until the next sample, 1 goes straight to the next sample's value.
-    """
-
-    period: float
-    method: Method = "euler"
-    substeps: int = 1
-    hold: float = 0.0
-
-    @property
-    def stages(self) -> Array:
-        """(stages, 3): coefficient on the stage before, weight, time within the step."""
-        return np.asarray(STAGES[self.method], np.float64)
 
 
 class Nnap(nn.Module):

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from unmodelled.engine.compiled import loops
+from unmodelled.engine.compiled.backend import Generated
 from unmodelled.engine.compiled.compiled import kernel
+from unmodelled.engine.free_run import Integration, Windows
 from unmodelled.logs.logs import Logs
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.models.nnap import Nnap
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -59,28 +61,42 @@ def _common(model: Nnap, member: int, how: Integration) -> tuple[Any, ...]:
     return (*arguments(how), *own)
 
 
+def generated(model: Nnap, member: int) -> Generated:
+    """Return one member of a stack as a backend of `free_run` that shows all states.
+
+    Args:
+        model: stack of models.
+        member: number of the member in the stack.
+    """
+    values = (model.weights, model.scale, model.gain)
+    own = (np.ascontiguousarray(a[member].detach().double().cpu().numpy()) for a in values)
+    return Generated(model.structure, tuple(model.structure.system.x), *own)
+
+
 def simulate(
     model: Nnap, member: int, data: Measured, x0: Array, starts: Indices, steps: int, how: Integration
 ) -> tuple[Array, Array]:
-    """Free runs of one member: trajectories (windows, steps + 1, states), efforts (windows, steps, networks).
+    """Simulate windows of one length by one member of a stack.
 
     Args:
-        x0: (windows, states). starts: (windows,) sample of `data` whose inputs each window begins with.
+        model: stack of models.
+        member: number of the member in the stack.
+        data: measured experiments, whose inputs drive the model.
+        x0: states at the first samples, (windows, states), SI.
+        starts: first samples, (windows,).
+        steps: number of samples that follow the first one.
+        how: method, step and course of the inputs between samples.
+
+    Returns:
+        Trajectories (windows, steps + 1, states) and efforts of the networks (windows, steps, networks), SI.
 
     Raises:
         ValueError: when a window leaves the data.
     """
-    if len(starts) and not (starts.min() >= 0 and starts.max() + steps < len(data.t)):
-        raise ValueError(
-            f"windows must lie within {len(data.t)} samples, got {starts.min()} to {starts.max() + steps}"
-        )
-    k = kernel(model.structure)
-    inputs = data.u, data.c, data.t, steps
-    first = np.ascontiguousarray(x0[:, None])
-    X, Z = loops.simulate(
-        k.evaluate, k.layout, first, starts, data.owner, *inputs, *_common(model, member, how)
-    )
-    return X, Z
+    length, one = np.full(len(starts), steps), np.zeros(1, np.int64)
+    windows = Windows(data.u, data.t, starts, length, data.owner[starts], one).checked()
+    p = model.physics()[member].detach().double().cpu().numpy()
+    return generated(model, member).trajectories(windows, 0, p, data.c, x0, steps, how)
 
 
 class CompiledRollout(torch.autograd.Function):

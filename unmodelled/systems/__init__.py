@@ -1,1 +1,1 @@
-"""A system that a user writes down: `system/1` files, symbolically."""
+"""System files (`system/1`): reader, writer, and the symbolic model of a system."""

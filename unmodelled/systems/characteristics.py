@@ -1,4 +1,4 @@
-"""Tables of a system file: CSV files beside it."""
+"""Reader of the tables of a system file: CSV files beside it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,18 @@ _LARGEST = 10_000_000
 
 
 def read_table(name: str, node: Node) -> Table:
-    """The table that `node` describes: {file, x, y, kind}.
+    """Read a characteristic from a CSV file beside the system file.
+
+    Args:
+        name: name of the table in expressions.
+        node: entry of the section `tables`, {file, x, y, kind}; kind is "cubic" by default.
+
+    Returns:
+        Characteristic y(x).
 
     Raises:
-        BadInput: when the file is not beside the system file, or its columns are not finite and increasing.
+        BadInput: if the file is not beside the system file, a cell is no finite number, or x does not
+            increase.
     """
     entries = node.fields(("file", "x", "y"), ("kind",))
     kind: Literal["cubic", "linear"] = "cubic"

@@ -1,4 +1,4 @@
-"""The sections of a system file that declare names, units and numbers."""
+"""Reader of the sections of a system file that declare names, units and numbers."""
 
 from __future__ import annotations
 
@@ -21,15 +21,27 @@ _LOG_COLUMNS = ("id", "file", "group")
 
 @dataclass
 class Names:
-    """Every name of a file that expressions may use: what it is, and its line."""
+    """Names of a system file that expressions can use.
+
+    Attributes:
+        kinds: kind ("state", "input", ...) and line number of each name.
+    """
 
     kinds: dict[str, tuple[str, int]] = field(default_factory=dict)
 
     def add(self, name: str, kind: str, node: Node) -> str:
-        """Take `name` for a `kind`.
+        """Register a new name.
+
+        Args:
+            name: name as written in the file.
+            kind: kind of the name, such as "state".
+            node: place in the file, for messages.
+
+        Returns:
+            The name.
 
         Raises:
-            BadInput: when it is not a name, reserved or taken.
+            BadInput: if the name is malformed, reserved, or used by an earlier line.
         """
         checked_name(name, node)
         if name in RESERVED or keyword.iskeyword(name):
@@ -42,10 +54,17 @@ class Names:
 
 
 def checked_name(name: str, node: Node) -> str:
-    """`name`, if it is one.
+    """Return a name after a check of its characters.
+
+    Args:
+        name: name as written in the file.
+        node: place in the file, for messages.
+
+    Returns:
+        The name.
 
     Raises:
-        BadInput: when it is not of letters, digits and _, starting with a letter.
+        BadInput: if the name is not a letter followed by at most 63 letters, digits or underscores.
     """
     if not _NAME.fullmatch(name):
         raise node.wrong(f"a name is a letter and up to 63 letters, digits or _, got {shown(name)}")
@@ -54,7 +73,20 @@ def checked_name(name: str, node: Node) -> str:
 
 @dataclass
 class Declarations:
-    """What a file declares, in its order; outputs and ports are still without expressions."""
+    """Declarations of a system file, in its order; outputs and ports do not have their expressions yet.
+
+    Attributes:
+        states: declared states.
+        inputs: declared inputs.
+        outputs: declared outputs; each expression is the symbol of the output's name.
+        operating_point: declared constants of single experiments.
+        parameters: declared parameters.
+        ports: declared ports, without their known laws.
+        tables: characteristics, read from their CSV files.
+        names: all names that expressions can use.
+        units: unit of each state, input, constant, parameter and effort.
+        output_units: unit of each output.
+    """
 
     states: list[State] = field(default_factory=list)
     inputs: list[Input] = field(default_factory=list)
@@ -69,15 +101,21 @@ class Declarations:
 
     @property
     def without_units(self) -> bool:
-        """Whether nothing in the file has a unit, so that time has none either."""
+        """Whether no entry of the file has a unit, so that units are not checked at all."""
         return all(u.dimension == units.ONE for u in (*self.units.values(), *self.output_units.values()))
 
 
 def read_declarations(sections: dict[str, Node]) -> Declarations:
-    """Names, units and numbers of all sections.
+    """Read the names, units and numbers of all sections.
+
+    Args:
+        sections: top-level entries of the system file by name.
+
+    Returns:
+        Declarations of the file.
 
     Raises:
-        BadInput: when one of them is wrong.
+        BadInput: if a declaration is wrong; the message names file, line and entry.
     """
     found = Declarations()
     readers = {

@@ -1,4 +1,4 @@
-"""YAML as plain words with line numbers: mappings, lists and words, no objects, no references."""
+"""Reader of the YAML subset of system files: mappings, lists and texts with line numbers, no references."""
 
 from __future__ import annotations
 
@@ -29,11 +29,13 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 @dataclass(frozen=True)
 class Node:
-    """A part of a file.
+    """Part of a system file with its place.
 
     Attributes:
-        file, line, place: where it is; `place` is the dotted path of keys.
-        content: a word (None if empty), a mapping or a list.
+        file: path of the system file.
+        line: line number, from 1.
+        place: dotted path of keys, such as "parameters.J.value".
+        content: text (None if empty), mapping or list.
     """
 
     file: Path
@@ -43,18 +45,25 @@ class Node:
 
     @property
     def where(self) -> str:
-        """File, line and place, as error messages start."""
+        """File, line and place: the start of every error message."""
         return f"{self.file}: line {self.line}" + (f": {self.place}" if self.place else "")
 
     def wrong(self, problem: str) -> BadInput:
-        """The error that `problem` is here."""
+        """Return the error of a problem at this place.
+
+        Args:
+            problem: description of the problem, and what to do about it.
+
+        Returns:
+            Exception, to be raised by the caller.
+        """
         return BadInput(f"{self.where}: {problem}")
 
     def entries(self) -> dict[str, Node]:
-        """A mapping with keys of the user's choice; empty if nothing is written.
+        """Return the entries of a mapping with any keys; none if nothing is written.
 
         Raises:
-            BadInput: when it is not a mapping.
+            BadInput: if the content is not a mapping.
         """
         if self.content is None:
             return {}
@@ -63,10 +72,17 @@ class Node:
         return self.content
 
     def fields(self, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Node]:
-        """A mapping with known keys.
+        """Return the entries of a mapping with known keys.
+
+        Args:
+            required: keys that must be present.
+            optional: keys that may be present; default none.
+
+        Returns:
+            Entries by key.
 
         Raises:
-            BadInput: when a key is missing or unknown.
+            BadInput: if a key is missing or unknown.
         """
         entries = self.entries()
         known = (*required, *optional)
@@ -79,20 +95,20 @@ class Node:
         return entries
 
     def text(self) -> str:
-        """A word or a line.
+        """Return the content as a text.
 
         Raises:
-            BadInput: when it is something else or empty.
+            BadInput: if the content is empty, a mapping or a list.
         """
         if not isinstance(self.content, str):
             raise self.wrong(f"must be a text, got {self._kind()}")
         return self.content
 
     def number(self) -> float:
-        """A finite number.
+        """Return the content as a finite number.
 
         Raises:
-            BadInput: when it is something else.
+            BadInput: if the content is not a finite number.
         """
         if not isinstance(self.content, str) or not _NUMBER.fullmatch(self.content):
             raise self.wrong(f"must be a number, got {self._kind()}")
@@ -102,20 +118,20 @@ class Node:
         return value
 
     def boolean(self) -> bool:
-        """true or false.
+        """Return the content as true or false.
 
         Raises:
-            BadInput: when it is something else.
+            BadInput: if the content is neither.
         """
         if self.content not in ("true", "True", "false", "False"):
             raise self.wrong(f"must be true or false, got {self._kind()}")
         return self.content in ("true", "True")
 
     def pair(self) -> tuple[float, float]:
-        """Two increasing numbers.
+        """Return the content as two increasing numbers.
 
         Raises:
-            BadInput: when it is something else.
+            BadInput: if the content is not a list [low, high] with low < high.
         """
         if not isinstance(self.content, list) or len(self.content) != 2:
             raise self.wrong(f"must be two numbers [low, high], got {self._kind()}")
@@ -136,10 +152,16 @@ class Node:
 
 
 def load(path: Path) -> Node:
-    """The YAML file `path`, a mapping.
+    """Read a YAML file whose top level is a mapping.
+
+    Args:
+        path: path of the file; at most 1 MB.
+
+    Returns:
+        Top level of the file.
 
     Raises:
-        BadInput: when it is missing, too large, not UTF-8 or not plain YAML.
+        BadInput: if the file is missing, too large, not UTF-8 or not YAML, or uses anchors, aliases or tags.
     """
     text = _text(path)
     try:

@@ -1,4 +1,4 @@
-"""The equations of a system as a page shows them: MathML, signals kept under their names."""
+"""Equations of a system as MathML, with signals kept under their names."""
 
 from __future__ import annotations
 
@@ -30,12 +30,13 @@ _WRITTEN = {
 
 @dataclass(frozen=True)
 class Equation:
-    """One equation.
+    """One equation of a system.
 
     Attributes:
-        kind: "signal", "law", "dynamics", "output", "event" (what is zero then) or "then" (dynamics after).
-        text: as written in the file.
-        mathml: presentation MathML.
+        kind: "signal", "law", "dynamics", "output", "event" (expression that is zero at the event) or "then"
+            (dynamics after the event).
+        text: right-hand side as written in the file.
+        mathml: whole equation as presentation MathML.
     """
 
     kind: str
@@ -44,9 +45,22 @@ class Equation:
 
 
 def equations(system: System) -> list[Equation]:
-    """Signals, known laws, dynamics, outputs and events of `system`, in the order of the file.
+    """Return signals, known laws, dynamics, outputs and events of a system as equations.
 
-    What has no text, because it was not read from a file, is left out.
+    Equations that were not read from a file, and so have no text, are left out.
+
+    Args:
+        system: system, as read from a file.
+
+    Returns:
+        Equations, in the order of the file.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> [(each.kind, each.text) for each in equations(pendulum)]
+        [('dynamics', 'omega'), ('dynamics', '(torque - b*omega - mgl*sin(theta) - tau)/J')]
     """
     scope = scope_of(system)
     states = set(system.x)
@@ -78,11 +92,11 @@ def equations(system: System) -> list[Equation]:
 
 
 class _Rate(sp.Function):  # type: ignore[misc]
-    """The time derivative of a state."""
+    """Time derivative of a state."""
 
 
 class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
-    """Prints functions of the states by their names alone, and the rate of a state with a dot."""
+    """MathML printer that shows a signal by its name alone and the rate of a state with a dot."""
 
     def __init__(self, tables: Sequence[Table]) -> None:
         super().__init__()

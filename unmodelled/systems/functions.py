@@ -1,7 +1,7 @@
-"""Functions with corners, as SymPy sees them: real, and with derivatives that code can be made from.
+"""Real functions with corners, as SymPy functions whose derivatives can be turned into code.
 
 SymPy's own `sign`, `Abs`, `Min` and `Heaviside` differentiate into delta functions and nested conditions.
-These differentiate almost everywhere and are zero at their corners, like the derivatives of torch.
+These functions have a derivative almost everywhere, and zero at their corners, as in PyTorch.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import sympy as sp
 
 
 class Corner(sp.Function):  # type: ignore[misc]
-    """A real function whose derivative is zero where it has one."""
+    """Real function whose derivative is zero wherever it exists."""
 
     is_real = True
 
@@ -21,10 +21,11 @@ class Corner(sp.Function):  # type: ignore[misc]
 
 
 class sgn(Corner):
-    """-1, 0 or 1.
+    """Sign of the argument: -1, 0 or 1.
 
-    >>> sgn(sp.Integer(-3))
-    -1
+    Examples:
+        >>> sgn(sp.Integer(-3))
+        -1
     """
 
     nargs = 1
@@ -35,7 +36,12 @@ class sgn(Corner):
 
 
 class step(Corner):
-    """0 below zero, 1 above, 1/2 at zero."""
+    """Unit step: 0 for a negative argument, 1 for a positive one, 1/2 at zero.
+
+    Examples:
+        >>> step(sp.Integer(2)), step(sp.Integer(0))
+        (1, 1/2)
+    """
 
     nargs = 1
 
@@ -45,7 +51,12 @@ class step(Corner):
 
 
 class whole(Corner):
-    """The largest whole number that is not larger."""
+    """Floor: the largest integer that does not exceed the argument.
+
+    Examples:
+        >>> whole(sp.Float(2.7))
+        2
+    """
 
     nargs = 1
 
@@ -55,25 +66,31 @@ class whole(Corner):
 
 
 class greater(Corner):
-    """1 where the first argument is larger, else 0."""
+    """Comparison a > b: 1 if the first argument is larger, otherwise 0."""
 
     nargs = 2
 
 
 class at_least(Corner):
-    """1 where the first argument is not smaller, else 0."""
+    """Comparison a >= b: 1 if the first argument is larger or equal, otherwise 0."""
 
     nargs = 2
 
 
 class equal(Corner):
-    """1 where both arguments are the same, else 0."""
+    """Comparison a == b: 1 if both arguments are equal, otherwise 0."""
 
     nargs = 2
 
 
 class absolute(sp.Function):  # type: ignore[misc]
-    """The magnitude."""
+    """Absolute value; its derivative is `sgn`.
+
+    Examples:
+        >>> x = sp.Symbol("x", real=True)
+        >>> sp.diff(absolute(x), x)
+        sgn(x)
+    """
 
     nargs = 1
     is_real = True
@@ -87,7 +104,7 @@ class absolute(sp.Function):  # type: ignore[misc]
 
 
 class minimum(sp.Function):  # type: ignore[misc]
-    """The smaller of two."""
+    """Smaller one of two arguments."""
 
     nargs = 2
     is_real = True
@@ -98,7 +115,7 @@ class minimum(sp.Function):  # type: ignore[misc]
 
 
 class maximum(sp.Function):  # type: ignore[misc]
-    """The larger of two."""
+    """Larger one of two arguments."""
 
     nargs = 2
     is_real = True
@@ -109,7 +126,7 @@ class maximum(sp.Function):  # type: ignore[misc]
 
 
 class select(sp.Function):  # type: ignore[misc]
-    """The second argument where the first is not zero, else the third."""
+    """Second argument if the first one is not zero, otherwise the third one."""
 
     nargs = 3
     is_real = True
@@ -121,9 +138,7 @@ class select(sp.Function):  # type: ignore[misc]
 
 
 class lookup(sp.Function):  # type: ignore[misc]
-    """Table number `k` (first argument) at `x` (second), differentiated as often as the third argument
-    says.
-    """
+    """Characteristic number k (first argument) at x (second), differentiated n times (third, 0 to 3)."""
 
     nargs = 3
     is_real = True
@@ -140,12 +155,37 @@ _OWN = {sp.Abs: absolute, sp.sign: sgn, sp.Heaviside: step, sp.floor: whole}
 
 
 def sanitised(expression: sp.Expr) -> sp.Expr:
-    """`expression` with SymPy's functions with corners replaced by ours, and no delta functions."""
+    """Return an expression with SymPy's own functions with corners replaced and delta functions removed.
+
+    Args:
+        expression: real SymPy expression.
+
+    Returns:
+        Expression in the functions of this module.
+
+    Examples:
+        >>> x = sp.Symbol("x", real=True)
+        >>> sanitised(sp.sqrt(x**2))
+        absolute(x)
+    """
     for theirs, ours in _OWN.items():
         expression = expression.replace(theirs, lambda x, *_, ours=ours: ours(x))
     return expression.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
 
 
 def gradient(expression: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
-    """Derivatives of `expression` by each of `symbols`, ready for code."""
+    """Return the derivatives of an expression by several symbols, ready for code generation.
+
+    Args:
+        expression: real SymPy expression in the functions of this module.
+        symbols: symbols to differentiate by.
+
+    Returns:
+        One derivative per symbol.
+
+    Examples:
+        >>> x, y = sp.symbols("x y", real=True)
+        >>> gradient(absolute(x) * y, (x, y))
+        (y*sgn(x), absolute(x))
+    """
     return tuple(sanitised(sp.diff(expression, s)) for s in symbols)

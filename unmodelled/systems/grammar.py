@@ -1,4 +1,4 @@
-"""Expressions of a system file: text to SymPy against a whitelist; nothing is ever executed."""
+"""Parser of the expressions of a system file: text to SymPy against an allow-list; nothing is executed."""
 
 from __future__ import annotations
 
@@ -12,14 +12,21 @@ from fractions import Fraction
 import sympy as sp
 
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.systems import numbers, quantities, sizes
+from unmodelled.systems import numbers, quantities
 from unmodelled.systems.functions import lookup, sanitised
 from unmodelled.systems.model import TIME, symbol
 from unmodelled.systems.numbers import NoValue
 from unmodelled.systems.operations import COMPARISONS, FUNCTIONS, OPERATORS, RANKS, Operation
 from unmodelled.systems.quantities import CLOCK, UNKNOWN, NotDimensionless, Quantity, UnitsDiffer
-from unmodelled.systems.scope import Scope, Value
-from unmodelled.systems.sizes import LARGEST, LARGEST_DERIVATIVE, derivative_size, measured
+from unmodelled.systems.scope import (
+    DEEPEST_TREE,
+    LARGEST,
+    LARGEST_DERIVATIVE,
+    Scope,
+    Value,
+    derivative_size,
+    tree_size,
+)
 from unmodelled.systems.syntax import shown, tree
 from unmodelled.systems.units import ONE
 
@@ -27,16 +34,45 @@ DEEPEST = 40
 
 
 def parse(text: str, scope: Scope, where: str) -> sp.Expr:
-    """The expression `text` in terms of the expressions of `scope`.
+    """Parse a text as a SymPy expression.
+
+    Args:
+        text: expression as written by the user.
+        scope: names that the expression can use.
+        where: start of the error message, such as file and line.
+
+    Returns:
+        Expression in the symbols of `scope`.
 
     Raises:
-        BadInput: one line that starts with `where` and names the token that is not allowed.
+        BadInput: if the text is not a valid expression; the message names the wrong token.
+
+    Examples:
+        >>> from unmodelled.systems.model import symbol
+        >>> parse("2*x + sin(x)**2", Scope({"x": Value(symbol("x"))}), "line 1")
+        2*x + sin(x)**2
+        >>> parse("2*y", Scope({"x": Value(symbol("x"))}), "line 1")
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: line 1: unknown symbol 'y', must be one of x, t, pi
     """
     return evaluate(text, scope, where).expression
 
 
 def evaluate(text: str, scope: Scope, where: str) -> Value:
-    """Like `parse`, with the unit."""
+    """Parse a text as a SymPy expression, together with its unit and size.
+
+    Args:
+        text: expression as written by the user.
+        scope: names that the expression can use.
+        where: start of the error message, such as file and line.
+
+    Returns:
+        Expression with its dimension (as far as it is known) and the size of its tree.
+
+    Raises:
+        BadInput: if the text is not a valid expression, or if its units do not match.
+    """
     line, body = tree(text, where)
     builder = _Builder(line, scope, where)
     value = builder.value(body)
@@ -44,7 +80,7 @@ def evaluate(text: str, scope: Scope, where: str) -> Value:
         expression = sanitised(numbers.checked(value.expression))
     except NoValue:
         raise builder.wrong(f"{shown(line)} has no finite real value") from None
-    return Value(expression, value.quantity, *measured(expression))
+    return Value(expression, value.quantity, *tree_size(expression))
 
 
 @dataclass(frozen=True)
@@ -112,7 +148,7 @@ class _Builder:
         return replace(inner, expression=-inner.expression, size=inner.size + 1)
 
     def _chain(self, node: ast.BinOp, depth: int) -> Value:
-        """Operators left to right, without recursion and at once for each rank, so that sums may be long."""
+        """Evaluate a chain of operators from left to right, without recursion, so that sums can be long."""
         spine: list[ast.BinOp] = [node]
         while isinstance(spine[-1].left, ast.BinOp):
             spine.append(spine[-1].left)
@@ -194,7 +230,7 @@ class _Builder:
             raise self.wrong(f"{self.source(node)}: the derivative is too large")
         expression = sanitised(sp.diff(inner.expression, symbol(by.id)))
         unit = replace(quantities.quotient(inner.quantity, state.quantity), number=False)
-        return self._sized(node, expression, unit, [Value(expression, UNKNOWN, *measured(expression))])
+        return self._sized(node, expression, unit, [Value(expression, UNKNOWN, *tree_size(expression))])
 
     def _apply(
         self, operation: Operation, node: ast.expr, nodes: Sequence[ast.expr], parts: list[Value]
@@ -216,7 +252,7 @@ class _Builder:
 
     def _sized(self, node: ast.expr, expression: sp.Expr, unit: Quantity, parts: Sequence[Value]) -> Value:
         size, depth = 1 + sum(part.size for part in parts), 1 + max(part.depth for part in parts)
-        if size > LARGEST or depth > sizes.DEEPEST:
+        if size > LARGEST or depth > DEEPEST_TREE:
             raise self.wrong(f"{self.source(node)} is too large once its signals are written out")
         return Value(expression, unit, size, depth)
 

@@ -1,4 +1,4 @@
-"""The symbolic model of a system: states, inputs, outputs, parameters, ports, and their equations."""
+"""Symbolic model of a system: states, inputs, outputs, parameters, ports and equations."""
 
 from __future__ import annotations
 
@@ -15,13 +15,27 @@ TIME = sp.Symbol("t", real=True)
 
 
 def symbol(name: str) -> sp.Symbol:
-    """The SymPy symbol of a state, input, parameter, constant of an operating point or effort."""
+    """Return the SymPy symbol of a state, input, parameter, constant or effort.
+
+    Args:
+        name: name in the system file.
+
+    Returns:
+        Real symbol; two calls with the same name return equal symbols.
+    """
     return sp.Symbol(name, real=True)
 
 
 @dataclass(frozen=True)
 class State:
-    """A state. `initial` counts where no output measures it."""
+    """State of a system.
+
+    Attributes:
+        name: name in the system file.
+        unit: SI unit, as written.
+        initial: value at the start of a simulation, in `unit`, for a state that no output measures; default
+            0.
+    """
 
     name: str
     unit: str
@@ -30,7 +44,14 @@ class State:
 
 @dataclass(frozen=True)
 class Input:
-    """A logged input; it acts `delay` seconds later, or earlier where the delay is negative."""
+    """Logged input of a system.
+
+    Attributes:
+        name: name in the system file.
+        unit: SI unit, as written.
+        column: column of the log.
+        delay: time in s by which the input acts later than logged (earlier if negative); default 0.
+    """
 
     name: str
     unit: str
@@ -40,7 +61,15 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """A logged output: what the sensor shows of the state `delay` seconds ago."""
+    """Logged output of a system.
+
+    Attributes:
+        name: name in the system file.
+        unit: SI unit, as written.
+        column: column of the log.
+        expression: measured quantity in terms of states, inputs, parameters and constants.
+        delay: age in s of the value that the sensor reports; default 0.
+    """
 
     name: str
     unit: str
@@ -51,12 +80,13 @@ class Output:
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant of one experiment.
+    """Constant that can differ between experiments (the operating point).
 
     Attributes:
-        name, unit: of the constant.
-        values: by id of the experiment; None where it is a column of experiments.csv.
-        other: of experiments that `values` lacks, if it is known.
+        name: name in the system file.
+        unit: SI unit, as written.
+        values: value by id of the experiment, in `unit`; None (default) if it is a column of experiments.csv.
+        other: value for all experiments that `values` does not list; default None: unknown.
     """
 
     name: str
@@ -67,7 +97,15 @@ class Constant:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A constant of the machine, SI. `identify` says that it is uncertain, within `bounds`."""
+    """Constant of the machine.
+
+    Attributes:
+        name: name in the system file.
+        unit: SI unit, as written.
+        value: nominal value, in `unit`.
+        identify: whether the parameter is uncertain and may be fitted; default False.
+        bounds: lowest and highest plausible value, in `unit`; default None.
+    """
 
     name: str
     unit: str
@@ -77,7 +115,7 @@ class Parameter:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """The bounds; without any, half to twice the value, or anything if the value is zero."""
+        """Bounds; without them half to twice the value, or no limits if the value is zero."""
         if self.bounds is not None:
             return self.bounds
         if self.value == 0.0:
@@ -88,12 +126,15 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Port:
-    """Where an effort that the model leaves out can act.
+    """Place in the equations where an effort (force, torque, voltage) can act that the model leaves out.
 
     Attributes:
-        name: of the port. effort: its symbol in the equations. unit: of the effort.
-        position, velocity: names of states or signals, if the port has them.
-        law: of the effort that is known, in terms of states, inputs and parameters.
+        name: name in the system file.
+        effort: symbol of the effort in the equations; zero in the known model.
+        unit: SI unit of the effort.
+        position: name of the state or signal that is the port's position; default None.
+        velocity: name of the state or signal that is the port's velocity; default None.
+        law: known part of the effort in terms of states, inputs and parameters; default None.
     """
 
     name: str
@@ -105,17 +146,18 @@ class Port:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        """Names of position and velocity, as far as the port has them."""
+        """Names of the port's position and velocity, without those that it lacks."""
         return tuple(name for name in (self.position, self.velocity) if name is not None)
 
 
 @dataclass(frozen=True)
 class Event:
-    """The moment when `expression` first falls through zero.
+    """Time at which an expression first falls through zero.
 
     Attributes:
-        name: of the event. expression: in terms of states, inputs, parameters, constants and t.
-        then: dynamics of every state from there on, if they change.
+        name: name in the system file.
+        expression: expression in terms of states, inputs, parameters, constants and t.
+        then: dynamics of every state after the event; default None: unchanged.
     """
 
     name: str
@@ -125,15 +167,22 @@ class Event:
 
 @dataclass(frozen=True)
 class System:
-    """x' = f(t, x, u, efforts; p), y = g(x, u; p). Immutable.
+    """Model x' = f(t, x, u, efforts; p), y = g(x, u; p) of a machine; immutable.
 
     Attributes:
-        name: of the system.
-        states, inputs, outputs, operating_point, parameters, ports, tables: in the order of the file.
-        signals: named expressions, in terms of states, inputs, parameters, constants, efforts and t only.
-        dynamics: one expression per state, in the same terms.
-        events: moments that the model predicts.
-        text: dotted path in the file (signals.F_m, dynamics.v, ports.rail.law) -> expression as written.
+        name: name in the system file.
+        states: states x, in the order of the file.
+        inputs: logged inputs u, in the order of the file.
+        outputs: logged outputs y, in the order of the file.
+        operating_point: constants that can differ between experiments.
+        parameters: parameters p, constants of the machine.
+        ports: places where efforts can act that the model leaves out.
+        tables: characteristics that expressions can use.
+        signals: expressions by name, in terms of states, inputs, parameters, constants, efforts and t only.
+        dynamics: time derivative of each state, in the same terms.
+        text: expressions as written in the file, by dotted path (signals.F_m, dynamics.v, ports.rail.law);
+            default none.
+        events: events that the model predicts; default none.
     """
 
     name: str
@@ -166,7 +215,7 @@ class System:
 
     @cached_property
     def c(self) -> tuple[sp.Symbol, ...]:
-        """Symbols of the operating point."""
+        """Symbols of the constants of the operating point."""
         return tuple(symbol(s.name) for s in self.operating_point)
 
     @cached_property
@@ -176,15 +225,23 @@ class System:
 
     @cached_property
     def closed(self) -> tuple[sp.Expr, ...]:
-        """The dynamics with every known law in place; an effort's symbol stands for what is added to it."""
+        """Dynamics with every known law inserted; an effort's symbol stands for what acts in addition to its
+        law.
+        """
         laws = {symbol(p.effort): symbol(p.effort) + p.law for p in self.ports if p.law is not None}
         return tuple(sanitised(f.xreplace(laws)) for f in self.dynamics)
 
     def expression(self, name: str) -> sp.Expr:
-        """The state, input or signal `name`, or the constant or parameter.
+        """Return a state, input, signal, constant or parameter as an expression.
+
+        Args:
+            name: name in the system file.
+
+        Returns:
+            Expression of a signal, or symbol of the others.
 
         Raises:
-            KeyError: when there is none.
+            KeyError: if the system has no such name.
         """
         if name in self.signals:
             return self.signals[name]
@@ -193,10 +250,16 @@ class System:
         raise KeyError(name)
 
     def port(self, name: str) -> Port:
-        """The port `name`.
+        """Return a port by its name.
+
+        Args:
+            name: name in the system file.
+
+        Returns:
+            The port.
 
         Raises:
-            KeyError: when there is none.
+            KeyError: if the system has no such port.
         """
         return {p.name: p for p in self.ports}[name]
 
@@ -207,15 +270,28 @@ class System:
 
     @property
     def values(self) -> tuple[float, ...]:
-        """Values of the parameters, SI."""
+        """Nominal values of the parameters, in their SI units."""
         return tuple(p.value for p in self.parameters)
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """Names of the parameters that are to be identified."""
+        """Names of the parameters that the file marks with `identify`."""
         return tuple(p.name for p in self.parameters if p.identify)
 
     def with_values(self, values: Mapping[str, float]) -> System:
-        """The same system with other values of some parameters."""
+        """Return the system with other values of some parameters.
+
+        Args:
+            values: new values by name of the parameter, in SI units; other names are ignored.
+
+        Returns:
+            System that differs in these values only.
+
+        Examples:
+            >>> from pathlib import Path
+            >>> from unmodelled.systems.reader import read_system
+            >>> read_system(Path("systems/pendulum.yaml")).with_values({"J": 0.03}).values
+            (0.03, 0.01, 1.2)
+        """
         parameters = tuple(replace(p, value=float(values.get(p.name, p.value))) for p in self.parameters)
         return replace(self, parameters=parameters)

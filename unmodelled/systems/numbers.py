@@ -1,4 +1,4 @@
-"""Numbers in expressions: small whole numbers and fractions stay exact, others become floating point."""
+"""Numbers in expressions: small integers and fractions stay exact, others become floating point."""
 
 from __future__ import annotations
 
@@ -17,14 +17,20 @@ HIGHEST_POWER = 100
 
 
 class NoValue(Exception):
-    """There is no finite real value, or only one that takes too long to work out."""
+    """Absence of a finite real value, or one that would take too long to compute."""
 
 
 def number(value: int | float) -> sp.Number:
-    """`value` as SymPy keeps it.
+    """Return a number as SymPy number.
+
+    Args:
+        value: integer or floating-point number.
+
+    Returns:
+        Exact integer up to 10^9, otherwise a floating-point number.
 
     Raises:
-        NoValue: when it is not finite.
+        NoValue: if the number is not finite.
     """
     if isinstance(value, int) and abs(value) <= _LARGEST:
         return sp.Integer(value)
@@ -38,22 +44,43 @@ def number(value: int | float) -> sp.Number:
 
 
 def is_number(expression: sp.Expr) -> bool:
-    """Whether `expression` has a value that can be worked out now."""
+    """Return whether an expression has a numeric value that can be computed now.
+
+    Args:
+        expression: SymPy expression.
+
+    Returns:
+        False if the expression holds a symbol, a table, a comparison or a choice.
+    """
     return bool(expression.is_number) and not expression.has(*_UNEVALUATED)
 
 
 def fraction(value: sp.Expr) -> Fraction:
-    """`value`, a number, as a fraction."""
+    """Return a numeric expression as a fraction.
+
+    Args:
+        value: expression for which `is_number` holds.
+
+    Returns:
+        Exact fraction, or the nearest one with a denominator of at most 10^6.
+    """
     if isinstance(value, sp.Rational):
         return Fraction(int(value.p), int(value.q))
     return Fraction(float(value)).limit_denominator(10**6)
 
 
 def folded(numeric: Callable[..., float], *parts: sp.Expr) -> sp.Number:
-    """`numeric` of numbers, in floating point.
+    """Return the value of a function of numbers, in floating point.
+
+    Args:
+        numeric: function of floating-point numbers.
+        *parts: arguments, for which `is_number` holds.
+
+    Returns:
+        Floating-point SymPy number.
 
     Raises:
-        NoValue: when the result is not finite or not real.
+        NoValue: if the result is not finite or not real.
     """
     try:
         value = numeric(*(float(p) for p in parts))
@@ -65,20 +92,38 @@ def folded(numeric: Callable[..., float], *parts: sp.Expr) -> sp.Number:
 
 
 def shortened(value: sp.Number) -> sp.Number:
-    """`value`, in floating point if it has many digits.
+    """Return a number, converted to floating point if its exact form has many digits.
+
+    Args:
+        value: SymPy number.
+
+    Returns:
+        The same number up to 10^9 (numerator and denominator), otherwise a floating-point number.
 
     Raises:
-        NoValue: when it is beyond floating point.
+        NoValue: if the number exceeds the range of floating point.
     """
     exact = isinstance(value, sp.Rational) and max(abs(value.p), value.q) <= _LARGEST
     return value if exact else folded(lambda x: x, value)
 
 
 def raised(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
-    """base**exponent.
+    """Return a power of two expressions.
+
+    Args:
+        base: SymPy expression.
+        exponent: SymPy expression; a number is at most 100 in magnitude.
+
+    Returns:
+        base**exponent.
 
     Raises:
-        NoValue: when it has no finite real value, or an exponent above `HIGHEST_POWER`.
+        NoValue: if the power has no finite real value, or if an exponent is too large.
+
+    Examples:
+        >>> x = sp.Symbol("x", real=True)
+        >>> raised(x, sp.Float(2.0))
+        x**2
     """
     if is_number(exponent):
         exponent = _simple(exponent)
@@ -94,7 +139,7 @@ def raised(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
 
 def _simple(exponent: sp.Expr) -> sp.Number:
-    """2.0 as 2 and 0.5 as 1/2, so that powers have plain derivatives."""
+    """Return an exponent such as 2.0 as 2 and 0.5 as 1/2, so that powers have simple derivatives."""
     value = folded(lambda x: x, exponent) if not isinstance(exponent, sp.Rational) else exponent
     if abs(float(value)) > HIGHEST_POWER:
         return value
@@ -110,10 +155,16 @@ def _power_of_number(base: sp.Expr, exponent: sp.Number) -> sp.Expr:
 
 
 def checked(expression: sp.Expr) -> sp.Expr:
-    """`expression`, if every number in it is finite and real.
+    """Return an expression after a check that every number in it is finite and real.
+
+    Args:
+        expression: SymPy expression.
+
+    Returns:
+        Expression with long exact numbers in floating point.
 
     Raises:
-        NoValue: when one is not.
+        NoValue: if a number is infinite, undefined or imaginary.
     """
     leaves = expression.atoms()
     if any(leaf in (sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I) for leaf in leaves):

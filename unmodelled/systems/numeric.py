@@ -1,4 +1,4 @@
-"""The expressions of a system as vectorised numpy functions."""
+"""Expressions of a system as vectorised NumPy functions."""
 
 from __future__ import annotations
 
@@ -32,18 +32,27 @@ NUMPY: dict[str, Callable[..., Any]] = {
 def numpy_system_function(
     system: System, expressions: Sequence[sp.Expr], efforts_zero: bool = False
 ) -> SystemFunction:
-    """A function f(t, x, u, e, p, c) of the symbols of `system`.
+    """Return a NumPy function f(t, x, u, e, p, c) that evaluates expressions of a system.
 
-    Its arguments are arrays whose leading axes broadcast: t (...), x (..., states), u (..., inputs),
-    e (..., ports), p (..., parameters), c (..., constants of the operating point).
+    The arguments of the function are arrays whose leading axes broadcast: t (...) in s, x (..., states), u
+    (..., inputs), e (..., ports), p (..., parameters) and c (..., constants of the operating point), in SI
+    units.
 
     Args:
-        system: whose symbols and tables the expressions use.
-        expressions: k of them.
-        efforts_zero: put zero for every effort; `e` is then not looked at.
+        system: system whose symbols and tables the expressions use.
+        expressions: k expressions.
+        efforts_zero: whether every effort is zero, so that `e` is ignored; default False.
 
     Returns:
-        The function; it returns (..., k). Where a formula has no value it returns inf or nan, silently.
+        Function with results of shape (..., k). Undefined values are inf or nan, without a warning.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> rates = numpy_system_function(pendulum, pendulum.closed, efforts_zero=True)
+        >>> rates(0.0, [[0.5, 1.0]], [[0.2]], None, pendulum.values, []).round(3).tolist()
+        [[1.0, -19.266]]
     """
     if efforts_zero:
         expressions = [f.xreplace(dict.fromkeys(system.e, sp.S.Zero)) for f in expressions]

@@ -1,4 +1,4 @@
-"""The functions and operators of an expression: as SymPy, as plain numbers, and what they do to units."""
+"""Functions and operators of expressions: in SymPy, for plain numbers, and for units."""
 
 from __future__ import annotations
 
@@ -18,11 +18,14 @@ from unmodelled.systems.quantities import Quantity
 
 @dataclass(frozen=True)
 class Operation:
-    """A function of `least` to `most` arguments.
+    """Function or operator that expressions can use.
 
     Attributes:
-        symbolic: makes the SymPy expression. numeric: its value for numbers. unit: its unit from those of the
-            arguments.
+        least: smallest number of arguments.
+        most: largest number of arguments.
+        symbolic: function that returns the SymPy expression.
+        numeric: function that returns the value for floating-point arguments.
+        unit: function that returns the unit from the units of the arguments.
     """
 
     least: int

@@ -1,7 +1,7 @@
-"""Simulations up to an event and beyond, in plain numpy: the reference of the compiled event times.
+"""Simulations to an event and beyond in plain NumPy: the reference for the compiled event times.
 
-Method of Runge and Kutta of order four with a fixed step. Where the expression of the event falls through
-zero in a step, the parabola through its values at the start, the middle and the end of the step says when.
+Runge-Kutta method of order four with a fixed step. If the expression of the event falls through zero within a
+step, the parabola through its values at the start, the middle and the end of the step gives the time.
 """
 
 from __future__ import annotations
@@ -24,15 +24,22 @@ Rates = Callable[[Array | float, Array], Array]  # (t, x) -> x'
 
 @dataclass(frozen=True)
 class Experiments:
-    """L experiments on one clock, as simulations need them.
+    """Experiments on one clock: inputs, operating points and initial states.
 
     Attributes:
-        u: (L, T, inputs) every `period` s, straight lines in between. c: (L, constants). x0: (L, states) at
-            t = 0.
+        u: inputs of shape (L, T, inputs), sampled every `period`, linear in between.
+        period: sampling period in s.
+        c: constants of the operating point, shape (L, constants).
+        x0: states at t = 0, shape (L, states).
 
     Raises:
-        BadInput: when a number is not finite, or the period not positive.
-        ValueError: when the shapes do not belong together.
+        BadInput: if a number is not finite, or if the period is not positive.
+        ValueError: if the shapes do not match.
+
+    Examples:
+        >>> runs = Experiments(np.zeros((2, 5, 1)), 0.1, np.zeros((2, 0)), np.ones((2, 2)))
+        >>> len(runs), runs.steps(0.2)
+        (2, 2)
     """
 
     u: Array
@@ -55,11 +62,30 @@ class Experiments:
         return len(self.u)
 
     def only(self, members: Sequence[int] | NDArray[np.int64]) -> Experiments:
-        """Some of the experiments."""
+        """Return some of the experiments.
+
+        Args:
+            members: indices of the experiments, shape (K,).
+
+        Returns:
+            K experiments, in the order of `members`.
+        """
         return replace(self, u=self.u[members], c=self.c[members], x0=self.x0[members])
 
     def input(self, t: Array | float) -> Array:
-        """Inputs (..., L, inputs) at `t`, a number or (..., L), s; held beyond the ends."""
+        """Return the inputs at given times, interpolated linearly and held beyond the ends.
+
+        Args:
+            t: times in s, a scalar or an array of shape (..., L).
+
+        Returns:
+            Inputs of shape (..., L, inputs).
+
+        Examples:
+            >>> runs = Experiments(np.array([[[0.0], [1.0]]]), 0.1, np.zeros((1, 0)), np.zeros((1, 1)))
+            >>> runs.input(0.05).tolist()
+            [[0.5]]
+        """
         last = self.u.shape[1] - 1
         place = np.clip(np.asarray(t) / self.period, 0.0, last)
         k = np.minimum(place.astype(np.int64), max(0, last - 1))
@@ -68,10 +94,16 @@ class Experiments:
         return np.asarray(now + (place - k)[..., None] * (then - now))
 
     def steps(self, step: float) -> int:
-        """Number of steps of `step` s within the logs.
+        """Return the number of integration steps that fit into the logs.
+
+        Args:
+            step: integration step in s, a multiple of the sampling period.
+
+        Returns:
+            Number of steps.
 
         Raises:
-            BadInput: when `step` is no multiple of the period.
+            BadInput: if `step` is not a multiple of the sampling period.
         """
         periods = round(step / self.period) if 0.0 < step < np.inf else 0
         if periods < 1 or abs(periods * self.period - step) > 1e-6 * self.period:
@@ -81,7 +113,13 @@ class Experiments:
 
 @dataclass(frozen=True)
 class Trajectories:
-    """t (K,) s, x (S, L, K, states), time (S, L) s of the event, nan where it does not happen."""
+    """Simulated states and event times of S parameter samples and L experiments.
+
+    Attributes:
+        t: time in s, shape (K,).
+        x: states of shape (S, L, K, states).
+        time: event times in s, shape (S, L); nan if the event does not happen.
+    """
 
     t: Array
     x: Array
@@ -89,10 +127,17 @@ class Trajectories:
 
 
 def event_named(system: System, name: str) -> Event:
-    """The event `name` of `system`.
+    """Return an event of a system by its name.
+
+    Args:
+        system: system to look in.
+        name: name of the event in the system file.
+
+    Returns:
+        The event.
 
     Raises:
-        BadInput: when there is none.
+        BadInput: if the system has no such event; the message suggests a name.
     """
     events = {e.name: e for e in system.events}
     if name not in events:
@@ -102,11 +147,26 @@ def event_named(system: System, name: str) -> Event:
 
 
 def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) -> Array:
-    """Values (S, parameters) where those of `uncertain` are `theta` (S, n) times the nominal ones.
+    """Return parameter values in which some parameters are multiples of their nominal values.
+
+    Args:
+        system: system with k parameters.
+        uncertain: names of n parameters.
+        theta: multiples of the nominal values, shape (S, n), dimensionless.
+
+    Returns:
+        Values of all parameters in SI units, shape (S, k).
 
     Raises:
-        BadInput: when a name is unknown or named twice, or the value is zero.
-        ValueError: when theta has another shape.
+        BadInput: if a name is unknown or repeated, or if the nominal value is zero.
+        ValueError: if theta has another shape.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> scaled_parameters(pendulum, ["J"], np.array([[1.0], [1.5]])).tolist()
+        [[0.02, 0.01, 1.2], [0.03, 0.01, 1.2]]
     """
     values = np.array(system.values)
     index = uncertain_indices(system, uncertain)
@@ -119,7 +179,18 @@ def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) ->
 
 
 def uncertain_indices(system: System, uncertain: Sequence[str]) -> list[int]:
-    """Which parameters `uncertain` names; see `scaled_parameters` for what is raised."""
+    """Return the indices of parameters by their names.
+
+    Args:
+        system: system to look in.
+        uncertain: names of parameters.
+
+    Returns:
+        Index of each name in `system.parameters`.
+
+    Raises:
+        BadInput: if a name is unknown or repeated, or if the nominal value is zero.
+    """
     names = [p.name for p in system.parameters]
     for k, name in enumerate(uncertain):
         if name not in names:
@@ -137,13 +208,32 @@ def uncertain_indices(system: System, uncertain: Sequence[str]) -> list[int]:
 def event_times(
     system: System, event: str, uncertain: Sequence[str], theta: Array, runs: Experiments, step: float
 ) -> Array:
-    """Times (S, L), s, of the first fall through zero; nan where it does not happen within the log.
+    """Simulate until an event and return its time, by the NumPy reference.
 
     Args:
-        theta: (S, n) multiples of the nominal values of `uncertain`. step: s, a multiple of the period.
+        system: system with the event.
+        event: name of the event.
+        uncertain: names of n parameters.
+        theta: multiples of the nominal values of `uncertain`, shape (S, n), dimensionless.
+        runs: L experiments.
+        step: integration step in s, a multiple of the sampling period.
+
+    Returns:
+        Times in s of the first fall through zero, shape (S, L); nan if the event does not happen within the
+        log.
 
     Raises:
-        BadInput: see `scaled_parameters`, `event_named` and `Experiments.steps`.
+        BadInput: if the event or a parameter is unknown, or if `step` is not a multiple of the sampling
+            period.
+
+    Examples:
+        >>> from unmodelled.systems.model import State, symbol
+        >>> landing = Event("landing", symbol("x"))
+        >>> state, rate = State("x", "m", 1.0), sp.Integer(-2)
+        >>> fall = System("fall", (state,), (), (), (), (), (), (), {}, (rate,), {}, (landing,))
+        >>> runs = Experiments(np.zeros((1, 11, 0)), 0.1, np.zeros((1, 0)), np.array([[1.0]]))
+        >>> event_times(fall, "landing", [], np.zeros((1, 0)), runs, 0.1).round(6).tolist()
+        [[0.5]]
     """
     moment = replace(event_named(system, event), then=None)
     for _, _, time in _march(system, moment, scaled_parameters(system, uncertain, theta), runs, step):
@@ -155,9 +245,22 @@ def event_times(
 def trajectories(
     system: System, event: str, uncertain: Sequence[str], theta: Array, runs: Experiments, step: float
 ) -> Trajectories:
-    """Both phases: the system up to the event, and with the dynamics that it has from there on.
+    """Simulate to the end of the logs: with the first dynamics until the event, with the second ones after
+    it.
 
-    Arguments and errors are those of `event_times`.
+    Args:
+        system: system with the event.
+        event: name of the event.
+        uncertain: names of n parameters.
+        theta: multiples of the nominal values of `uncertain`, shape (S, n), dimensionless.
+        runs: L experiments.
+        step: integration step in s, a multiple of the sampling period.
+
+    Returns:
+        States over time and event times.
+
+    Raises:
+        BadInput: as `event_times` does.
     """
     p = scaled_parameters(system, uncertain, theta)
     path = [(t, x, time) for t, x, time in _march(system, event_named(system, event), p, runs, step)]
@@ -167,7 +270,7 @@ def trajectories(
 def _march(
     system: System, event: Event, p: Array, runs: Experiments, step: float
 ) -> Iterator[tuple[float, Array, Array]]:
-    """t, x (S, L, states) and the times (S, L) of the events so far, step by step."""
+    """Yield t, x (S, L, states) and the event times so far (S, L), step by step."""
     before = _function(system, system.closed, p, runs)
     after = before
     if event.then is not None:
@@ -203,7 +306,7 @@ def _function(system: System, expressions: Sequence[sp.Expr], p: Array, runs: Ex
 
 
 def _joined(before: Rates, after: Rates, happened: NDArray[np.bool_]) -> Rates:
-    """The rates of either phase, by run."""
+    """Return the rates before or after the event, separately for each run."""
     if before is after or not happened.any():
         return before
     if happened.all():
@@ -212,7 +315,7 @@ def _joined(before: Rates, after: Rates, happened: NDArray[np.bool_]) -> Rates:
 
 
 def _root(start: Array, middle: Array, end: Array) -> Array:
-    """Where, as a share of the step, the parabola through the three values falls through zero."""
+    """Return the share of the step at which the parabola through the three values falls through zero."""
     bend = 2.0 * (start - 2.0 * middle + end)
     slope = 4.0 * middle - 3.0 * start - end
     return np.asarray(2.0 * start / (np.sqrt(np.maximum(0.0, slope**2 - 4.0 * bend * start)) - slope))
@@ -220,14 +323,29 @@ def _root(start: Array, middle: Array, end: Array) -> Array:
 
 @dataclass(frozen=True)
 class Step:
-    """One step from `x` and its four stages times its length."""
+    """One Runge-Kutta step that can be evaluated at any point in between.
+
+    Attributes:
+        x: states at the start of the step, shape (..., states).
+        stages: four stages times the length of the step, each of shape (..., states).
+    """
 
     x: Array
     stages: tuple[Array, Array, Array, Array]
 
     @classmethod
     def of(cls, rates: Rates, t: Array | float, x: Array, step: Array | float) -> Step:
-        """A step of length `step`, a number or one for every run."""
+        """Compute one step.
+
+        Args:
+            rates: function (t, x) -> x'.
+            t: start time in s, a scalar or one per run, shape (...).
+            x: states at the start, shape (..., states).
+            step: length of the step in s, a scalar or one per run, shape (...).
+
+        Returns:
+            The step.
+        """
         h = np.asarray(step)[..., None]
         k1 = h * rates(t, x)
         k2 = h * rates(t + 0.5 * step, x + 0.5 * k1)
@@ -235,7 +353,14 @@ class Step:
         return cls(x, (k1, k2, k3, h * rates(t + step, x + k3)))
 
     def at(self, share: Array | float) -> Array:
-        """The state after `share` of the step: to fourth order at the end, to third in between."""
+        """Return the states within the step: accurate to fourth order at its end, to third order in between.
+
+        Args:
+            share: share of the step, 0 to 1, a scalar or an array of shape (..., 1).
+
+        Returns:
+            States of shape (..., states).
+        """
         k1, k2, k3, k4 = self.stages
         square, cube = share * share, 2.0 / 3.0 * share**3
         first, last = share - 1.5 * square + cube, cube - 0.5 * square

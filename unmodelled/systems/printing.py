@@ -1,4 +1,4 @@
-"""SymPy expressions as text that the grammar of system files reads back."""
+"""Printer of SymPy expressions as text that the grammar of system files reads back."""
 
 from __future__ import annotations
 
@@ -32,14 +32,24 @@ _COMPARISONS = {f.greater: ">", f.at_least: ">=", f.equal: "=="}
 
 
 def printed(expression: sp.Expr, names: Collection[str], tables: Sequence[str]) -> str:
-    """`expression` as text; numbers with full precision.
+    """Return an expression as text of a system file, with numbers in full precision.
 
     Args:
-        expression: as the reader makes them, or with SymPy's own Abs, Min, Max, sign, Heaviside and floor.
-        names: symbols that the text may use. tables: their names, by number.
+        expression: expression from the reader, or with SymPy's own Abs, Min, Max, sign, Heaviside and floor.
+        names: names of the symbols that the text may use.
+        tables: names of the tables, by number.
+
+    Returns:
+        Text that `grammar.parse` reads back.
 
     Raises:
-        ValueError: when the grammar has no words for it: other functions or symbols, or the slope of a table.
+        ValueError: if the grammar cannot express it: another function or symbol, or the derivative of a
+            table.
+
+    Examples:
+        >>> x = sp.Symbol("x", real=True)
+        >>> printed(2 * sp.Abs(x) + sp.sin(x), ["x"], [])
+        'sin(x) + 2*abs(x)'
     """
     expression = f.sanitised(expression)
     expression = expression.replace(sp.Min, lambda *parts: reduce(f.minimum, parts))

@@ -1,9 +1,9 @@
-"""What is known of the unit of a part of an expression.
+"""Units of parts of an expression, as far as they are known.
 
-Plain numbers are ambiguous: the 9.81 of `F/m - 9.81` has a unit that nobody wrote down, the 2 of `2*zeta*w*v`
-has none. A number that is added takes the unit of the sum. A small whole number or fraction that multiplies a
-term with a parameter has no unit. Any other number may stand for a parameter, and so the unit of its product
-is not known; time counts as such a number, because people write sin(t).
+Plain numbers are ambiguous: the 9.81 of `F/m - 9.81` has a unit that is not written, the 2 of `2*zeta*w*v`
+has none. A number that is added takes the unit of the sum. A small integer or fraction that multiplies a term
+with a parameter has no unit. Any other number may stand for a parameter, so the unit of its product is
+unknown. Time counts as such a number, because sin(t) is a common expression.
 """
 
 from __future__ import annotations
@@ -17,7 +17,13 @@ from unmodelled.systems.units import ONE, SECOND, Dimension
 
 
 class UnitsDiffer(Exception):
-    """Arguments numbered `first` and `second` have the units `units`, but must have the same."""
+    """Conflict of two arguments that must have the same unit.
+
+    Args:
+        first: index of one argument.
+        second: index of the other argument.
+        dimensions: dimensions of both.
+    """
 
     def __init__(self, first: int, second: int, dimensions: tuple[Dimension, Dimension]) -> None:
         super().__init__(first, second)
@@ -26,7 +32,11 @@ class UnitsDiffer(Exception):
 
 
 class NotDimensionless(Exception):
-    """An argument has the unit `unit`, but must have none."""
+    """Argument with a unit where none is allowed.
+
+    Args:
+        dimension: dimension of the argument.
+    """
 
     def __init__(self, dimension: Dimension) -> None:
         super().__init__(dimension)
@@ -35,10 +45,13 @@ class NotDimensionless(Exception):
 
 @dataclass(frozen=True)
 class Quantity:
-    """Dimension of a part of an expression, None where it is not known.
+    """Dimension of a part of an expression.
 
     Attributes:
-        number: it is a number. scaled: a number multiplies it. constant: it contains a parameter.
+        dimension: exponents of the base units; None if unknown.
+        number: whether the part is a plain number; default False.
+        scaled: whether a plain number multiplies the part; default False.
+        constant: whether the part contains a parameter or a constant; default False.
     """
 
     dimension: Dimension | None
@@ -48,7 +61,7 @@ class Quantity:
 
     @property
     def settled(self) -> Dimension | None:
-        """The dimension, where numbers leave no doubt about it."""
+        """Dimension if plain numbers leave no doubt about it, otherwise None."""
         return None if self.number or (self.scaled and not self.constant) else self.dimension
 
 
@@ -58,13 +71,28 @@ CLOCK = Quantity(SECOND, scaled=True)
 
 
 def number(value: int | float) -> Quantity:
-    """The quantity of a number as it is written: 2.0 is a measured value, 2 and 0.5 are counts and shares."""
+    """Return the quantity of a written number: 2.0 can have a unit, 2 and 0.5 are counts and fractions.
+
+    Args:
+        value: number, with its type as written (2 is an integer, 2.0 is not).
+
+    Returns:
+        Dimensionless quantity, or one of unknown dimension.
+    """
     simple = abs(value) <= 100 if isinstance(value, int) else value in (0.25, 0.5, 0.75, 1.5)
     return Quantity(ONE if simple else None, number=True)
 
 
 def product(a: Quantity, b: Quantity) -> Quantity:
-    """The quantity a*b."""
+    """Return the quantity of a product.
+
+    Args:
+        a: quantity of the first factor.
+        b: quantity of the second factor.
+
+    Returns:
+        Quantity of a*b.
+    """
     known = None if a.dimension is None or b.dimension is None else units.times(a.dimension, b.dimension)
     return Quantity(
         known,
@@ -75,22 +103,44 @@ def product(a: Quantity, b: Quantity) -> Quantity:
 
 
 def raised(a: Quantity, exponent: Fraction | None) -> Quantity:
-    """The quantity a**exponent; None is an exponent that is not a number."""
+    """Return the quantity of a power.
+
+    Args:
+        a: quantity of the base.
+        exponent: value of the exponent; None if it is not a number.
+
+    Returns:
+        Quantity of a**exponent.
+    """
     if a.dimension is None or a.dimension == ONE:
         return a
     return replace(a, dimension=None if exponent is None else units.power(a.dimension, exponent))
 
 
 def quotient(a: Quantity, b: Quantity) -> Quantity:
-    """The quantity a/b."""
+    """Return the quantity of a quotient.
+
+    Args:
+        a: quantity of the numerator.
+        b: quantity of the denominator.
+
+    Returns:
+        Quantity of a/b.
+    """
     return product(a, raised(b, Fraction(-1)))
 
 
 def same(parts: Sequence[Quantity]) -> Quantity:
-    """The quantity of a sum, a minimum and the like.
+    """Return the common quantity of the arguments of a sum, a minimum or a maximum.
+
+    Args:
+        parts: quantities of the arguments.
+
+    Returns:
+        Quantity of the result.
 
     Raises:
-        UnitsDiffer: when two parts are known and differ.
+        UnitsDiffer: if two known dimensions differ.
     """
     known = [(i, q.settled) for i, q in enumerate(parts) if q.settled is not None]
     for i, dimension in known[1:]:
@@ -103,15 +153,31 @@ def same(parts: Sequence[Quantity]) -> Quantity:
 
 
 def ratio(parts: Sequence[Quantity]) -> Quantity:
-    """The quantity of a comparison or an angle: no dimension, made of parts of one dimension."""
+    """Return the quantity of a comparison or of atan2: dimensionless, from arguments of one dimension.
+
+    Args:
+        parts: quantities of the arguments.
+
+    Returns:
+        Quantity of the result.
+
+    Raises:
+        UnitsDiffer: if two known dimensions differ.
+    """
     return replace(RATIO, number=same(parts).number)
 
 
 def pure(parts: Sequence[Quantity]) -> Quantity:
-    """The quantity of a sine, an exponential and the like.
+    """Return the quantity of a function that needs a dimensionless argument, such as a sine.
+
+    Args:
+        parts: quantity of the one argument.
+
+    Returns:
+        Quantity of the result.
 
     Raises:
-        NotDimensionless: when the argument has a dimension.
+        NotDimensionless: if the argument has a dimension.
     """
     (argument,) = parts
     dimension = argument.settled
@@ -121,17 +187,41 @@ def pure(parts: Sequence[Quantity]) -> Quantity:
 
 
 def flag(parts: Sequence[Quantity]) -> Quantity:
-    """The quantity of a sign or a step of anything."""
+    """Return the quantity of a sign or a unit step: dimensionless.
+
+    Args:
+        parts: quantity of the one argument.
+
+    Returns:
+        Quantity of the result.
+    """
     return replace(RATIO, number=parts[0].number)
 
 
 def root(parts: Sequence[Quantity]) -> Quantity:
-    """The quantity of a square root."""
+    """Return the quantity of a square root.
+
+    Args:
+        parts: quantity of the one argument.
+
+    Returns:
+        Quantity of the result.
+    """
     return raised(parts[0], Fraction(1, 2))
 
 
 def branch(parts: Sequence[Quantity]) -> Quantity:
-    """The quantity of where(condition, a, b)."""
+    """Return the quantity of where(condition, a, b).
+
+    Args:
+        parts: quantities of the three arguments.
+
+    Returns:
+        Common quantity of a and b.
+
+    Raises:
+        UnitsDiffer: if the dimensions of a and b differ.
+    """
     try:
         return same(parts[1:])
     except UnitsDiffer as differ:

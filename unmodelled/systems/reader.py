@@ -1,4 +1,4 @@
-"""The safe reader of `system/1` files (shared/contracts/system.md)."""
+"""Safe reader of `system/1` files; nothing in a file is executed."""
 
 from __future__ import annotations
 
@@ -24,10 +24,23 @@ _LARGEST = 100_000
 
 
 def read_system(path: Path) -> System:
-    """The system that the file `path` describes; nothing in the file is executed.
+    """Read a system file; nothing in the file is executed.
+
+    Args:
+        path: path of the file.
+
+    Returns:
+        Symbolic model of the system.
 
     Raises:
-        BadInput: one line that names file, line and place, when anything in it is wrong.
+        BadInput: if anything in the file is wrong; the message names file, line and entry.
+
+    Examples:
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> [each.name for each in pendulum.states], pendulum.port_names
+        (['theta', 'omega'], ('joint',))
+        >>> pendulum.dynamics[1]
+        (-b*omega - mgl*sin(theta) - tau + torque)/J
     """
     root = load(Path(path))
     schema = root.entries().get("schema")
@@ -40,7 +53,7 @@ def read_system(path: Path) -> System:
 
 @dataclass
 class _Equations:
-    """The expressions of a file, each checked in what it may use."""
+    """Expressions of a file, each checked for the names that it can use."""
 
     sections: dict[str, Node]
     declared: Declarations
@@ -115,7 +128,7 @@ class _Equations:
         return tuple(found[state.name] for state in self.declared.states)
 
     def _rates(self, entries: dict[str, Node]) -> dict[str, sp.Expr]:
-        """Time derivatives of the states that have an entry, in the order of the states."""
+        """Return the time derivatives of the states that have an entry, in the order of the states."""
         states = {s.name for s in self.declared.states}
         for name, node in entries.items():
             if name not in states:
@@ -144,7 +157,7 @@ class _Equations:
         return Event(name, expression, tuple(changed.get(state.name, rate) for state, rate in pairs))
 
     def _without_efforts(self) -> dict[str, str]:
-        """Efforts, and signals that depend on them, and why they are refused."""
+        """Return the names that are refused (efforts and signals that depend on them) with the reason."""
         efforts = {symbol(p.effort): p.effort for p in self.declared.ports}
         refused = {e: f"the effort {e!r} is not allowed here" for e in efforts.values()}
         for name in self._entries("signals"):
@@ -201,7 +214,7 @@ def _words(node: Node) -> list[str]:
 
 
 def _out_of_order(name: str, used: str, uses: dict[str, list[str]]) -> str:
-    """Why the signal `name` cannot use `used`: it leads back to `name`, or it just comes later."""
+    """Return the reason why a signal cannot use another one: a cycle, or a later definition."""
     paths, seen = [[name, used]], {used}
     while paths:
         path = paths.pop()

@@ -1,4 +1,4 @@
-"""A system's equations as torch functions: readable, differentiable, on any device, as slow as that is."""
+"""Equations of a system as PyTorch functions: readable and differentiable on any device, but slow."""
 
 from __future__ import annotations
 
@@ -19,7 +19,26 @@ Equations = Callable[[Tensor, Tensor, Tensor, Tensor, Tensor, Tensor], Tensor]
 
 
 def torch_equations(system: System, expressions: Sequence[sp.Expr]) -> Equations:
-    """A torch function of the system's symbols that computes `expressions`."""
+    """Return a PyTorch function f(t, x, u, e, p, c) that evaluates expressions of a system.
+
+    The arguments have the shapes that `numpy_system_function` describes; results are differentiable.
+
+    Args:
+        system: system whose symbols and tables the expressions use.
+        expressions: k expressions.
+
+    Returns:
+        Function of tensors with results of shape (..., k).
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> rates = torch_equations(pendulum, pendulum.closed)
+        >>> arrays = 0.0, [0.5, 1.0], [0.2], [0.0], pendulum.values, []  # t, x, u, e, p, c
+        >>> rates(*(torch.tensor(each, dtype=torch.float64) for each in arrays))
+        tensor([  1.0000, -19.2655], dtype=torch.float64)
+    """
     arguments = [(TIME,), system.x, system.u, system.e, system.p, system.c]
     modules = [_functions(system), vars(torch)]
     # dummify: a user's names are then never names in the code
@@ -61,12 +80,12 @@ def _tensor(x: Tensor | float) -> Tensor:
 
 
 def _of_tensor(function: Callable[[Tensor], Tensor]) -> Callable[[Tensor | float], Tensor]:
-    """SymPy leaves numbers inside functions that torch wants as tensors."""
+    """Return a PyTorch function that accepts plain numbers too, which SymPy leaves inside functions."""
     return lambda x: function(_tensor(x))
 
 
 class _Lookup:
-    """A table; its derivative of any order is another, so that autograd sees a piecewise polynomial."""
+    """Characteristic as a piecewise polynomial that autograd differentiates."""
 
     def __init__(self, table: Table) -> None:
         self.table = table

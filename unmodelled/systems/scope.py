@@ -1,4 +1,4 @@
-"""What an expression may name, and what is known of it."""
+"""Names that an expression can use, and limits on its size."""
 
 from __future__ import annotations
 
@@ -9,12 +9,22 @@ import sympy as sp
 
 from unmodelled.systems.model import System
 from unmodelled.systems.quantities import UNKNOWN, Quantity
-from unmodelled.systems.sizes import measured
+
+LARGEST = 20_000
+DEEPEST_TREE = 150
+LARGEST_DERIVATIVE = 4 * LARGEST
 
 
 @dataclass(frozen=True)
 class Value:
-    """An expression, what is known of its unit, and the number of parts and the depth of its tree."""
+    """Expression with its unit and the size of its tree.
+
+    Attributes:
+        expression: SymPy expression.
+        quantity: dimension, as far as it is known; default unknown.
+        size: number of nodes of the tree; default 1.
+        depth: depth of the tree; default 1.
+    """
 
     expression: sp.Expr
     quantity: Quantity = UNKNOWN
@@ -24,11 +34,13 @@ class Value:
 
 @dataclass(frozen=True)
 class Scope:
-    """What an expression may name.
+    """Names that an expression can use.
 
     Attributes:
-        values: by name. tables: name -> number. states: names that diff() may differentiate by.
-        refused: names that exist but not here -> why.
+        values: expressions by name.
+        tables: number of each table by name; default none.
+        states: names that diff() can differentiate by; default none.
+        refused: reason by name, for names that exist but are not allowed here; default none.
     """
 
     values: Mapping[str, Value]
@@ -38,9 +50,55 @@ class Scope:
 
 
 def scope_of(system: System) -> Scope:
-    """States, inputs, constants, parameters, efforts, signals and tables of `system`."""
+    """Return the scope of all names of a system.
+
+    Args:
+        system: system to take the names from.
+
+    Returns:
+        Scope of its states, inputs, constants, parameters, efforts, signals and tables.
+    """
     symbols = (*system.x, *system.u, *system.c, *system.p, *system.e)
     values = {str(s): Value(s) for s in symbols}
-    values |= {name: Value(e, UNKNOWN, *measured(e)) for name, e in system.signals.items()}
+    values |= {name: Value(e, UNKNOWN, *tree_size(e)) for name, e in system.signals.items()}
     tables = {table.name: k for k, table in enumerate(system.tables)}
     return Scope(values, tables, [s.name for s in system.states])
+
+
+def tree_size(expression: sp.Expr) -> tuple[int, int]:
+    """Return the number of nodes and the depth of an expression tree.
+
+    Args:
+        expression: SymPy expression.
+
+    Returns:
+        Number of nodes and depth.
+
+    Examples:
+        >>> x = sp.Symbol("x")
+        >>> tree_size(sp.sin(x) + 1)
+        (4, 3)
+    """
+    parts, depth, level = 0, 0, [expression]
+    while level:
+        parts, depth = parts + len(level), depth + 1
+        level = [argument for part in level for argument in part.args]
+    return parts, depth
+
+
+def derivative_size(expression: sp.Expr) -> int:
+    """Return an upper bound of the number of nodes of a derivative, without differentiating.
+
+    Args:
+        expression: SymPy expression; each factor of a product gives one product in the derivative.
+
+    Returns:
+        Upper bound of the number of nodes.
+    """
+    return _sizes(expression)[1]
+
+
+def _sizes(expression: sp.Expr) -> tuple[int, int]:
+    parts = [_sizes(a) for a in expression.args]
+    own = 1 + sum(own for own, _ in parts)
+    return own, 1 + sum(derived for _, derived in parts) + len(parts) * own

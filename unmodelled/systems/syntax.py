@@ -1,4 +1,4 @@
-"""From text to a syntax tree: which characters, words and shapes an expression may have at all."""
+"""Syntax of expressions: allowed characters, words and sizes, and the tree that Python's parser makes."""
 
 from __future__ import annotations
 
@@ -32,20 +32,45 @@ _HINTS = {
 
 
 def shown(text: str) -> str:
-    """`text` quoted on one line, cut where it is long."""
+    """Return a text in quotes on one line, cut after 60 characters.
+
+    Args:
+        text: text from a file.
+
+    Returns:
+        Text for an error message.
+    """
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def names(text: str) -> list[str]:
-    """The words in `text`, in order, whether or not it is an expression."""
+    """Return the words of a text in order, whether or not the text is an expression.
+
+    Args:
+        text: text from a file.
+
+    Returns:
+        Words that could be names.
+
+    Examples:
+        >>> names("2*x + sin(t)")
+        ['x', 'sin', 't']
+    """
     return re.findall(r"(?<![\w.])[A-Za-z_]\w*", text, re.ASCII)
 
 
 def tree(text: str, where: str) -> tuple[str, ast.expr]:
-    """`text` on one line and its syntax tree, of numbers, names, operators and calls; nothing is executed.
+    """Return an expression on one line with its syntax tree; nothing is executed.
+
+    Args:
+        text: expression as written by the user; at most 8000 characters and 3000 nodes.
+        where: start of the error message, such as file and line.
+
+    Returns:
+        The text on one line, and its tree of numbers, names, operators and calls.
 
     Raises:
-        BadInput: starting with `where`, naming the token that is not allowed.
+        BadInput: if a token is not allowed, or if the text is empty, too long or not an expression.
     """
     if len(text) > LONGEST:
         raise BadInput(f"{where}: an expression has at most {LONGEST} characters, got {len(text)}")

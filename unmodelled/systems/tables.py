@@ -14,12 +14,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Table:
-    """A characteristic y(x) through measured points; beyond its ends it is held at the end values.
+    """Characteristic y(x) through measured points, constant beyond its ends.
 
     Attributes:
-        name: as it is called in expressions.
-        x: (n,) increasing, at least two. y: (n,).
-        kind: "cubic" (spline, not-a-knot) or "linear".
+        name: name in expressions.
+        x: increasing abscissas, at least two.
+        y: ordinates, one per abscissa.
+        kind: interpolation, "cubic" (spline with not-a-knot ends, the default) or "linear".
+
+    Examples:
+        >>> Table("spring", (0.0, 1.0, 2.0), (0.0, 3.0, 4.0), "linear")(np.array([0.5, 5.0])).tolist()
+        [1.5, 4.0]
     """
 
     name: str
@@ -29,7 +34,14 @@ class Table:
 
     @cache  # noqa: B019 - a table is immutable and lives as long as its system
     def pieces(self, order: int = 0) -> tuple[Array, Array]:
-        """Knots (n,) and coefficients (4, n - 1), highest power first, of the derivative of that order."""
+        """Return knots and polynomial coefficients of a derivative.
+
+        Args:
+            order: order of the derivative, 0 (the characteristic itself, default) to 3.
+
+        Returns:
+            Knots of shape (n,) and coefficients of shape (4, n - 1), highest power first.
+        """
         from scipy.interpolate import CubicSpline, PPoly
 
         knots, values = np.asarray(self.x, np.float64), np.asarray(self.y, np.float64)

@@ -1,4 +1,4 @@
-"""Units as a system file writes them, and the dimensions that an expression is checked by."""
+"""Units of a system file, and the dimensions by which expressions are checked."""
 
 from __future__ import annotations
 
@@ -42,17 +42,36 @@ _SPELLED = str.maketrans({"²": "^2", "³": "^3", "·": " ", "⋅": " ", "Ω": "
 
 @dataclass(frozen=True)
 class Unit:
-    """A coherent SI unit: its text as written and its dimension."""
+    """Coherent SI unit.
+
+    Attributes:
+        text: unit as written.
+        dimension: exponents of kg, m, s, A, K, mol and cd.
+    """
 
     text: str
     dimension: Dimension
 
 
 def parse_unit(text: str) -> Unit:
-    """The SI unit `text`, such as "N s/m", "kg m^2" or, without dimension, "", "-", "1" or "rad".
+    """Parse a unit.
+
+    Args:
+        text: coherent SI unit, such as "N s/m" or "kg m^2"; "", "-", "1" and "rad" are dimensionless.
+
+    Returns:
+        Unit with its dimension.
 
     Raises:
-        ValueError: one line, when it is not a unit or not a coherent SI unit (mm, deg, rpm).
+        ValueError: if the text is not a unit, or not a coherent SI unit (mm, deg, rpm).
+
+    Examples:
+        >>> describe(parse_unit("N s/m").dimension)
+        'N s/m'
+        >>> parse_unit("mm")
+        Traceback (most recent call last):
+            ...
+        ValueError: 'mm' must be in SI units, e.g. m instead of mm
     """
     return Unit(text, _dimension(text))
 
@@ -85,23 +104,46 @@ def _registry() -> pint.UnitRegistry[float]:
 
 
 def times(a: Dimension, b: Dimension) -> Dimension:
-    """The dimension of a product."""
+    """Return the dimension of a product.
+
+    Args:
+        a: dimension of the first factor.
+        b: dimension of the second factor.
+
+    Returns:
+        Sum of the exponents.
+    """
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
 def power(a: Dimension, exponent: Fraction) -> Dimension:
-    """The dimension of a power."""
+    """Return the dimension of a power.
+
+    Args:
+        a: dimension of the base.
+        exponent: value of the exponent.
+
+    Returns:
+        Exponents times `exponent`.
+    """
     return tuple(x * exponent for x in a)
 
 
 @cache
 def describe(dimension: Dimension) -> str:
-    """A unit of that dimension.
+    """Return a unit of a dimension.
 
-    >>> describe(parse_unit("kg m/s^2").dimension)
-    'N'
-    >>> describe(parse_unit("m/s^2").dimension)
-    'm/s^2'
+    Args:
+        dimension: exponents of kg, m, s, A, K, mol and cd.
+
+    Returns:
+        Named unit such as N if there is one, otherwise a product of base units.
+
+    Examples:
+        >>> describe(parse_unit("kg m/s^2").dimension)
+        'N'
+        >>> describe(parse_unit("m/s^2").dimension)
+        'm/s^2'
     """
     if dimension == ONE:
         return "1"

@@ -1,4 +1,4 @@
-"""Systems as `system/1` files (shared/contracts/system.md)."""
+"""Writer of `system/1` files."""
 
 from __future__ import annotations
 
@@ -28,13 +28,27 @@ _UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 
 
 def write_system(system: System, path: Path) -> None:
-    """Write `system` to `path`, and its tables as CSV files beside it, so that reading gives it back.
+    """Write a system to a file, and its tables as CSV files beside it, so that reading returns the same
+    system.
 
-    An expression is written as the user wrote it where that still says the same.
+    An expression keeps its written form if that still has the same meaning.
+
+    Args:
+        system: system to write.
+        path: path of the file to write or replace.
 
     Raises:
-        ValueError: when an expression has no form in the grammar, such as the slope of a table.
-        BadInput: when a file cannot be written.
+        ValueError: if the grammar cannot express an expression, such as the derivative of a table.
+        BadInput: if a file cannot be written.
+
+    Examples:
+        >>> import tempfile
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> path = Path(tempfile.mkdtemp()) / "heavier.yaml"
+        >>> write_system(pendulum.with_values({"J": 0.03}), path)
+        >>> read_system(path).values
+        (0.03, 0.01, 1.2)
     """
     path = Path(path)
     files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}
@@ -77,7 +91,7 @@ class _Text:
         return "\n".join(lines) + "\n"
 
     def _expression(self, place: str, expression: sp.Expr) -> str:
-        """What the user wrote there, if it still means `expression`; else printed in base symbols."""
+        """Return an expression as the user wrote it if it still means the same, otherwise printed anew."""
         written = self.system.text.get(place)
         if written is not None and self._means(written, expression):
             return _quoted(written)

@@ -1,1 +1,1 @@
-"""Uncertain parameters: polynomial chaos, densities of the outputs, and what identifies the parameters."""
+"""Distributions of uncertain parameters: propagation to the outputs, and identification from data."""

@@ -1,4 +1,4 @@
-"""What profiles and curvature say about the parameters of a distribution, in sentences."""
+"""Advice on the parameters of an identified distribution, from profiles and curvature."""
 
 from __future__ import annotations
 
@@ -21,11 +21,15 @@ TAKES_PART = 0.2
 
 
 def advice(names: Sequence[str], found: Profiles, bend: Curvature) -> list[str]:
-    """Sentences: what is known of each parameter, what cannot be told apart, what lies on a bound.
+    """Return sentences on each parameter's interval, on correlated parameters and on parameters at a bound.
 
     Args:
-        names: (k,) of the parameters, fixed ones included.
-        found: profiles of the free ones. bend: curvature at the optimum of the profiles.
+        names: names of the k parameters, including fixed ones.
+        found: profiles of the free parameters.
+        bend: curvature of the log-likelihood at the optimum of the profiles.
+
+    Returns:
+        Sentences, without a full stop.
     """
     better = (
         [f"the profiles found a better optimum: its log-likelihood is higher by {found.gain:.3g}"]

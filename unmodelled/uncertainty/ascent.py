@@ -1,4 +1,4 @@
-"""Climbing to the nearest maximum of a log-likelihood."""
+"""Local maximisation of a log-likelihood."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ DEEP = 1e3
 
 @dataclass(frozen=True)
 class Peak:
-    """The highest point that was seen.
+    """Highest point found.
 
     Attributes:
-        alpha: (k,) the parameters. log_likelihood: there.
+        alpha: parameters, shape (k,).
+        log_likelihood: log-likelihood at `alpha`.
     """
 
     alpha: Array
@@ -38,13 +39,23 @@ class Peak:
 
 
 class Recorder:
-    """An objective that counts its evaluations and remembers its highest point.
+    """Objective that counts its evaluations and keeps its highest point; other than finite values count as
+    -inf.
 
-    What is not finite counts as minus infinity.
+    Args:
+        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
 
     Attributes:
-        evaluations: parameters evaluated so far. peak: the highest point so far.
-        trace: best log-likelihood after every batch.
+        evaluations: number of parameters evaluated so far.
+        peak: highest point so far.
+        trace: highest log-likelihood after every batch.
+
+    Examples:
+        >>> seen = Recorder(lambda alphas: -np.sum(alphas**2, axis=1))
+        >>> seen(np.array([[2.0], [1.0]])).tolist()
+        [-4.0, -1.0]
+        >>> seen.peak.alpha.tolist(), seen.evaluations
+        ([1.0], 2)
     """
 
     def __init__(self, objective: Objective) -> None:
@@ -65,14 +76,22 @@ class Recorder:
 
 
 def climb(objective: Objective, box: Box, start: Array) -> tuple[Peak, int]:
-    """The maximum in the box that is nearest to a start, and the evaluations that it took.
+    """Find the maximum in a box that is nearest to a start, by sequential quadratic programming.
 
-    Sequential quadratic programming, with slopes from one batch of central differences.
+    Slopes are central differences, evaluated in one batch.
 
     Args:
-        objective: log-likelihoods of a batch of parameters.
-        box: to stay in; its fixed parameters do not move.
-        start: (k,) parameters.
+        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
+        box: bounds of the k parameters; fixed ones do not move.
+        start: parameters to start from, shape (k,).
+
+    Returns:
+        The maximum, and the number of evaluations.
+
+    Examples:
+        >>> peak, _ = climb(lambda a: -((a[:, 0] - 0.3) ** 2), Box(np.array([[0.0, 1.0]])), np.array([0.9]))
+        >>> round(float(peak.alpha[0]), 4)
+        0.3
     """
     seen, free = Recorder(objective), int(box.free.sum())
     origin = box.clip(start)
@@ -97,7 +116,9 @@ def climb(objective: Objective, box: Box, start: Array) -> tuple[Peak, int]:
 
 
 def _value_and_slope(objective: Objective, box: Box, unit: Array) -> tuple[float, Array]:
-    """Log-likelihood and its (free,) slopes in the unit cube; zero where a neighbour is not finite."""
+    """Return the log-likelihood and its slopes (free,) in the unit cube; zero next to a value that is not
+    finite.
+    """
     moves = STEP * np.eye(len(unit))
     ahead, behind = np.minimum(unit + moves, 1.0), np.maximum(unit - moves, 0.0)
     values = objective(box.to_alpha(np.vstack([unit, ahead, behind])))

@@ -1,4 +1,4 @@
-"""The box that distribution parameters are searched in, and its unit cube."""
+"""Bounds of the parameters of a search, and their mapping to the unit cube."""
 
 from __future__ import annotations
 
@@ -19,16 +19,23 @@ DECADE = 10.0
 
 @dataclass(frozen=True)
 class Box:
-    """Bounds of k parameters; one whose bounds are equal is held fixed, the others are free.
+    """Bounds of k parameters; a parameter whose bounds are equal is fixed, the others are free.
 
-    The free parameters span a unit cube: evenly, or logarithmically where both bounds are positive and a
-    decade apart, as for a standard deviation whose order of magnitude is unknown.
+    The free parameters span a unit cube. The scale is logarithmic if both bounds are positive and a factor of
+    10 apart, as for a standard deviation of unknown magnitude, otherwise linear.
 
     Attributes:
-        bounds: (k, 2) lower and upper.
+        bounds: lower and upper bounds, shape (k, 2).
 
     Raises:
-        BadInput: when a bound is not finite or lies on the wrong side of the other.
+        BadInput: if a bound is not finite, or if a lower bound exceeds its upper bound.
+
+    Examples:
+        >>> box = Box(np.array([[0.0, 4.0], [2.0, 2.0], [0.01, 1.0]]))
+        >>> box.to_alpha([0.5, 0.5]).round(6).tolist()
+        [2.0, 2.0, 0.1]
+        >>> box.to_unit([1.0, 2.0, 0.01]).tolist()
+        [0.25, 0.0]
     """
 
     bounds: Array
@@ -42,22 +49,29 @@ class Box:
 
     @property
     def size(self) -> int:
-        """Number of parameters k, fixed ones included."""
+        """Number of parameters k, including fixed ones."""
         return len(self.bounds)
 
     @cached_property
     def free(self) -> Mask:
-        """(k,) whether a parameter may move."""
+        """Whether each parameter is free, shape (k,)."""
         return np.asarray(self.bounds[:, 0] < self.bounds[:, 1])
 
     @cached_property
     def logarithmic(self) -> Mask:
-        """(k,) whether a parameter is searched on a logarithmic scale."""
+        """Whether each parameter has a logarithmic scale, shape (k,)."""
         low, high = self.bounds.T
         return np.asarray((low > 0.0) & (high >= DECADE * low))
 
     def to_alpha(self, unit: ArrayLike) -> Array:
-        """Parameters (..., k) at the points (..., free) of the unit cube."""
+        """Return the parameters at points of the unit cube.
+
+        Args:
+            unit: points of the unit cube, shape (..., free).
+
+        Returns:
+            Parameters of shape (..., k).
+        """
         share = np.asarray(unit, float)
         low, high = self._scaled(self.bounds.T)[..., self.free]
         alpha = np.broadcast_to(self.bounds[:, 0], (*share.shape[:-1], self.size)).copy()
@@ -66,17 +80,38 @@ class Box:
         return self.clip(alpha)
 
     def to_unit(self, alpha: ArrayLike) -> Array:
-        """Points (..., free) of the unit cube that stand for the parameters (..., k)."""
+        """Return the points of the unit cube that stand for parameters.
+
+        Args:
+            alpha: parameters of shape (..., k); moved into the bounds first.
+
+        Returns:
+            Points of shape (..., free).
+        """
         low, high = self._scaled(self.bounds.T)[..., self.free]
         inside = self._scaled(self.clip(alpha))[..., self.free]
         return np.asarray((inside - low) / (high - low))
 
     def clip(self, alpha: ArrayLike) -> Array:
-        """The parameters (..., k), moved to the nearest point of the box."""
+        """Return the parameters, moved to the nearest point within the bounds.
+
+        Args:
+            alpha: parameters of shape (..., k).
+
+        Returns:
+            Parameters of shape (..., k).
+        """
         return np.asarray(np.clip(alpha, self.bounds[:, 0], self.bounds[:, 1]))
 
     def pinned(self, values: dict[int, float]) -> Box:
-        """The same box with some parameters, given by their index, held at a value."""
+        """Return the box with some parameters fixed.
+
+        Args:
+            values: fixed value by index of the parameter.
+
+        Returns:
+            Box in which these parameters are fixed.
+        """
         bounds = self.bounds.copy()
         for index, value in values.items():
             bounds[index] = value

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
-from unmodelled.uncertainty.orthogonal import Germ
+from unmodelled.uncertainty.families.orthogonal import Germ
 
 Array = NDArray[np.float64]
 Germs = tuple[Germ, ...]
@@ -22,10 +22,22 @@ ROUNDING = 1e-13
 
 @dataclass(frozen=True)
 class Chaos:
-    """Expansions of total degree `degree` for n independent parameters, `order` collocation points each.
+    """Polynomial chaos expansion of outputs of n independent parameters (section 3.2.4).
 
-    Raises BadInput where the order does not exceed the degree: the rule would not tell the polynomials apart
-    (section 3.2.8).
+    Attributes:
+        families: family of each parameter's distribution.
+        degree: largest total degree of the polynomials.
+        order: number of collocation points per parameter; must exceed the degree (section 3.2.8).
+
+    Raises:
+        BadInput: if there is no parameter, or if degree or order are out of range.
+
+    Examples:
+        >>> from unmodelled.uncertainty.families import Gaussian
+        >>> chaos, alpha = Chaos((Gaussian(),), degree=2, order=3), np.array([[1.0, 0.5]])
+        >>> expansion = chaos.expand(alpha, chaos.nodes(alpha) ** 2)
+        >>> expansion.mean.round(6).tolist(), expansion.variance.round(6).tolist()
+        ([1.25], [1.125])
     """
 
     families: tuple[Family, ...]
@@ -41,12 +53,16 @@ class Chaos:
             raise BadInput(f"the quadrature order must exceed the degree {self.degree}, got {self.order}")
 
     def nodes(self, alpha: Array) -> Array:
-        """(order^n, n) collocation points in theta; the last parameter changes fastest.
+        """Return the collocation points of the parameters.
 
         Args:
-            alpha: (n, 2) the two numbers of every parameter's family.
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
 
-        Raises BadInput where no member of a family has them.
+        Returns:
+            Points of shape (order^n, n); the last parameter changes fastest.
+
+        Raises:
+            BadInput: if a family has no distribution with these parameters.
         """
         self._check(alpha)
         phi = _rule(self._germs(alpha), self.degree, self.order).points
@@ -54,13 +70,18 @@ class Chaos:
         return np.stack(columns, axis=1)
 
     def expand(self, alpha: Array, values: Array) -> Expansion:
-        """Coefficients by eq. (3.11), of all outputs at once.
+        """Compute the coefficients of all outputs by eq. (3.11).
 
         Args:
-            alpha: (n, 2) as for `nodes`.
-            values: (order^n, L) the outputs at these nodes.
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+            values: outputs at `nodes(alpha)`, shape (order^n, L).
 
-        Raises ValueError where the shape is another or a value is not finite.
+        Returns:
+            Expansion of L outputs.
+
+        Raises:
+            BadInput: if a family has no distribution with these parameters.
+            ValueError: if the values have another shape or are not finite.
         """
         self._check(alpha)
         values, rows = np.asarray(values), self.order ** len(self.families)
@@ -91,9 +112,13 @@ class Chaos:
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """L outputs as sums of r orthonormal polynomials (eq. 3.5).
+    """Sums of r orthonormal polynomials for L outputs (eq. 3.5).
 
-    The rows of `coefficients` (r, L) follow `multi_indices`; the first belongs to the constant.
+    Attributes:
+        germs: standard variable of each uncertain parameter.
+        degree: largest total degree of the polynomials.
+        coefficients: coefficients of shape (r, L), in the order of `multi_indices`; the first row is the
+            constant.
     """
 
     germs: Germs
@@ -101,31 +126,48 @@ class Expansion:
     coefficients: Array
 
     def __call__(self, phi: Array) -> Array:
-        """(S, L) outputs at (S, n) standard variables: the cheap response surface of section 3.2.7."""
+        """Return the outputs (S, L) at standard variables (S, n): the cheap response surface of section
+        3.2.7.
+        """
         return _basis(self.germs, self.degree, phi).T @ self.coefficients
 
     @property
     def mean(self) -> Array:
-        """(L,)."""
+        """Means of the outputs, shape (L,)."""
         return np.asarray(self.coefficients[0])
 
     @property
     def variance(self) -> Array:
-        """(L,); without the constant's coefficient, which the sum printed below eq. (3.9) includes."""
+        """Variances of the outputs, shape (L,): the sum below eq. (3.9) without the coefficient of the
+        constant.
+        """
         return np.asarray(np.sum(self.coefficients[1:] ** 2, axis=0))
 
     def moments(self, count: int) -> Array:
-        """(count, L) raw moments 1 to count of the polynomials, eq. (3.9).
+        """Compute raw moments of the outputs by eq. (3.9).
 
-        The expectation of a power of a polynomial is taken by a quadrature that is exact for it. The sum over
-        all products of m coefficients is the same number by r^m terms.
+        The expectation of a power of a polynomial is computed by an exact quadrature rule, which gives the
+        same number as the sum over all products of m coefficients (r^m terms).
+
+        Args:
+            count: highest order of the moments.
+
+        Returns:
+            Moments of the orders 1 to `count`, shape (count, L).
         """
         return self._moments(self.coefficients, count)
 
     def standardised(self, count: int) -> Array:
-        """(count, L) moments 1 to count of (Y - mean) / standard deviation: 0, 1, skewness, kurtosis, ...
+        """Compute moments of (Y - mean) / standard deviation: 0, 1, skewness, kurtosis, ...
 
-        Raises ValueError where an output does not vary.
+        Args:
+            count: highest order of the moments.
+
+        Returns:
+            Moments of the orders 1 to `count`, shape (count, L), dimensionless.
+
+        Raises:
+            ValueError: if the variance of an output is zero.
         """
         deviation = np.sqrt(self.variance)
         constant = deviation <= ROUNDING * np.abs(self.mean)
@@ -147,9 +189,18 @@ class Expansion:
 
 @lru_cache
 def multi_indices(parameters: int, degree: int) -> NDArray[np.int64]:
-    """(r, n) degrees of the univariate factors of every polynomial, total degree at most `degree` (eq. 3.6).
+    """Return the degrees of the univariate factors of every polynomial (eq. 3.6).
 
-    By total degree, then with the first parameters' degrees falling.
+    Args:
+        parameters: number of uncertain parameters n.
+        degree: largest total degree.
+
+    Returns:
+        Degrees of shape (r, n), sorted by total degree, then by falling degrees of the first parameters.
+
+    Examples:
+        >>> multi_indices(2, 2).tolist()
+        [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 2]]
     """
     every = [i for i in product(range(degree + 1), repeat=parameters) if sum(i) <= degree]
     indices = np.array(sorted(every, key=lambda i: (sum(i), [-k for k in i])))
@@ -159,7 +210,7 @@ def multi_indices(parameters: int, degree: int) -> NDArray[np.int64]:
 
 @dataclass(frozen=True, eq=False)
 class _Rule:
-    """A tensor rule of Q points and the basis on it."""
+    """Tensor quadrature rule of Q points with the basis at its points."""
 
     points: Array  # (Q, n)
     weights: Array  # (Q,)
@@ -169,7 +220,7 @@ class _Rule:
 
 @lru_cache(maxsize=64)
 def _rule(germs: Germs, degree: int, order: int) -> _Rule:
-    """Kept for equal germs, so that it is computed once where alpha does not change them."""
+    """Return a quadrature rule; equal germs share one."""
     nodes, weights = zip(*(germ.quadrature(order) for germ in germs), strict=True)
     points = np.stack([axis.ravel() for axis in np.meshgrid(*nodes, indexing="ij")], axis=1)
     products = reduce(np.multiply.outer, weights).ravel()
@@ -178,7 +229,7 @@ def _rule(germs: Germs, degree: int, order: int) -> _Rule:
 
 
 def _basis(germs: Germs, degree: int, phi: Array) -> Array:
-    """(r, S) the polynomials of eq. (3.6) at (S, n) standard variables."""
+    """Return the polynomials of eq. (3.6), shape (r, S), at standard variables (S, n)."""
     univariate = [germ.polynomials(x, degree) for germ, x in zip(germs, phi.T, strict=True)]
     indices = multi_indices(len(germs), degree)
     return reduce(np.multiply, (h[i] for h, i in zip(univariate, indices.T, strict=True)))

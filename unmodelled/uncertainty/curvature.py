@@ -1,4 +1,4 @@
-"""Covariance of a maximum likelihood estimate from the curvature of the log-likelihood there."""
+"""Covariance of a maximum likelihood estimate, from the curvature of the log-likelihood."""
 
 from __future__ import annotations
 
@@ -26,15 +26,17 @@ SINGULAR = 1e-3
 
 @dataclass(frozen=True)
 class Curvature:
-    """The log-likelihood's second derivatives at an estimate, and the normal approximation that they give.
+    """Second derivatives of the log-likelihood at an estimate, and the resulting normal approximation.
 
     Attributes:
-        hessian: (k, k) of minus the log-likelihood, the observed information; zero for fixed parameters.
-        covariance: (k, k) its inverse. Flat directions get the curvature that just counts as flat instead of
-            none: their variance is huge and shows in the correlation, where a pseudo-inverse would hide it.
-        std: (k,) standard errors. correlation: (k, k) of the estimates.
-        flat: (directions, k) combinations of the parameters that leave the log-likelihood unchanged, in units
-            of each parameter's own standard error, of length 1; empty for a regular problem.
+        hessian: second derivatives of minus the log-likelihood (observed information), shape (k, k); zero for
+            fixed parameters.
+        covariance: covariance of the estimates, shape (k, k). Directions without curvature get the smallest
+            curvature that counts, so that they show as a large variance; a pseudo-inverse would hide them.
+        std: standard errors, shape (k,).
+        correlation: correlation of the estimates, shape (k, k).
+        flat: combinations of parameters that leave the log-likelihood unchanged, shape (directions, k), in
+            standard errors, of length 1; no rows for a regular problem.
     """
 
     hessian: Array
@@ -45,22 +47,30 @@ class Curvature:
 
     @property
     def singular(self) -> bool:
-        """Whether some combination of the parameters leaves the log-likelihood unchanged."""
+        """Whether a combination of the parameters leaves the log-likelihood unchanged."""
         return len(self.flat) > 0
 
 
 def curvature(objective: Objective, bounds: Array, alpha: Array) -> Curvature:
-    """Second differences at an estimate, inverted.
+    """Compute the curvature of a log-likelihood at an estimate by second differences.
 
-    Next to a bound they are taken around the nearest point that has the room.
+    Next to a bound the differences are taken around the nearest point with enough room.
 
     Args:
-        objective: log-likelihoods of a batch of parameters.
-        bounds: (k, 2) of the parameters; equal ones hold a parameter fixed.
-        alpha: (k,) the estimate.
+        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
+        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
+        alpha: estimate, shape (k,).
+
+    Returns:
+        Hessian, covariance, standard errors and correlation.
 
     Raises:
-        BadInput: when the bounds are not possible.
+        BadInput: if a bound is not finite, or if a lower bound exceeds its upper bound.
+
+    Examples:
+        >>> found = curvature(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-1.0, 1.0]]), np.zeros(1))
+        >>> found.hessian.round(6).tolist(), found.std.round(6).tolist()
+        ([[4.0]], [0.5])
     """
     box = Box(np.asarray(bounds, float))
     free = np.flatnonzero(box.free)
@@ -79,7 +89,7 @@ def curvature(objective: Objective, bounds: Array, alpha: Array) -> Curvature:
 
 
 def _hessian(objective: Objective, box: Box, alpha: Array) -> Array:
-    """(free, free) second differences of minus the log-likelihood."""
+    """Return second differences of minus the log-likelihood, shape (free, free)."""
     low, high = box.bounds.T
     width = (high - low)[box.free]
     steps = FIRST_STEP * width
@@ -103,7 +113,7 @@ def _hessian(objective: Objective, box: Box, alpha: Array) -> Array:
 
 
 def _bend(objective: Objective, box: Box, alpha: Array, steps: Array) -> Array:
-    """(free,) second differences of minus the log-likelihood along each parameter."""
+    """Return second differences of minus the log-likelihood along each parameter, shape (free,)."""
     centre, moves = _inside(box, alpha, steps), np.zeros((len(steps), box.size))
     moves[:, box.free] = np.diag(steps)
     values = _falls(objective, box, np.vstack([centre[None], centre + moves, centre - moves]))
@@ -112,7 +122,7 @@ def _bend(objective: Objective, box: Box, alpha: Array, steps: Array) -> Array:
 
 
 def _falls(objective: Objective, box: Box, points: Array) -> Array:
-    """How far the log-likelihood lies below that of the first point."""
+    """Return how far the log-likelihood lies below that of the first point."""
     values = objective(box.clip(points))
     falls = np.full(len(values), DEEP)
     np.subtract(values[0], values, out=falls, where=np.isfinite(values))
@@ -120,14 +130,14 @@ def _falls(objective: Objective, box: Box, points: Array) -> Array:
 
 
 def _inside(box: Box, alpha: Array, steps: Array) -> Array:
-    """The point nearest to `alpha` that has a step's room on every side."""
+    """Return the point nearest to `alpha` with the room of one step on every side."""
     room = np.zeros(box.size)
     room[box.free] = steps
     return np.asarray(np.clip(alpha, box.bounds[:, 0] + room, box.bounds[:, 1] - room))
 
 
 def _inverse(hessian: Array, widths: Array) -> tuple[Array, Array]:
-    """Inverse of a Hessian with its flat directions bent up to `SINGULAR`, and those directions."""
+    """Return the inverse of a Hessian with its flat directions raised to `SINGULAR`, and these directions."""
     sharpness = np.maximum(np.sqrt(np.abs(np.diag(hessian))), BLUNT / widths)
     values, vectors = np.linalg.eigh(hessian / np.outer(sharpness, sharpness))
     inverse = (vectors / np.maximum(values, SINGULAR)) @ vectors.T

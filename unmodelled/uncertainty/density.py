@@ -1,11 +1,14 @@
-"""What every density of an output offers; L outputs stand side by side on the last axis."""
+"""Densities of L outputs (last axis), Gaussian densities, and the earth mover's distance."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from math import log, pi
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr
 
 from unmodelled.base.errors import BadInput
 
@@ -14,39 +17,126 @@ Array = NDArray[np.float64]
 #: Standard deviations on either side of the mean that stand for the whole line: 1e-15 of a Gaussian's mass
 #: lies beyond, and no density that has a Gaussian's tails feels the cut.
 REACH = 8.0
+#: Points in the window of each of the two densities.
+POINTS = 1000
 
 
 class Density(ABC):
-    """L univariate probability densities, each in the unit of its output."""
+    """Probability densities of L outputs, each in one over the unit of its output."""
 
     @abstractmethod
     def log_density(self, y: Array) -> Array:
-        """Natural logarithm of the densities at `y` (..., L), of the same shape; -inf where they are zero."""
+        """Return the natural logarithm of the densities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Log-densities of shape (..., L); -inf where a density is zero.
+        """
 
     @abstractmethod
     def cumulative(self, y: Array) -> Array:
-        """Probabilities of values up to `y` (..., L), of the same shape."""
+        """Return the cumulative probabilities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Probabilities of at most y, shape (..., L).
+        """
 
     @abstractmethod
     def window(self) -> Array:
-        """(L, 2) lower and upper ends of where practically all mass lies."""
+        """Return intervals that contain practically all probability.
+
+        Returns:
+            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        """
 
     def density(self, y: Array) -> Array:
-        """Densities at `y` (..., L), of the same shape, in one over the unit of y."""
+        """Return the densities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Densities of shape (..., L), in one over the unit of the outputs.
+        """
         return np.asarray(np.exp(self.log_density(y)))
 
 
 def check_spread(mean: Array, std: Array) -> None:
-    """Refuse outputs that are not random.
+    """Refuse outputs without spread.
 
     Args:
-        mean, std: (L,).
+        mean: means of the outputs, shape (L,).
+        std: standard deviations of the outputs, shape (L,).
 
     Raises:
-        BadInput: a mean is not finite, or a standard deviation is not positive and finite; names the output.
+        BadInput: if a mean is not finite, or if a standard deviation is not positive and finite; the message
+            names the output.
     """
     bad = ~(np.isfinite(mean) & np.isfinite(std) & (std > 0.0))
     if bad.any():
         l = int(np.argmax(bad))
         found = f"mean {mean[l]:.6g}, standard deviation {std[l]:.6g}"
         raise BadInput(f"output {l + 1} of {mean.size} has no density: {found}")
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianDensity(Density):
+    """Gaussian densities: of largest entropy on the whole line for a given mean and variance.
+
+    Attributes:
+        mean: means of the outputs, shape (L,).
+        std: standard deviations of the outputs, shape (L,).
+
+    Raises:
+        BadInput: if a number is not finite, or if a standard deviation is not positive.
+
+    Examples:
+        >>> density = GaussianDensity(np.array([1.0]), np.array([0.5]))
+        >>> density.density(np.array([1.0])).round(4).tolist(), density.cumulative(np.array([1.0])).tolist()
+        ([0.7979], [0.5])
+    """
+
+    mean: Array
+    std: Array
+
+    def __post_init__(self) -> None:
+        check_spread(self.mean, self.std)
+
+    def log_density(self, y: Array) -> Array:
+        z = (y - self.mean) / self.std
+        return np.asarray(-0.5 * z * z - np.log(self.std) - 0.5 * log(2.0 * pi))
+
+    def cumulative(self, y: Array) -> Array:
+        return np.asarray(ndtr((y - self.mean) / self.std))
+
+    def window(self) -> Array:
+        return np.stack([self.mean - REACH * self.std, self.mean + REACH * self.std], -1)
+
+
+def earth_mover_distance(p: Density, q: Density) -> Array:
+    """Compute the earth mover's distance between two densities (appendix 3.7).
+
+    It is the smallest mean distance by which the mass of one density must move to become the other one. For a
+    single variable this is the area between the cumulative probabilities (Wasserstein distance of order 1),
+    computed by the trapezoidal rule to about 1e-5 of the wider window.
+
+    Args:
+        p: first density of L outputs.
+        q: second density of L outputs.
+
+    Returns:
+        Distances of shape (L,), in the unit of the outputs.
+
+    Examples:
+        >>> one, other = (GaussianDensity(np.array([m]), np.array([1.0])) for m in (0.0, 0.3))
+        >>> earth_mover_distance(one, other).round(4).tolist()
+        [0.3]
+    """
+    ends = (p.window(), q.window())
+    y = np.sort(np.concatenate([np.linspace(low, high, POINTS) for low, high in (e.T for e in ends)]), axis=0)
+    return np.asarray(np.trapezoid(np.abs(p.cumulative(y) - q.cumulative(y)), y, axis=0))

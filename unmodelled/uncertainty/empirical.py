@@ -1,17 +1,22 @@
-"""Densities from Monte Carlo samples: splines on histograms, the reference of section 3.4."""
+"""Densities from Monte Carlo samples: smoothed histograms, the reference of section 3.4."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import fft
 from scipy.interpolate import PchipInterpolator
 
-from unmodelled.uncertainty.density import Array, Density
-from unmodelled.uncertainty.gaussian import Gaussian
-from unmodelled.uncertainty.histogram import BINS, Histogram
+from unmodelled.base.compiling import compiled
+from unmodelled.base.errors import BadInput
+from unmodelled.uncertainty.density import Array, Density, GaussianDensity
 
+#: Of every output; a range that must grow merges them by pairs.
+BINS = 1024
+#: Of the range of the first samples, added on either side for later ones.
+MARGIN = 0.25
 #: Knots of the spline, a bin apart: the histogram, and room for its smoothed ends.
 KNOTS = 2 * BINS
 #: Probability of a bin that may be a rounding error of the Fourier transform.
@@ -24,33 +29,117 @@ LEAST = 1e-30
 NEGLIGIBLE = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
-class Empirical(Density):
-    """The derivative of a monotone cubic spline through a smoothed cumulative histogram.
-
-    To S samples comes one more that is spread as the Gaussian of their mean and standard deviation: where no
-    samples are, the density is this Gaussian's share 1 / (S + 1), so that its logarithm is finite.
+class Histogram:
+    """Histograms of L outputs with `BINS` equal bins each; samples can be added in chunks.
 
     Attributes:
-        low, width: (L,) start and spacing of the spline's knots, in the unit of the outputs.
-        pieces: (4, knots - 1, L) polynomials of the cumulative probability in (y - low) / width less the
-            number of the knot, highest power first.
-        tails: the Gaussian.
-        share: of the Gaussian, 1 / (S + 1).
+        low: lower ends of the first bins, shape (L,), in the unit of the outputs.
+        width: widths of the bins, shape (L,), in the unit of the outputs.
+        counts: numbers of samples, shape (BINS, L).
+        size: number of samples of each output so far.
+
+    Examples:
+        >>> histogram = Histogram()
+        >>> histogram.add(np.random.default_rng(0).standard_normal((1000, 2)))
+        >>> histogram.size, histogram.counts.shape
+        (1000, (1024, 2))
+    """
+
+    def __init__(self) -> None:
+        self.size = 0
+        self.low = self.width = np.empty(0)
+        self.counts = np.empty((BINS, 0))
+
+    def add(self, samples: Array) -> None:
+        """Add samples; the first chunk sets the ranges, later ones can widen them.
+
+        Args:
+            samples: samples of shape (S, L), in the unit of the outputs.
+
+        Raises:
+            BadInput: if a sample is not finite, or if all samples of an output in the first chunk are equal;
+                the message names the output.
+        """
+        samples = np.ascontiguousarray(samples, np.float64)
+        least, most = samples.min(0), samples.max(0)
+        finite = np.isfinite(least) & np.isfinite(most)
+        if not finite.all():
+            raise BadInput(f"samples of output {np.argmin(finite) + 1} of {finite.size} are not finite")
+        if not self.size:
+            self._start(least, most)
+        while (short := least < self.low).any():
+            self._double(short, BINS // 2)
+        while (short := most > self.low + BINS * self.width).any():
+            self._double(short, 0)
+        _count(samples, self.low, self.width, self.counts)
+        self.size += len(samples)
+
+    def _start(self, least: Array, most: Array) -> None:
+        # a range of a few rounding errors of the values counts as none
+        constant = most - least <= 1e-12 * np.maximum(np.abs(least), np.abs(most))
+        if constant.any():
+            raise BadInput(f"samples of output {np.argmax(constant) + 1} of {constant.size} are all equal")
+        reach = most - least
+        self.low, self.width = least - MARGIN * reach, (1.0 + 2.0 * MARGIN) * reach / BINS
+        self.counts = np.zeros((BINS, least.size))
+
+    def _double(self, outputs: Any, offset: int) -> None:
+        """Double the bin width of some outputs (L,); the existing counts start at bin `offset`."""
+        pairs = self.counts[0::2, outputs] + self.counts[1::2, outputs]
+        self.low[outputs] -= offset * 2.0 * self.width[outputs]
+        self.width[outputs] *= 2.0
+        self.counts[:, outputs] = 0.0
+        self.counts[offset : offset + BINS // 2, outputs] = pairs
+
+
+@compiled
+def _count(samples: Array, low: Array, width: Array, counts: Array) -> None:
+    for s in range(len(samples)):
+        for l in range(low.size):
+            k = int((samples[s, l] - low[l]) / width[l])
+            counts[min(max(k, 0), BINS - 1), l] += 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Empirical(Density):
+    """Densities of L outputs from samples: derivatives of monotone splines through cumulative histograms.
+
+    One further sample, spread as a Gaussian of the samples' mean and standard deviation, is added to the S
+    samples: where no samples are, the density is 1 / (S + 1) of that Gaussian, so that its logarithm is
+    finite.
+
+    Attributes:
+        low: first knots of the splines, shape (L,), in the unit of the outputs.
+        width: distances of the knots, shape (L,), in the unit of the outputs.
+        pieces: coefficients of shape (4, knots - 1, L) of the cumulative probability, highest power first, in
+            (y - low) / width minus the number of the knot.
+        tails: Gaussian of the samples' mean and standard deviation.
+        share: weight of the Gaussian, 1 / (S + 1).
+
+    Examples:
+        >>> samples = np.random.default_rng(0).standard_normal((100_000, 1))
+        >>> Empirical.of(samples).cumulative(np.array([0.0])).round(2).tolist()
+        [0.5]
     """
 
     low: Array
     width: Array
     pieces: Array
-    tails: Gaussian
+    tails: GaussianDensity
     share: float
 
     @classmethod
     def of(cls, samples: Array) -> Empirical:
-        """From samples (S, L) that fit into memory; else fill a `Histogram` and use `from_histogram`.
+        """Estimate densities from samples that fit into memory; otherwise fill a `Histogram`.
+
+        Args:
+            samples: samples of shape (S, L), in the unit of the outputs.
+
+        Returns:
+            Densities of L outputs.
 
         Raises:
-            BadInput: samples of an output are not finite or all equal.
+            BadInput: if samples of an output are not finite or all equal.
         """
         histogram = Histogram()
         histogram.add(samples)
@@ -58,7 +147,18 @@ class Empirical(Density):
 
     @classmethod
     def from_histogram(cls, histogram: Histogram) -> Empirical:
-        """Smooth the histogram by a Gaussian of the width `smoothing_width` says, and put a spline on it."""
+        """Estimate densities by Gaussian smoothing of a histogram (`smoothing_width`) and a spline through
+        it.
+
+        Args:
+            histogram: histogram of L outputs.
+
+        Returns:
+            Densities of L outputs.
+
+        Raises:
+            ValueError: if the histogram is empty.
+        """
         if not histogram.size:
             raise ValueError("the histogram holds no samples")
         shares = histogram.counts / histogram.size
@@ -73,50 +173,71 @@ class Empirical(Density):
         knots = np.concatenate([np.zeros((1, mean.size)), np.cumsum(smooth, axis=0)])
         spline = PchipInterpolator(np.arange(KNOTS + 1), knots / knots[-1])
         low, width = histogram.low - KNOTS // 4 * histogram.width, histogram.width
-        tails = Gaussian(histogram.low + mean * width, std * width)
+        tails = GaussianDensity(histogram.low + mean * width, std * width)
         return cls(low, width, spline.c, tails, 1.0 / (histogram.size + 1))
 
     def log_density(self, y: Array) -> Array:
-        """See `Density`; finite everywhere."""
+        """Return the natural logarithm of the densities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Log-densities of shape (..., L), finite everywhere.
+        """
         a, b, c, _, t = self._piece(y)
         value = (1.0 - self.share) * ((3.0 * a * t + 2.0 * b) * t + c) / self.width
         logarithm = np.log(value, out=np.full_like(value, -np.inf), where=value > 0.0)
         return np.asarray(np.logaddexp(logarithm, np.log(self.share) + self.tails.log_density(y)))
 
     def cumulative(self, y: Array) -> Array:
-        """See `Density`."""
+        """Return the cumulative probabilities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Probabilities of at most y, shape (..., L).
+        """
         a, b, c, d, t = self._piece(y)
         inside = ((a * t + b) * t + c) * t + d
         return np.asarray((1.0 - self.share) * inside + self.share * self.tails.cumulative(y))
 
     def window(self) -> Array:
-        """See `Density`: the knots between which the spline rises."""
+        """Return the intervals between the knots where the spline rises.
+
+        Returns:
+            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        """
         risen = self.pieces[3]
         first = np.argmax(risen > NEGLIGIBLE, axis=0) - 1
         last = np.argmax(risen > 1.0 - NEGLIGIBLE, axis=0)
         return np.asarray(self.low[:, None] + self.width[:, None] * np.stack([first, last], -1))
 
     def _piece(self, y: Array) -> tuple[Array, ...]:
-        """Coefficients of the pieces at `y`, highest power first, and the variable they are for."""
+        """Return the coefficients of the pieces at `y`, highest power first, and their variable."""
         place = np.clip((y - self.low) / self.width, 0.0, self.pieces.shape[1])
         knot = np.minimum(np.nan_to_num(place), self.pieces.shape[1] - 1).astype(np.int64)
         return (*self.pieces[:, knot, np.arange(self.low.size)], place - knot)
 
 
 def smoothing_width(shares: Array, std: Array, power: Array, frequency: Array, size: int) -> Array:
-    """Standard deviation of the Gaussian that smooths a histogram of `size` samples.
+    """Return the standard deviation of the Gaussian that smooths a histogram.
 
     The width of least mean integrated squared error is (2 sqrt(pi) size R)^(-1/5), with R the integral of the
-    squared second derivative of the density; R is taken from the samples smoothed by that very width, without
-    products of a sample with itself. The result is kept between the spread of a bin of Freedman and Diaconis'
-    rule, narrow enough for separate peaks, and Silverman's width, wide enough for few samples.
+    squared second derivative of the density. R is estimated from the samples, smoothed by the same width,
+    without products of a sample with itself. The width lies between the bin width of Freedman and Diaconis
+    (narrow enough for separate peaks) and the width of Silverman (wide enough for few samples).
 
     Args:
-        shares: (BINS, L) of the samples. std: (L,) in bins. power: (frequencies, L) squared magnitude of the
-            shares' Fourier transform. frequency: (frequencies, 1) rad per bin.
+        shares: relative frequencies, shape (BINS, L).
+        std: standard deviations, shape (L,), in bins.
+        power: squared magnitudes of the Fourier transform of the shares, shape (frequencies, L).
+        frequency: frequencies in rad per bin, shape (frequencies, 1).
+        size: number of samples.
 
     Returns:
-        (L,) in bins, at least 1.
+        Standard deviations of shape (L,), in bins, at least 1.
     """
     rising = np.cumsum(shares, axis=0)
     quartiles = np.maximum(np.argmax(rising > 0.75, axis=0) - np.argmax(rising > 0.25, axis=0), 1.0)

@@ -1,4 +1,4 @@
-"""Maximum likelihood identification of the parameters of a distribution (section 3.2.2, equation 3.3)."""
+"""Maximum likelihood identification of distribution parameters (section 3.2.2, eq. 3.3)."""
 
 from __future__ import annotations
 
@@ -22,15 +22,17 @@ AT_BOUND = 1e-3
 
 @dataclass(frozen=True)
 class Settings:
-    """Of the evolutionary search.
+    """Settings of the evolutionary search.
 
     Attributes:
-        population: points that evolve, rounded up to a power of two; the text uses 50 (section 3.4.2).
-        generations: at most.
-        tolerance: standard deviation of the population's log-likelihoods at which it has converged.
+        population: number of points of the population, rounded up to a power of two; default 32 (section
+            3.4.2 uses 50).
+        generations: largest number of generations; default 300.
+        tolerance: standard deviation of the population's log-likelihoods at which the search has converged;
+            default 0.01.
 
     Raises:
-        BadInput: when a setting is not possible.
+        BadInput: if a setting is out of range.
     """
 
     population: int = 32
@@ -48,16 +50,16 @@ class Settings:
 
 @dataclass(frozen=True)
 class Identification:
-    """The most likely parameters.
+    """Most likely parameters of a distribution.
 
     Attributes:
-        alpha: (k,) parameters, inside the bounds.
-        log_likelihood: of all data at `alpha`, natural logarithm.
-        evaluations: of the log-likelihood that the search took.
-        trace: (generations + 1,) best log-likelihood of the first population and after every generation;
-            the local search at the end may lie above its last entry.
-        converged: whether the population met before the generations ran out.
-        at_bound: (k,) whether a parameter lies on one of its bounds; false for those held fixed.
+        alpha: parameters, shape (k,), within the bounds.
+        log_likelihood: natural logarithm of the likelihood of all data at `alpha`.
+        evaluations: number of evaluations of the log-likelihood.
+        trace: best log-likelihood of the first population and after every generation, shape (generations +
+            1,); the final local search can improve on the last value.
+        converged: whether the population converged before the last generation.
+        at_bound: whether each parameter lies on one of its bounds, shape (k,); False for fixed parameters.
     """
 
     alpha: Array
@@ -75,21 +77,31 @@ def identify(
     seed: int = 0,
     description: str | None = None,
 ) -> Identification:
-    """Parameters that maximise a log-likelihood in a box: differential evolution, then a local search.
+    """Find the parameters that maximise a log-likelihood, by differential evolution and a local search.
 
     The same seed gives the same result.
 
     Args:
-        objective: log-likelihoods (B,) of a batch of parameters (B, k); it may be noisy at 1e-6, and what is
-            not finite counts as minus infinity.
-        bounds: (k, 2) of the parameters; equal ones hold a parameter fixed.
-        settings: of the search.
-        seed: of the search.
-        description: of the work, for a progress bar; without it there is none.
+        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k); noise of 1e-6 is
+            tolerated, and values that are not finite count as minus infinity.
+        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
+        settings: settings of the evolutionary search; default None: `Settings()`.
+        seed: seed of the random generator; default 0.
+        description: text of the progress bar; default None: no progress bar.
+
+    Returns:
+        Most likely parameters, and how the search went.
 
     Raises:
-        BadInput: when the bounds are not possible or leave nothing free, or the log-likelihood of the first
-            population is nowhere finite or everywhere the same.
+        BadInput: if the bounds are invalid or all parameters are fixed, or if the log-likelihood of the first
+            population is nowhere finite or everywhere equal.
+
+    Examples:
+        >>> def log_likelihood(alphas):
+        ...     return -100.0 * (alphas[:, 0] - 0.3) ** 2
+        >>> found = identify(log_likelihood, np.array([[0.0, 1.0]]), Settings(population=8, generations=20))
+        >>> round(float(found.alpha[0]), 3), found.at_bound.tolist()
+        (0.3, [False])
     """
     box, chosen = Box(np.asarray(bounds, float)), settings or Settings()
     if not box.free.any():
@@ -110,7 +122,15 @@ def identify(
 
 
 def on_bound(box: Box, alpha: Array) -> NDArray[np.bool_]:
-    """(k,) whether a free parameter lies on one of its bounds."""
+    """Return whether free parameters lie on one of their bounds.
+
+    Args:
+        box: bounds of k parameters.
+        alpha: parameters of shape (k,).
+
+    Returns:
+        Truth values of shape (k,); False for fixed parameters.
+    """
     unit = box.to_unit(alpha)
     found = np.zeros(box.size, bool)
     found[box.free] = np.minimum(unit, 1.0 - unit) < AT_BOUND
@@ -118,7 +138,9 @@ def on_bound(box: Box, alpha: Array) -> NDArray[np.bool_]:
 
 
 def _evolve(seen: Recorder, box: Box, settings: Settings, seed: int, counter: Counter | None) -> bool:
-    """Runs differential evolution on the unit cube; whether it converged. `seen` keeps what it found."""
+    """Run differential evolution on the unit cube and return whether it converged; `seen` keeps the best
+    point.
+    """
 
     def falling(units: Array) -> Array:
         alphas = box.to_alpha(units.T)

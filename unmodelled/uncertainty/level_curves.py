@@ -1,4 +1,4 @@
-"""Where a response of one or two parameters takes given values, and its densities by sums along there."""
+"""Level curves of a response of one or two parameters, and densities as sums along them."""
 
 from __future__ import annotations
 
@@ -26,14 +26,15 @@ FLAT, REFINEMENT = 1e-6, 4
 @final
 @dataclass(frozen=True, eq=False)
 class Monotone:
-    """L bicubic surfaces over the bounds of one or two parameters, mirrored so that they rise.
+    """Bicubic surfaces of L outputs over the bounds of one or two parameters, mirrored so that they rise.
 
     Attributes:
-        bounds: (n, 2).
-        tables: (L, 2 m_1, 2 m_2) values and slopes per cell, alternating, of the unit square; a second axis
-            along which nothing changes stands for the one that a response of one parameter does not have.
-        falling: (L, n) axes that are mirrored.
-        direction: (L,) along which the surfaces rise, 0 or 1, or 2 for both: by these, curves are followed.
+        bounds: lower and upper bounds, shape (n, 2).
+        tables: values and slopes per cell, alternating, of shape (L, 2 m_1, 2 m_2), over the unit square;
+            with one parameter nothing changes along the second axis.
+        falling: whether each axis is mirrored, shape (L, n).
+        direction: axis along which a surface rises (0, 1, or 2 for both), shape (L,); level curves are
+            followed by lines of this direction.
     """
 
     bounds: Array
@@ -43,13 +44,19 @@ class Monotone:
 
     @classmethod
     def of(cls, names: Sequence[str], bounds: Array, values: Array, hermite: Array) -> Monotone:
-        """Find the directions.
+        """Find the directions along which the outputs are monotone.
 
         Args:
-            values: (m_1, ..., m_n, L) outputs at the nodes.
-            hermite: (2 m_1, ..., 2 m_n, L) the same with slopes per cell after every value.
+            names: names of the n parameters.
+            bounds: lower and upper bounds, shape (n, 2).
+            values: outputs at the nodes, shape (m_1, ..., m_n, L).
+            hermite: the same with the slope per cell after every value, shape (2 m_1, ..., 2 m_n, L).
 
-        Raises BadInput for more than two parameters, and an output that is not monotone along any axis.
+        Returns:
+            Surfaces of L outputs.
+
+        Raises:
+            BadInput: if there are more than two parameters, or if an output is not monotone along any axis.
         """
         n = len(names)
         if n > 2:
@@ -78,7 +85,16 @@ class Monotone:
         return cls(bounds, tables, falling, 2 - np.argmax(usable[:, ::-1], axis=1))
 
     def curves(self, y: Array, ends: Array, nodes: int) -> Curves:
-        """The level curves of y (P, L) in the part of the bounds between `ends` (n, 2), with `nodes` each."""
+        """Follow level curves of the outputs.
+
+        Args:
+            y: values of the outputs, shape (P, L).
+            ends: lower and upper ends of the part of the bounds to search, shape (n, 2).
+            nodes: number of nodes per curve.
+
+        Returns:
+            Nodes and weights along the curves.
+        """
         n, outputs = len(self.bounds), len(self.tables)
         low, width = self.bounds[:, 0], np.ptp(self.bounds, axis=1)
         start, stop = (ends - low[:, None]).T / width
@@ -103,13 +119,14 @@ class Monotone:
 @final
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """Nodes along the level curves of P values of L outputs, for sums over independent theta.
+    """Quadrature nodes along the level curves of P values of L outputs, for independent parameters.
 
     Attributes:
-        theta: (P, L, K, n) the nodes.
-        weights: (P, L, K, 2) of products of densities, and of those with F_1 in place of f_1.
-        end: (P, L) the last parameter where the curve ends.
-        falling: (L, n) whether an output falls along an axis.
+        theta: nodes of shape (P, L, K, n).
+        weights: weights of shape (P, L, K, 2), of products of densities and of products with F_1 instead of
+            f_1.
+        end: value of the last parameter at the end of each curve, shape (P, L).
+        falling: whether an output falls along an axis, shape (L, n).
     """
 
     theta: Array
@@ -118,14 +135,30 @@ class Curves:
     falling: NDArray[np.bool_]
 
     def density(self, families: Sequence[Family], alpha: Array) -> Array:
-        """(P, L) densities of the outputs."""
+        """Return the densities of the outputs at the values.
+
+        Args:
+            families: families of the n parameters.
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+
+        Returns:
+            Densities of shape (P, L).
+        """
         product = self.weights[..., 0].copy()
         for i, (family, two) in enumerate(zip(families, alpha, strict=True)):
             product *= family.density(self.theta[..., i], two)
         return np.asarray(product.sum(-1))
 
     def cumulative(self, families: Sequence[Family], alpha: Array) -> Array:
-        """(P, L) probabilities of outputs up to the values."""
+        """Return the probabilities of outputs up to the values.
+
+        Args:
+            families: families of the n parameters.
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+
+        Returns:
+            Probabilities of shape (P, L).
+        """
         below = families[0].cumulative(self.theta[..., 0], alpha[0])
         product = self.weights[..., 1] * np.where(self.falling[:, None, 0], 1.0 - below, below)
         if len(families) == 1:
@@ -142,13 +175,13 @@ def _quadrature(nodes: int) -> tuple[Array, Array]:
 
 
 def _fall(values: Array, axis: int) -> Array:
-    """(L,) largest fall between two nodes along an axis."""
+    """Return the largest fall between two nodes along an axis, shape (L,)."""
     falls = -np.diff(values, axis=axis)
     return np.asarray(falls.reshape(-1, values.shape[-1]).max(0))
 
 
 def _mirrored(tables: Array, axis: int) -> Array:
-    """Tables with an axis turned around, so that slopes change sign."""
+    """Return tables with one axis reversed, so that slopes change sign."""
     size = tables.shape[axis]
     order = np.arange(size).reshape(-1, 2)[::-1].ravel()
     signs = np.expand_dims(np.tile([1.0, -1.0], size // 2), tuple(range(1, tables.ndim - axis)))

@@ -1,4 +1,4 @@
-"""The log-likelihood of data (section 3.2.2), with a floor under improbable ones."""
+"""Log-likelihood of data (section 3.2.2), with a lower limit for improbable data."""
 
 from __future__ import annotations
 
@@ -21,16 +21,24 @@ TAIL = 1e-4
 
 
 def tail_floor(spans: Array, tail: float = TAIL) -> Array:
-    """(L,) least log-densities that count, log(tail / range).
+    """Return the smallest log-densities that count, log(tail / range).
 
-    A clipped distribution makes outputs of a range only: one datum outside of it would have the likelihood
-    zero under every alpha, and one far in a tail, where moments and samples tell nothing, would decide alone.
-    The default is below what the benchmark of the text resolves: a bin with one of its 200 000 samples, where
-    100 bins make up the range, stands for a density of 5e-4 / range. The range is that of the response over
-    its bounds, so that the floor does not depend on what is identified.
+    A clipped distribution gives outputs of a limited range: one datum outside of it would make the likelihood
+    zero for every alpha, and one far in a tail, where moments and samples carry no information, would decide
+    alone. The default lies below the resolution of the benchmark in the text: one of its 200 000 samples in
+    one of 100 bins is a density of 5e-4 / range. The range is that of the response over its bounds, so that
+    the limit does not depend on the identified parameters.
 
     Args:
-        spans: (L, 2) smallest and largest value of the outputs.
+        spans: smallest and largest value of the outputs, shape (L, 2).
+        tail: share of data that is assumed to be spread evenly over the range; default 1e-4.
+
+    Returns:
+        Log-densities of shape (L,).
+
+    Examples:
+        >>> tail_floor(np.array([[0.0, 2.0]])).round(4).tolist()
+        [-9.9035]
     """
     return np.asarray(np.log(tail / (spans[:, 1] - spans[:, 0])))
 
@@ -38,11 +46,11 @@ def tail_floor(spans: Array, tail: float = TAIL) -> Array:
 @final
 @dataclass(frozen=True, eq=False)
 class LogLikelihood:
-    """Of L data, under one distribution of the parameters or each of a batch.
+    """Log-likelihoods of L data, under one distribution of the parameters or each of a batch.
 
     Attributes:
-        each: (..., L) log-likelihoods, natural, of densities in one over the unit of the outputs.
-        floored: (..., L) whether the floor replaced them.
+        each: natural log-likelihoods of shape (..., L), of densities in one over the unit of the outputs.
+        floored: whether the lower limit replaced them, shape (..., L).
     """
 
     each: Array
@@ -50,32 +58,61 @@ class LogLikelihood:
 
     @property
     def total(self) -> Array:
-        """(...) their sums, log L of equation (3.3)."""
+        """Sums over the data, shape (...): log L of eq. (3.3)."""
         return np.asarray(self.each.sum(-1))
 
     @property
     def hits(self) -> NDArray[np.int64]:
-        """(...) how many data are at the floor; it is to be shown with the total."""
+        """Numbers of data at the lower limit, shape (...); to be reported with the total."""
         return np.asarray(self.floored.sum(-1))
 
 
 def log_likelihoods(density: Density, y: Array, floor: Array | float = -np.inf) -> LogLikelihood:
-    """Of data y (L,) under the densities of the outputs.
+    """Compute the log-likelihoods of data under the densities of the outputs.
 
     Args:
-        floor: least log-density that counts, (L,) as of `tail_floor` or one for all.
+        density: densities of L outputs.
+        y: data of shape (L,).
+        floor: smallest log-density that counts, shape (L,) or a scalar; default -inf.
+
+    Returns:
+        Log-likelihoods of the data.
+
+    Examples:
+        >>> from unmodelled.uncertainty.density import GaussianDensity
+        >>> density = GaussianDensity(np.zeros(2), np.ones(2))
+        >>> found = log_likelihoods(density, np.array([0.0, 9.0]), floor=-10.0)
+        >>> round(float(found.total), 4), int(found.hits)
+        (-10.9189, 1)
     """
     return floored(density.log_density(y), floor)
 
 
 def floored(log_density: Array, floor: Array | float) -> LogLikelihood:
-    """Log-densities (..., L) with a floor, (L,) or one for all; what is not a number counts as below it."""
+    """Return log-densities with a lower limit.
+
+    Args:
+        log_density: log-densities of shape (..., L); nan counts as below the limit.
+        floor: smallest log-density that counts, shape (L,) or a scalar.
+
+    Returns:
+        Log-likelihoods of the data.
+    """
     above = log_density >= floor
     return LogLikelihood(np.where(above, log_density, floor), ~above)
 
 
 def at_data(propagation: Callable[[Array], Density], y: Array) -> LogDensity:
-    """Log-densities (B, L) of data y (L,) by a propagation, one alpha (n, 2) of the batch after the other."""
+    """Return a function that computes log-densities of data for a batch of distributions, one after the
+    other.
+
+    Args:
+        propagation: densities of L outputs as a function of alpha, shape (n, 2).
+        y: data of shape (L,).
+
+    Returns:
+        Function of a batch of alpha, shape (B, n, 2), that returns log-densities of shape (B, L).
+    """
 
     def each(alphas: Array) -> Array:
         return np.stack([propagation(alpha).log_density(y) for alpha in alphas])
@@ -84,9 +121,15 @@ def at_data(propagation: Callable[[Array], Density], y: Array) -> LogDensity:
 
 
 def objective(log_density: LogDensity, floor: Array | float = -np.inf) -> Callable[[Array], Array]:
-    """Total log-likelihoods (B,) as a function of parameters (B, 2 n) in the order of the text.
+    """Return the total log-likelihood as a function of flat parameters, in the order of the text.
 
-    That order is (mu_1, ..., mu_n, sigma_1, ..., sigma_n).
+    Args:
+        log_density: log-densities of the data as a function of a batch of alpha (`at_data`).
+        floor: smallest log-density that counts, shape (L,) or a scalar; default -inf.
+
+    Returns:
+        Function of parameters (mu_1, ..., mu_n, sigma_1, ..., sigma_n), shape (B, 2 n), that returns total
+        log-likelihoods of shape (B,).
     """
 
     def total(flat: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The density of largest entropy with given moments (appendix 3.6)."""
+"""Densities of largest entropy with given moments (appendix 3.6)."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from scipy.special import ndtr
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty import exponential
-from unmodelled.uncertainty.density import Array, Density, check_spread
-from unmodelled.uncertainty.dual import maximise_entropy
-from unmodelled.uncertainty.gaussian import Gaussian
+from unmodelled.uncertainty.density import Array, Density, GaussianDensity, check_spread
+from unmodelled.uncertainty.exponential import maximise_entropy
 
 #: Difference of the first two standardised moments from 0 and 1 that rounding explains.
 ROUNDING = 1e-6
@@ -22,15 +21,17 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class MaximumEntropy(Density):
-    """exp(sum c_k z^k) on an interval of z = (y - mean) / std, eq. 3.15 with c = -lambda; zero beyond.
+    """Densities exp(sum c_k z^k) of z = (y - mean) / std on an interval, zero outside (eq. 3.15, with c =
+    -lambda).
 
     Attributes:
-        mean, std: (L,) in the unit of the outputs.
-        coefficients: (K + 1, L) c, of the density of z; with the integral equal to 1.
-        support: (L, 2) ends of the interval, in the unit of the outputs.
-        fallback: (L,) True where no density was found that has these moments: there it is the Gaussian of the
-            same mean and standard deviation, cut off at the ends of the interval.
-        iterations: (L,) Newton steps of the fit, also of one that failed.
+        mean: means of the outputs, shape (L,).
+        std: standard deviations of the outputs, shape (L,).
+        coefficients: coefficients c of the density of z, shape (K + 1, L), with integral 1.
+        support: ends of the intervals, shape (L, 2), in the unit of the outputs.
+        fallback: whether no density with these moments was found, shape (L,); it is then the Gaussian of the
+            same mean and standard deviation, truncated to the interval.
+        iterations: numbers of Newton steps, shape (L,), also of fits that failed.
     """
 
     mean: Array
@@ -42,22 +43,32 @@ class MaximumEntropy(Density):
 
     @classmethod
     def fit(cls, mean: Array, std: Array, moments: Array, support: Array | None = None) -> MaximumEntropy:
-        """The densities of largest entropy with the given moments (eq. 3.13).
+        """Compute the densities of largest entropy with given moments (eq. 3.13).
 
         Args:
-            mean, std: (L,) in the unit of the outputs.
-            moments: (K, L) standardised, E[((Y - mean) / std)^k] for k = 1 ... K, K at least 2.
-            support: (L, 2) ends of where each output can lie, in its unit, infinite where unknown. What lies
-                further than `REACH` standard deviations from the mean is left out.
+            mean: means of the outputs, shape (L,).
+            std: standard deviations of the outputs, shape (L,).
+            moments: standardised moments E[((Y - mean) / std)^k], k = 1 ... K, shape (K, L), K at least 2.
+            support: intervals that can hold each output, shape (L, 2), in its unit, infinite if unknown;
+                default None: unknown. At most 8 standard deviations around the mean are used.
+
+        Returns:
+            Densities of L outputs.
 
         Raises:
-            BadInput: too few moments, moments that are not finite, an output that is not random, a mean that
-                is not inside its support; names the output.
-            ValueError: moments that are not standardised, arrays whose shapes do not agree.
+            BadInput: if there are too few moments, a moment is not finite, an output has no spread, or a mean
+                lies outside its support; the message names the output.
+            ValueError: if moments are not standardised, or if the shapes of the arrays do not match.
+
+        Examples:
+            >>> moments = np.array([[0.0], [1.0], [0.0], [3.0]])  # of a normal distribution
+            >>> density = MaximumEntropy.fit(np.array([2.0]), np.array([0.5]), moments)
+            >>> density.density(np.array([2.0])).round(4).tolist(), density.fallback.tolist()
+            ([0.7979], [False])
         """
         mean, std, moments = (np.asarray(a, np.float64) for a in (mean, std, moments))
         _check_moments(mean, std, moments)
-        limits = Gaussian(mean, std).window()
+        limits = GaussianDensity(mean, std).window()
         if support is not None:
             limits = _within(limits, mean, np.asarray(support, np.float64))
         ends = (limits - mean[:, None]) / std[:, None]
@@ -69,7 +80,14 @@ class MaximumEntropy(Density):
         return cls(mean, std, coefficients.T, limits, ~solved, iterations)
 
     def log_density(self, y: Array) -> Array:
-        """See `Density`."""
+        """Return the natural logarithm of the densities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Log-densities of shape (..., L); -inf outside the intervals.
+        """
         low, high = self.support.T
         z = (np.clip(y, low, high) - self.mean) / self.std
         value = np.zeros_like(z)
@@ -78,13 +96,24 @@ class MaximumEntropy(Density):
         return np.where((y < low) | (y > high), -np.inf, value - np.log(self.std))
 
     def cumulative(self, y: Array) -> Array:
-        """See `Density`: by Gauss-Legendre quadrature in panels, to about 1e-10."""
+        """Return the cumulative probabilities, by Gauss-Legendre quadrature to about 1e-10.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Probabilities of at most y, shape (..., L).
+        """
         z = (y - self.mean) / self.std
         points = exponential.integral(*self._standardised, self._sums, z.reshape(-1, self.mean.size))
         return np.asarray(points.reshape(z.shape))
 
     def window(self) -> Array:
-        """See `Density`: the interval where it is not zero."""
+        """Return the intervals where the densities are not zero.
+
+        Returns:
+            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        """
         return self.support
 
     @cached_property

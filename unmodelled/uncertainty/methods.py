@@ -1,4 +1,4 @@
-"""Names of the ways from parameters to outputs, as tables and results write them."""
+"""Names of the propagation methods in tables and results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exact log-densities of given data, for thousands of distributions of the parameters."""
+"""Exact log-densities of given data, for thousands of parameter distributions."""
 
 from __future__ import annotations
 
@@ -27,14 +27,16 @@ NEGLIGIBLE = 1e-6
 @final
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """Level curves of L data, followed once through the whole box.
+    """Level curves of L data, followed once through the whole box of parameters.
 
-    What a distribution of the parameters makes of them is a sum over fixed nodes. The parameters' densities
-    are taken from tables, as they cost less than the sums then; where one jumps, `PushForward` is more exact.
+    The density of a datum under a parameter distribution is a sum over fixed nodes. The parameters' densities
+    are interpolated from tables, which is fast; `PushForward` is more accurate for densities with jumps.
 
     Attributes:
-        names, bounds: (n,), (n, 2) of the parameters.
-        position: (L, K, n) nodes in cells. weight: (L, K).
+        names: names of the n parameters.
+        bounds: lower and upper bounds, shape (n, 2).
+        position: nodes of shape (L, K, n), in cells of the tables.
+        weight: weights of the nodes, shape (L, K).
     """
 
     names: tuple[str, ...]
@@ -44,7 +46,19 @@ class Observed:
 
     @classmethod
     def of(cls, names: Sequence[str], surface: Monotone, y: Array) -> Observed:
-        """Follow the level curves of y (L,)."""
+        """Follow the level curves of data.
+
+        Args:
+            names: names of the n parameters.
+            surface: surfaces of L outputs.
+            y: data of shape (L,).
+
+        Returns:
+            Level curves of the data.
+
+        Raises:
+            BadInput: if the number of data differs from the number of outputs.
+        """
         if y.shape != surface.direction.shape:
             raise BadInput(f"expected {surface.direction.size} outputs, got data of shape {y.shape}")
         curves = surface.curves(y[None], surface.bounds, NODES)
@@ -55,12 +69,17 @@ class Observed:
         )
 
     def log_density(self, families: Sequence[Family], alphas: Array) -> Array:
-        """(B, L) natural logarithms of the densities at the data, -inf where they are zero.
+        """Return the natural logarithms of the densities at the data.
 
         Args:
-            families: n, of independent parameters. alphas: (B, n, 2) their numbers.
+            families: families of the n independent parameters.
+            alphas: two distribution parameters per uncertain parameter, shape (B, n, 2).
 
-        Raises BadInput as `check_confined` does.
+        Returns:
+            Log-densities of shape (B, L); -inf where a density is zero.
+
+        Raises:
+            BadInput: as `check_confined` does.
         """
         tables = np.empty((len(alphas), len(families), CELLS + 1))
         low, high = self.bounds.T
@@ -74,7 +93,26 @@ class Observed:
 
 
 def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str], bounds: Array) -> None:
-    """Raises BadInput where a family has no such alpha (n, 2), or theta falls outside the bounds (n, 2)."""
+    """Refuse a parameter distribution that a family does not have, or that reaches outside the bounds.
+
+    Args:
+        families: families of the n independent parameters.
+        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+        names: names of the n parameters.
+        bounds: lower and upper bounds, shape (n, 2).
+
+    Raises:
+        BadInput: if a family has no distribution with these parameters, or if the probability outside the
+            bounds exceeds 1e-6; the message names the parameter.
+
+    Examples:
+        >>> from unmodelled.uncertainty.families import Gaussian
+        >>> check_confined([Gaussian()], np.array([[1.0, 0.1]]), ["mass"], np.array([[0.9, 1.1]]))
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: mass lies outside 0.9 to 1.1, where the response is known, with
+        probability 0.32: clip its distribution or widen the bounds
+    """
     for family, two, name, (low, high) in zip(families, alpha, names, bounds, strict=True):
         try:
             family.check(two)
@@ -94,11 +132,12 @@ def check_confined(families: Sequence[Family], alpha: Array, names: Sequence[str
 
 @compiled
 def _products(position: Array, weight: Array, tables: Array) -> Array:
-    """(B, L) sums over K nodes of weights times tabulated functions of their coordinates.
+    """Return sums (B, L) over K nodes of weights times tabulated functions of their coordinates.
 
     Args:
-        position: (L, K, n) coordinates in steps of the tables. weight: (L, K).
-        tables: (B, n, M) functions, linear between their M values.
+        position: coordinates in steps of the tables, shape (L, K, n).
+        weight: weights of shape (L, K).
+        tables: values of the functions, shape (B, n, M), linear in between.
     """
     batch, cells = len(tables), tables.shape[2] - 1
     outputs, nodes, n = position.shape

@@ -1,4 +1,4 @@
-"""Profile likelihood of two parameters at a time, for contours."""
+"""Profile likelihood of pairs of parameters, for contour plots."""
 
 from __future__ import annotations
 
@@ -22,13 +22,16 @@ SPREAD = (0.1, 0.5, 0.9)
 
 @dataclass(frozen=True)
 class PairProfile:
-    """The highest log-likelihood on a grid of two parameters, the others optimised.
+    """Highest log-likelihood on a grid of two parameters, with the other parameters optimised.
 
     Attributes:
-        first, second: (P,), (Q,) values of the two parameters.
-        alphas: (P, Q, k) parameters. deviance: (P, Q) twice the log-likelihood lost against the optimum.
-        alpha: (k,) the optimum. log_likelihood: there.
-        gain: log-likelihood of this optimum above the given one's; 0 when the grid found no better one.
+        first: values of the first parameter, shape (P,).
+        second: values of the second parameter, shape (Q,).
+        alphas: all parameters, shape (P, Q, k).
+        deviance: twice the loss of log-likelihood against the optimum, shape (P, Q).
+        alpha: parameters of the optimum, shape (k,).
+        log_likelihood: log-likelihood of the optimum.
+        gain: log-likelihood by which this optimum exceeds the given one; 0 if the grid found no better one.
     """
 
     first: Array
@@ -49,18 +52,22 @@ def profile_pair(
     second: Array,
     description: str | None = None,
 ) -> PairProfile:
-    """Profile likelihood of two parameters, from the optimum outwards with warm starts from the neighbours.
+    """Compute the profile likelihood of two parameters, from the optimum outwards with warm starts.
 
     Args:
-        objective: log-likelihoods (B,) of a batch of parameters (B, k).
-        bounds: (k, 2) of the parameters; equal ones hold a parameter fixed.
-        alpha: (k,) the optimum.
+        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
+        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
+        alpha: parameters of the optimum, shape (k,).
         pair: indices of the two parameters.
-        first, second: (P,), (Q,) values of the two, in any order.
-        description: of the work, for a progress bar; without it there is none.
+        first: values of the first parameter, shape (P,), in any order.
+        second: values of the second parameter, shape (Q,), in any order.
+        description: text of the progress bar; default None: no progress bar.
+
+    Returns:
+        Profile on the grid of both parameters.
 
     Raises:
-        BadInput: when the bounds are not possible, or the log-likelihood at the optimum is not finite.
+        BadInput: if the bounds are invalid, or if the log-likelihood at the optimum is not finite.
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
     given = evaluated(seen, box, alpha)
@@ -87,13 +94,13 @@ def profile_pair(
 
 
 def _spread(box: Box) -> Array:
-    """(S, k) starts all over the free parameters: the best may lie in another valley than the neighbours'."""
+    """Return starts (S, k) spread over the free parameters, in case the optimum moves to another region."""
     shares = np.array(list(product(SPREAD, repeat=int(box.free.sum()))))
     return box.to_alpha(shares)
 
 
 def _outwards(first: Array, second: Array, centre: Array) -> list[tuple[int, int]]:
-    """Cells of a grid, the nearest to a point first, so that each has a neighbour before it."""
+    """Return the cells of a grid, nearest to a point first, so that each has an earlier neighbour."""
     p0, q0 = int(np.argmin(np.abs(first - centre[0]))), int(np.argmin(np.abs(second - centre[1])))
     cells = [(p, q) for p in range(len(first)) for q in range(len(second))]
     return sorted(cells, key=lambda c: abs(c[0] - p0) + abs(c[1] - q0))

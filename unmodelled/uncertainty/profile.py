@@ -1,4 +1,4 @@
-"""Profile likelihood of the parameters of a distribution: what the data say about each of them.
+"""Profile likelihood of distribution parameters: the information of the data on each parameter.
 
 Raue et al., Structural and practical identifiability analysis of partially observed dynamical models by
 exploiting the profile likelihood, Bioinformatics 25 (2009).
@@ -39,15 +39,17 @@ BETTER = 1e-3
 
 @dataclass(frozen=True)
 class Profile:
-    """The highest log-likelihood for every value of one parameter, from bound to bound or to deviance 6.
+    """Highest log-likelihood for values of one parameter, between its bounds or up to a deviance of 6.
 
     Attributes:
-        index: of the parameter. bounds: of the parameter.
-        alphas: (P, k) parameters, the others optimised, in rising order of this one; the optimum is among
-            them.
-        log_likelihood: (P,) there. deviance: (P,) twice the log-likelihood lost against the optimum.
-        low, high: ends of the 95 % interval; None where the deviance stays below the threshold up to the
-            bound, so that the data set no limit on that side.
+        index: index of the parameter.
+        bounds: lower and upper bound of the parameter.
+        alphas: all parameters, the others optimised, shape (P, k), sorted by this parameter; the optimum is
+            one of them.
+        log_likelihood: log-likelihoods of shape (P,).
+        deviance: twice the loss of log-likelihood against the optimum, shape (P,).
+        low: lower end of the 95 % interval; None if the data set no limit above the lower bound.
+        high: upper end of the 95 % interval; None if the data set no limit below the upper bound.
     """
 
     index: int
@@ -60,7 +62,7 @@ class Profile:
 
     @property
     def values(self) -> Array:
-        """(P,) values of the parameter."""
+        """Values of the parameter, shape (P,)."""
         return self.alphas[:, self.index]
 
 
@@ -69,9 +71,11 @@ class Profiles:
     """Profiles of all free parameters around one optimum.
 
     Attributes:
-        alpha: (k,) the optimum. log_likelihood: there.
-        gain: log-likelihood of this optimum above the given one's; 0 when no profile found a better one.
-        curves: one for every free parameter. evaluations: of the log-likelihood that they took.
+        alpha: parameters of the optimum, shape (k,).
+        log_likelihood: log-likelihood of the optimum.
+        gain: log-likelihood by which this optimum exceeds the given one; 0 if no profile found a better one.
+        curves: profile of each free parameter.
+        evaluations: number of evaluations of the log-likelihood.
     """
 
     alpha: Array
@@ -82,7 +86,9 @@ class Profiles:
 
     @property
     def intervals(self) -> Array:
-        """(k, 2) 95 % intervals, infinite on a side without a limit; the value itself where it is fixed."""
+        """95 % intervals of shape (k, 2): infinite on a side without a limit, of zero width for a fixed
+        parameter.
+        """
         ends = np.column_stack([self.alpha, self.alpha])
         for c in self.curves:
             ends[c.index] = -np.inf if c.low is None else c.low, np.inf if c.high is None else c.high
@@ -90,18 +96,27 @@ class Profiles:
 
 
 def profile(objective: Objective, bounds: Array, alpha: Array, description: str | None = None) -> Profiles:
-    """Profile likelihood of every free parameter, walked from the optimum to both sides with warm starts.
+    """Compute the profile likelihood of every free parameter, from the optimum to both sides with warm
+    starts.
 
-    A better optimum than the given one that turns up on the way takes its place, and the profiles start anew.
+    If a better optimum is found on the way, it replaces the given one and the profiles start again.
 
     Args:
-        objective: log-likelihoods (B,) of a batch of parameters (B, k).
-        bounds: (k, 2) of the parameters; equal ones hold a parameter fixed.
-        alpha: (k,) the optimum.
-        description: of the work, for a progress bar; without it there is none.
+        objective: log-likelihoods of shape (B,) as a function of parameters of shape (B, k).
+        bounds: lower and upper bounds, shape (k, 2); equal bounds fix a parameter.
+        alpha: parameters of the optimum, shape (k,).
+        description: text of the progress bar; default None: no progress bar.
+
+    Returns:
+        Profiles of the free parameters.
 
     Raises:
-        BadInput: when the bounds are not possible, or the log-likelihood at the optimum is not finite.
+        BadInput: if the bounds are invalid, or if the log-likelihood at the optimum is not finite.
+
+    Examples:
+        >>> found = profile(lambda a: -2.0 * a[:, 0] ** 2, np.array([[-2.0, 2.0]]), np.zeros(1))
+        >>> found.intervals.round(2).tolist()  # 0 plus or minus 1.96 standard errors of 0.5
+        [[-0.98, 0.98]]
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
     start = optimum = evaluated(seen, box, alpha)
@@ -114,10 +129,18 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
 
 
 def evaluated(seen: Recorder, box: Box, alpha: Array) -> Peak:
-    """The point of the box that a given optimum stands for.
+    """Return a given optimum, moved into the bounds, with its log-likelihood.
+
+    Args:
+        seen: objective that records its evaluations.
+        box: bounds of k parameters.
+        alpha: parameters of the optimum, shape (k,).
+
+    Returns:
+        Point within the bounds.
 
     Raises:
-        BadInput: when the log-likelihood there is not finite.
+        BadInput: if the log-likelihood there is not finite.
     """
     inside = box.clip(alpha)
     height = float(seen(inside[None])[0])
@@ -128,7 +151,7 @@ def evaluated(seen: Recorder, box: Box, alpha: Array) -> Peak:
 
 
 def _curves(seen: Recorder, box: Box, optimum: Peak, counter: Counter | None) -> tuple[Profile, ...] | None:
-    """All profiles; None once something better than the optimum was seen."""
+    """Return all profiles; None as soon as a better optimum was found."""
     std = curvature(seen, box.bounds, optimum.alpha).std
     curves: list[Profile] = []
     for index in np.flatnonzero(box.free).tolist():
@@ -156,10 +179,13 @@ def _curves(seen: Recorder, box: Box, optimum: Peak, counter: Counter | None) ->
 
 @dataclass(frozen=True)
 class Walk:
-    """The way along one parameter, the others following at the highest log-likelihood.
+    """Path along one parameter on which the others follow at the highest log-likelihood.
 
     Attributes:
-        seen: the objective. box: of the search. optimum: to start from. index: of the parameter.
+        seen: objective that records its evaluations.
+        box: bounds of k parameters.
+        optimum: point to start from.
+        index: index of the parameter.
     """
 
     seen: Recorder
@@ -169,14 +195,19 @@ class Walk:
 
     @cached_property
     def axis(self) -> Box:
-        """The box of this parameter alone."""
+        """Bounds of this parameter alone."""
         return Box(self.box.bounds[[self.index]])
 
     def to_side(self, sign: int, std: float) -> list[Peak]:
-        """Points from next to the optimum outwards, until the deviance or the bound ends them.
+        """Return the points of the path on one side, from the optimum outwards, up to a deviance of 6 or a
+        bound.
 
         Args:
-            sign: -1 towards the lower bound, 1 towards the upper. std: the parameter's standard error.
+            sign: direction, -1 towards the lower bound or 1 towards the upper one.
+            std: standard error of the parameter.
+
+        Returns:
+            Points of the path, without the optimum.
         """
         here = self.unit(self.optimum)
         one_std = float(self.axis.to_unit([self.optimum.alpha[self.index] + sign * std])[0])
@@ -194,9 +225,17 @@ class Walk:
         return self._looked_back(points)[1:]
 
     def follow(self, unit: float, *known: Peak) -> Peak:
-        """The highest point with the parameter at `unit` of its way, climbed to from the last known point.
+        """Find the highest point with the parameter fixed, starting from known points.
 
-        Two known points also lead on in a straight line; the climb starts there where that is higher.
+        The climb starts from the last known point, or from the straight line through two known points if that
+        is higher.
+
+        Args:
+            unit: value of the parameter in the unit interval of its bounds.
+            *known: last one or two points of the path.
+
+        Returns:
+            Highest point.
         """
         pinned = self.box.pinned({self.index: float(self.axis.to_alpha([unit])[0])})
         starts = pinned.clip([known[-1].alpha])
@@ -208,15 +247,36 @@ class Walk:
         return climb(self.seen, pinned, starts[int(np.argmax(self.seen(starts)))])[0]
 
     def unit(self, point: Peak) -> float:
-        """Where the parameter is on its way from bound to bound, 0 to 1."""
+        """Return the value of the parameter in the unit interval of its bounds.
+
+        Args:
+            point: point of the path.
+
+        Returns:
+            Number from 0 to 1.
+        """
         return float(self.axis.to_unit(point.alpha[[self.index]])[0])
 
     def root(self, point: Peak) -> float:
-        """Root of the deviance, with an end."""
+        """Return the square root of the deviance, limited to a large number.
+
+        Args:
+            point: point of the path.
+
+        Returns:
+            Square root of the deviance.
+        """
         return float(np.sqrt(np.clip(2.0 * (self.optimum.log_likelihood - point.log_likelihood), 0.0, DEEP)))
 
     def limit(self, side: list[Peak]) -> float | None:
-        """Where the deviance first passes the threshold on one side; None where it does not."""
+        """Return the value at which the deviance first exceeds the 95 % threshold on one side.
+
+        Args:
+            side: points of the path on that side, from the optimum outwards.
+
+        Returns:
+            Value of the parameter; None if the deviance stays below the threshold.
+        """
         level = np.sqrt(THRESHOLD)
         for inner, outer in pairwise([self.optimum, *side]):
             low, high = self.root(inner), self.root(outer)
@@ -227,7 +287,7 @@ class Walk:
         return None
 
     def _looked_back(self, points: list[Peak]) -> list[Peak]:
-        """Every point that its outer neighbour leads higher up is climbed to from there."""
+        """Climb again to every point for which its outer neighbour gives a higher start."""
         out = list(points)
         for k in range(len(points) - 2, 0, -1):
             moved = out[k + 1].alpha.copy()

@@ -1,6 +1,7 @@
-"""Ways from the distribution of the parameters to the densities of the outputs (section 3.2.7, figure 3.2).
+"""Methods that propagate a parameter distribution to the densities of the outputs (section 3.2.7, figure
+3.2).
 
-Each is a function of alpha (n, 2), the numbers of the parameters' families.
+Each method is a function of alpha of shape (n, 2), the parameters of the n distributions.
 """
 
 from __future__ import annotations
@@ -15,11 +16,9 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.chaos import Chaos
-from unmodelled.uncertainty.density import Density
-from unmodelled.uncertainty.empirical import Empirical
+from unmodelled.uncertainty.density import Density, GaussianDensity
+from unmodelled.uncertainty.empirical import Empirical, Histogram
 from unmodelled.uncertainty.families import Family
-from unmodelled.uncertainty.gaussian import Gaussian
-from unmodelled.uncertainty.histogram import Histogram
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.push_forward import PushForward
 from unmodelled.uncertainty.response import Response, checked
@@ -33,33 +32,53 @@ BLOCK = 20_000
 
 
 class Propagation(Protocol):
-    """Densities of all outputs for a distribution of the parameters.
+    """Function from a parameter distribution to the densities of all outputs."""
 
-    Raises BadInput for an alpha that a family does not have, and where an output does not exist.
-    """
+    def __call__(self, alpha: Array) -> Density:
+        """Return the densities of the outputs for alpha of shape (n, 2).
 
-    def __call__(self, alpha: Array) -> Density: ...
+        Raises:
+            BadInput: if a family has no distribution alpha, or if an output does not exist.
+        """
 
 
 @final
 @dataclass(frozen=True)
 class ChaosGaussian:
-    """Gaussians with the mean and variance of polynomial chaos."""
+    """Propagation to Gaussians with the mean and variance of polynomial chaos.
+
+    Attributes:
+        response: outputs as a function of the parameters.
+        chaos: polynomial chaos expansion.
+
+    Examples:
+        >>> from unmodelled.uncertainty.families import Gaussian
+        >>> from unmodelled.uncertainty.response import Formula
+        >>> double = Formula(("theta",), np.array([[-9.0, 9.0]]), lambda theta: 2.0 * theta)
+        >>> density = ChaosGaussian(double, Chaos((Gaussian(),), 1, 2))(np.array([[1.0, 0.3]]))
+        >>> density.mean.round(6).tolist(), density.std.round(6).tolist()
+        ([2.0], [0.6])
+    """
 
     response: Response
     chaos: Chaos
 
-    def __call__(self, alpha: Array) -> Gaussian:
+    def __call__(self, alpha: Array) -> GaussianDensity:
         expansion = self.chaos.expand(alpha, checked(self.response, self.chaos.nodes(alpha)))
-        return Gaussian(expansion.mean, np.sqrt(expansion.variance))
+        return GaussianDensity(expansion.mean, np.sqrt(expansion.variance))
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class ChaosMaximumEntropy:
-    """Densities of largest entropy with the first `moments` moments of polynomial chaos.
+    """Propagation to densities of largest entropy with the first moments of polynomial chaos.
 
-    `support` (L, 2) is where the outputs can lie, such as `ResponseSurface.spans`; without it, anywhere.
+    Attributes:
+        response: outputs as a function of the parameters.
+        chaos: polynomial chaos expansion.
+        moments: number of moments; default 4.
+        support: intervals that can hold the outputs, shape (L, 2), such as `ResponseSurface.spans`; default
+            None: unknown.
     """
 
     response: Response
@@ -80,7 +99,12 @@ class ChaosMaximumEntropy:
 @final
 @dataclass(frozen=True)
 class ExactPushForward:
-    """The densities themselves, of a response that is monotone along one of its parameters at least."""
+    """Propagation to exact densities, of a response that is monotone along one of its parameters at least.
+
+    Attributes:
+        surface: interpolated response.
+        families: families of the n independent parameters.
+    """
 
     surface: ResponseSurface
     families: tuple[Family, ...]
@@ -92,7 +116,16 @@ class ExactPushForward:
 @final
 @dataclass(frozen=True)
 class MonteCarlo:
-    """Histograms of random samples; the same random numbers for every alpha, so that it varies smoothly."""
+    """Propagation to histograms of random samples.
+
+    Every alpha uses the same random numbers, so that the density varies smoothly with alpha.
+
+    Attributes:
+        response: outputs as a function of the parameters.
+        families: families of the n independent parameters.
+        samples: number of samples S.
+        seed: seed of the random generator.
+    """
 
     response: Response
     families: tuple[Family, ...]
@@ -100,7 +133,14 @@ class MonteCarlo:
     seed: int
 
     def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Blocks (., L) of samples."""
+        """Yield the outputs of the samples in blocks.
+
+        Args:
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+
+        Yields:
+            Blocks of shape (block, L).
+        """
         generator = np.random.default_rng(self.seed)
         return _outputs(self.response, draw(self.families, alpha, self.samples, generator))
 
@@ -111,14 +151,27 @@ class MonteCarlo:
 @final
 @dataclass(frozen=True)
 class QuasiMonteCarlo:
-    """Histograms of the outputs on `even_grid`, with a number of samples near to `samples`."""
+    """Propagation to histograms of the outputs on an even grid of probabilities (`even_grid`).
+
+    Attributes:
+        response: outputs as a function of the parameters.
+        families: families of the n independent parameters.
+        samples: approximate number of samples.
+    """
 
     response: Response
     families: tuple[Family, ...]
     samples: int
 
     def outputs(self, alpha: Array) -> Iterator[Array]:
-        """Blocks (., L) of samples."""
+        """Yield the outputs of the samples in blocks.
+
+        Args:
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+
+        Yields:
+            Blocks of shape (block, L).
+        """
         return _outputs(self.response, even_grid(self.families, alpha, self.samples))
 
     def __call__(self, alpha: Array) -> Empirical:
@@ -127,30 +180,45 @@ class QuasiMonteCarlo:
 
 def of_moments(
     blocks: Iterable[Array], count: int, support: Array | None = None
-) -> Gaussian | MaximumEntropy:
-    """Densities from moments "extracted from the sample set" (figure 3.12), not from chaos.
-
-    Two moments give Gaussians, more of them densities of largest entropy with `support` (L, 2).
+) -> GaussianDensity | MaximumEntropy:
+    """Return densities with the moments of samples (figure 3.12) instead of those of polynomial chaos.
 
     Args:
-        blocks: samples (., L). count: of moments.
+        blocks: samples in blocks of shape (block, L).
+        count: number of moments; 2 for Gaussians, more for densities of largest entropy.
+        support: intervals that can hold the outputs, shape (L, 2); default None: unknown.
 
-    Raises BadInput as `sample_moments` does.
+    Returns:
+        Densities of L outputs.
+
+    Raises:
+        BadInput: as `sample_moments` does.
     """
     mean, std, moments = sample_moments(blocks, count)
-    return Gaussian(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)
+    return GaussianDensity(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)
 
 
 def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, Array]:
-    """Of samples that come in blocks (., L).
+    """Compute moments of samples that arrive in blocks.
 
-    Powers are summed of the distance from the first block's mean, in its standard deviations, and moved to
-    the mean of all at the end: nothing cancels, and no sample is kept.
+    Powers of the distance from the first block's mean, in its standard deviations, are summed and shifted to
+    the mean of all samples at the end: no cancellation occurs, and no sample is stored.
+
+    Args:
+        blocks: samples in blocks of shape (block, L).
+        count: highest order of the moments, at least 2.
 
     Returns:
-        (L,) means, (L,) standard deviations, (count, L) standardised moments 1 to count.
+        Means of shape (L,), standard deviations of shape (L,), standardised moments 1 to count of shape
+        (count, L).
 
-    Raises BadInput for fewer than two moments, and where an output's first samples are all equal.
+    Raises:
+        BadInput: if `count` is below two, or if all samples of an output in the first block are equal.
+
+    Examples:
+        >>> mean, std, moments = sample_moments([np.array([[0.0], [1.0]]), np.array([[2.0], [3.0]])], 4)
+        >>> mean.tolist(), std.round(4).tolist(), moments[3].round(2).tolist()
+        ([1.5], [1.118], [1.64])
     """
     if count < 2:
         raise BadInput(f"moments: at least 2, got {count}")
@@ -172,10 +240,19 @@ def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, A
 
 
 def standardised(raw: Array) -> tuple[Array, Array, Array]:
-    """From raw moments (count + 1, L) of the orders 0 to count.
+    """Convert raw moments to standardised moments.
+
+    Args:
+        raw: raw moments of the orders 0 to count, shape (count + 1, L).
 
     Returns:
-        (L,) means, (L,) standard deviations, (count, L) standardised moments 1 to count.
+        Means of shape (L,), standard deviations of shape (L,), standardised moments 1 to count of shape
+        (count, L).
+
+    Examples:
+        >>> mean, std, moments = standardised(np.array([[1.0], [2.0], [5.0]]))
+        >>> mean.tolist(), std.tolist(), moments.tolist()
+        ([2.0], [1.0], [[0.0], [1.0]])
     """
     count = len(raw) - 1
     central = [

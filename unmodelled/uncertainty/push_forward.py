@@ -1,4 +1,4 @@
-"""The exact densities of the outputs of a monotone response to independent parameters."""
+"""Exact densities of the outputs of a monotone response to independent parameters."""
 
 from __future__ import annotations
 
@@ -36,18 +36,21 @@ BLOCK = 16
 @final
 @dataclass(frozen=True, eq=False)
 class PushForward(Density):
-    """Density of Y = M(theta), its probability per interval of Y gathered along the level curve of M.
+    """Densities of Y = M(theta), by integration along the level curves of M.
 
-    f_Y(y) is the integral over theta_1 of f_1(theta_1) f_2(theta_2(y, theta_1)) / |dM/dtheta_2|; of one
-    parameter it is f(theta(y)) / |M'| (footnote 4). Where M is monotone along both axes the integral is taken
-    over x - y of the unit box in place of theta_1, which resolves a level curve of any slope, and thus a
-    standard deviation of either parameter, however small. Gauss-Legendre nodes go from where the curve enters
-    the box of practically all probability to where it leaves it, so that clipped densities cost no accuracy.
+    f_Y(y) is the integral over theta_1 of f_1(theta_1) f_2(theta_2(y, theta_1)) / |dM/dtheta_2|; for one
+    parameter it is f(theta(y)) / |M'| (footnote 4). If M is monotone along both axes, the integral is taken
+    over x - y of the unit box instead of theta_1. This resolves level curves of any slope, and so any small
+    standard deviation of either parameter. Gauss-Legendre nodes lie between the points where the curve enters
+    and leaves the box of practically all probability, so that clipped densities are computed accurately.
 
     Attributes:
-        surface: the response. families: n, of independent parameters. alpha: (n, 2) their numbers.
+        surface: interpolated response of L outputs.
+        families: families of the n independent parameters.
+        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
 
-    Raises BadInput as `check_confined` does, and in use as `ResponseSurface.monotone` does.
+    Raises:
+        BadInput: as `check_confined` does, and on evaluation as `ResponseSurface.monotone` does.
     """
 
     surface: ResponseSurface
@@ -58,16 +61,29 @@ class PushForward(Density):
         check_confined(self.families, self.alpha, self.surface.names, self.surface.bounds)
 
     def log_density(self, y: Array) -> Array:
-        """See `Density`."""
+        """Return the natural logarithm of the densities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Log-densities of shape (..., L); -inf where a density is zero.
+        """
         rows = np.reshape(y, (-1, np.shape(y)[-1]))
         blocks = [curves.density(self.families, self.alpha) for curves in self._curves(rows)]
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(np.concatenate(blocks)).reshape(np.shape(y)))
 
     def cumulative(self, y: Array) -> Array:
-        """See `Density`: by cubics between probabilities at `KNOTS` values, whose slopes are the densities.
+        """Return the cumulative probabilities, by cubic interpolation between `KNOTS` values.
 
-        The tables take as long as the densities of `KNOTS` values, once.
+        The first call takes as long as `KNOTS` densities.
+
+        Args:
+            y: values of the outputs, shape (..., L).
+
+        Returns:
+            Probabilities of at most y, shape (..., L).
         """
         low, step, below, density = self._table
         place = np.clip((y - low) / step, 0.0, KNOTS - 1.0)
@@ -81,7 +97,11 @@ class PushForward(Density):
         return np.clip(value, here, there)
 
     def window(self) -> Array:
-        """See `Density`: the outputs at the corners of the box that holds the parameters."""
+        """Return the ranges of the outputs over the box that contains practically all parameters.
+
+        Returns:
+            Lower and upper ends, shape (L, 2), in the unit of the outputs.
+        """
         low, high = self._box(WINDOW_TAIL).T
         axes = np.linspace(low, high, CORNERS).T
         theta = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
@@ -90,7 +110,9 @@ class PushForward(Density):
 
     @cached_property
     def _table(self) -> tuple[Array, Array, Array, Array]:
-        """(L,) lowest knot, (L,) spacing, (KNOTS, L) cumulative probabilities and densities at the knots."""
+        """Lowest knots (L,), spacings (L,), cumulative probabilities and densities at the knots, (KNOTS, L)
+        each.
+        """
         low, high = self.window().T
         knots = np.linspace(low, high, KNOTS)
         blocks = [
@@ -110,21 +132,32 @@ class PushForward(Density):
         return self._box(TAIL)
 
     def _box(self, tail: float) -> Array:
-        """(n, 2) quantiles that leave out `tail` on either side, inside the bounds."""
+        """Return quantiles (n, 2) that leave out the probability `tail` on either side, within the bounds."""
         levels = np.array([tail, 1.0 - tail])
         ends = [family.quantile(levels, two) for family, two in zip(self.families, self.alpha, strict=True)]
         return np.clip(ends, *self.surface.bounds.T[:, :, None])
 
 
 def monotone_density(function: Callable[[Array], Array], family: Family, alpha: Array) -> PushForward:
-    """Density of a monotone function of one parameter, (S, 1) to (S, L), by footnote 4.
-
-    The function is evaluated once, on a fine grid.
+    """Compute the exact densities of monotone functions of one parameter (footnote 4).
 
     Args:
-        alpha: (1, 2) the numbers of the family.
+        function: outputs of shape (S, L) as a function of theta of shape (S, 1); evaluated once, on a fine
+            grid.
+        family: family of the parameter's distribution.
+        alpha: two parameters of the distribution, shape (1, 2).
 
-    Raises BadInput where the function is not monotone, in use, or not finite.
+    Returns:
+        Densities of L outputs.
+
+    Raises:
+        BadInput: if the function is not finite, or, on evaluation, if it is not monotone.
+
+    Examples:
+        >>> from unmodelled.uncertainty.families import Uniform
+        >>> square = monotone_density(lambda theta: theta**2, Uniform(), np.array([[1.0, 2.0]]))
+        >>> square.density(np.array([2.25])).round(4).tolist()  # 1 / (2 sqrt(y))
+        [0.3333]
     """
     ends = np.clip(family.quantile(np.array([TAIL, 1.0 - TAIL]), alpha[0]), *family.support(alpha[0]))
     formula = Formula(("theta",), ends[None], function)

@@ -1,4 +1,4 @@
-"""Identification repeated on many data sets: how estimates scatter, how often intervals hold the truth."""
+"""Repeated identification on many data sets: scatter of the estimates and coverage of the intervals."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ def replicate(
     workers: int,
     description: str | None = None,
 ) -> list[Identification]:
-    """Identify each of many data sets; drawn from an identified model, this is the parametric bootstrap.
+    """Identify each of many data sets; with data drawn from an identified model, this is the parametric
+    bootstrap.
 
-    The result does not depend on `workers`: every data set has its own seed. The workers are threads, as an
-    objective holds its data and compiled code in closures; compiled objectives should release the interpreter
-    (`nogil`) to run side by side.
+    The result does not depend on `workers`, because every data set has its own seed. The workers are threads;
+    compiled objectives run in parallel if they release Python's global lock (`nogil`).
 
     Args:
-        data: the data sets.
-        identify_one: identifies one, with a seed for its search.
-        seed: of all searches.
-        workers: data sets that are identified side by side.
-        description: of the work, for a progress bar; without it there is none.
+        data: data sets, each an array of shape (L,).
+        identify_one: function that identifies one data set of shape (L,) with a seed for its search.
+        seed: seed of the random generator from which all seeds are derived.
+        workers: number of data sets that are identified in parallel.
+        description: text of the progress bar; default None: no progress bar.
 
     Returns:
-        One identification a data set, in their order.
+        One identification per data set, in their order.
 
     Raises:
-        BadInput: when there is no data set, or workers is not positive.
+        BadInput: if there is no data set, or if `workers` is not positive.
     """
     count = len(data)
     if count < 1 or workers < 1:
@@ -64,13 +64,14 @@ def replicate(
 
 @dataclass(frozen=True)
 class Scatter:
-    """How the estimates of many data sets scatter.
+    """Scatter of the estimates from many data sets.
 
     Attributes:
-        alphas: (R, k) one estimate a data set.
-        mean, std: (k,) of the estimates.
-        correlation: (k, k) of the estimates; zero with one that never moves.
-        at_bound: (k,) share of the data sets whose estimate lies on a bound.
+        alphas: estimates of shape (R, k), one row per data set.
+        mean: means of the estimates, shape (k,).
+        std: standard deviations of the estimates, shape (k,).
+        correlation: correlations of the estimates, shape (k, k); zero with a parameter that never changes.
+        at_bound: share of the data sets whose estimate lies on a bound, shape (k,).
         converged: share of the searches that converged.
     """
 
@@ -82,10 +83,16 @@ class Scatter:
     converged: float
 
     def interval(self, level: float = 0.95) -> Array:
-        """(k, 2) percentile intervals that hold the share `level` of the estimates.
+        """Return percentile intervals of the estimates.
+
+        Args:
+            level: share of the estimates within the interval; default 0.95.
+
+        Returns:
+            Lower and upper ends, shape (k, 2).
 
         Raises:
-            BadInput: when level is not between 0 and 1.
+            BadInput: if `level` is not between 0 and 1.
         """
         if not 0.0 < level < 1.0:
             raise BadInput(f"level must lie between 0 and 1, got {level:g}")
@@ -94,10 +101,16 @@ class Scatter:
 
 
 def scatter(found: Sequence[Identification]) -> Scatter:
-    """What many identifications have in common.
+    """Summarise the estimates from many data sets.
+
+    Args:
+        found: identifications, at least two.
+
+    Returns:
+        Scatter of the estimates.
 
     Raises:
-        BadInput: when there are fewer than two.
+        BadInput: if there are fewer than two identifications.
     """
     if len(found) < 2:
         raise BadInput(f"the scatter of estimates needs at least 2 data sets, got {len(found)}")
@@ -111,6 +124,18 @@ def scatter(found: Sequence[Identification]) -> Scatter:
 
 
 def coverage(intervals: ArrayLike, truth: ArrayLike) -> Array:
-    """(k,) share of intervals (R, k, 2) that hold the true parameters (k,); an open side is infinite."""
+    """Return the share of intervals that contain the true parameters.
+
+    Args:
+        intervals: lower and upper ends, shape (R, k, 2), infinite on an open side.
+        truth: true parameters, shape (k,).
+
+    Returns:
+        Shares of shape (k,).
+
+    Examples:
+        >>> coverage([[[0.0, 1.0]], [[0.4, 2.0]]], [0.3]).tolist()
+        [0.5]
+    """
     low, high = np.moveaxis(np.asarray(intervals, float), -1, 0)
     return np.asarray(np.mean((low <= truth) & (truth <= high), axis=0))

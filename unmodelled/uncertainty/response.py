@@ -1,4 +1,4 @@
-"""What is uncertain acts through a response: outputs as a deterministic function of uncertain parameters."""
+"""Response: outputs as a deterministic function of uncertain parameters."""
 
 from __future__ import annotations
 
@@ -18,24 +18,32 @@ ROUNDING = 1e-9
 
 
 class Response(Protocol):
-    """L outputs Y_l = M_l(theta) of n uncertain parameters (section 3.2.1), all in one call."""
+    """Function from n uncertain parameters to L outputs, Y_l = M_l(theta) (section 3.2.1), evaluated in
+    batches.
+    """
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the n parameters."""
+        """Names of the n parameters."""
 
     @property
     def bounds(self) -> Array:
-        """(n, 2) lower and upper ends of the box in which every output exists."""
+        """Lower and upper bounds within which every output exists, shape (n, 2)."""
 
     def __call__(self, theta: Array) -> Array:
-        """(S, L) outputs at (S, n) parameters, NaN where an output does not exist."""
+        """Return outputs (S, L) at parameters (S, n); NaN where an output does not exist."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """A function of theta, (S, n) to (S, L), as a response."""
+    """Response given by a Python function.
+
+    Attributes:
+        names: names of the n parameters.
+        bounds: lower and upper bounds, shape (n, 2).
+        function: outputs of shape (S, L) as a function of parameters of shape (S, n).
+    """
 
     names: tuple[str, ...]
     bounds: Array
@@ -46,10 +54,29 @@ class Formula:
 
 
 def checked(response: Response, theta: Array) -> Array:
-    """(S, L) outputs of `response` at (S, n) parameters inside its bounds, none of them NaN.
+    """Evaluate a response and refuse missing outputs.
 
-    Raises BadInput where a parameter lies outside the bounds or an output does not exist (section 3.3.3: the
-    bounds are to enclose the feasible area only); it names the first such theta.
+    Args:
+        response: response of n parameters and L outputs.
+        theta: parameters of shape (S, n).
+
+    Returns:
+        Outputs of shape (S, L), all finite.
+
+    Raises:
+        BadInput: if a parameter lies outside the bounds, or if an output does not exist (the bounds should
+            enclose the feasible area only, section 3.3.3); the message names the first such theta.
+
+    Examples:
+        >>> def positive(theta):
+        ...     return np.where(theta < 0.0, np.nan, theta)
+        >>> known = Formula(("theta",), np.array([[-1.0, 4.0]]), positive)
+        >>> checked(known, np.array([[4.0]])).tolist()
+        [[4.0]]
+        >>> checked(known, np.array([[-0.5]]))
+        Traceback (most recent call last):
+            ...
+        unmodelled.base.errors.BadInput: the event does not happen at theta = (-0.5) for output 1 of 1: ...
     """
     check_inside(response, theta)
     y = np.asarray(response(theta), dtype=float)
@@ -64,7 +91,15 @@ def checked(response: Response, theta: Array) -> Array:
 
 
 def check_inside(response: Response, theta: Array) -> None:
-    """Raises BadInput where one of the (S, n) parameters lies outside the bounds or is NaN."""
+    """Refuse parameters outside the bounds of a response.
+
+    Args:
+        response: response of n parameters.
+        theta: parameters of shape (S, n).
+
+    Raises:
+        BadInput: if a parameter is NaN or outside the bounds; the message names the first one.
+    """
     low, high = response.bounds.T
     slack = ROUNDING * (high - low)
     outside = ~((theta >= low - slack) & (theta <= high + slack))

@@ -1,4 +1,4 @@
-"""Samples of the uncertain parameters, and of data that they make."""
+"""Samples of uncertain parameters, and of synthetic data."""
 
 from __future__ import annotations
 
@@ -15,23 +15,49 @@ Array = NDArray[np.float64]
 
 
 def draw(families: Sequence[Family], alpha: Array, count: int, generator: np.random.Generator) -> Array:
-    """(count, n) random samples of n independent parameters.
+    """Draw random samples of n independent parameters.
 
     Args:
-        alpha: (n, 2) the two numbers of every family.
+        families: families of the n parameters.
+        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+        count: number of samples.
+        generator: random generator.
 
-    Raises BadInput for an alpha that a family does not have, or a count below one.
+    Returns:
+        Samples of shape (count, n).
+
+    Raises:
+        BadInput: if a family has no distribution alpha, or if `count` is below one.
+
+    Examples:
+        >>> from unmodelled.uncertainty.families import Uniform
+        >>> draw([Uniform()], np.array([[2.0, 3.0]]), 2, np.random.default_rng(0)).round(3).tolist()
+        [[2.637], [2.27]]
     """
     _check(families, alpha, count)
     return _quantiles(families, alpha, generator.random((count, len(families))))
 
 
 def even_grid(families: Sequence[Family], alpha: Array, count: int) -> Array:
-    """(m^n, n) samples in the middle of cells of equal probability, with m^n as near to `count` as it can be.
+    """Return samples in the centres of cells of equal probability.
 
-    The "equally distributed grid of S samples" of quasi Monte Carlo (section 3.4.3).
+    This is the "equally distributed grid of S samples" of quasi Monte Carlo (section 3.4.3).
 
-    Raises BadInput as `draw` does.
+    Args:
+        families: families of the n parameters.
+        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+        count: wanted number of samples; the nearest m^n is used.
+
+    Returns:
+        Samples of shape (m^n, n).
+
+    Raises:
+        BadInput: if a family has no distribution alpha, or if `count` is below one.
+
+    Examples:
+        >>> from unmodelled.uncertainty.families import Uniform
+        >>> even_grid([Uniform()], np.array([[2.0, 3.0]]), 2).tolist()
+        [[2.25], [2.75]]
     """
     _check(families, alpha, count)
     n = len(families)
@@ -50,12 +76,21 @@ def data_sets(
     count: int,
     generator: np.random.Generator,
 ) -> Array:
-    """(count, L) made-up data: every output of every set comes from a theta of its own (section 3.2.1).
+    """Draw synthetic data sets, in which every output has its own parameters (section 3.2.1).
 
     Args:
-        response: of L outputs, L being `outputs`; called with L samples for every set.
+        response: response of n parameters and L outputs.
+        families: families of the n parameters.
+        alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+        outputs: number of outputs L.
+        count: number of data sets.
+        generator: random generator.
 
-    Raises BadInput as `draw` does, and where an output does not exist at a sample.
+    Returns:
+        Data of shape (count, L).
+
+    Raises:
+        BadInput: as `draw` does, and if an output does not exist for a sample.
     """
     theta = draw(families, alpha, count * outputs, generator).reshape(count, outputs, -1)
     return np.stack([np.diagonal(checked(response, own)) for own in theta])

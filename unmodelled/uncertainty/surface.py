@@ -1,4 +1,4 @@
-"""A response simulated once on a grid and interpolated from then on."""
+"""Response surface: a response simulated once on a grid, then interpolated."""
 
 from __future__ import annotations
 
@@ -29,19 +29,18 @@ BLOCK = 20_000
 @final
 @dataclass(frozen=True, eq=False)
 class ResponseSurface:
-    """All outputs of a response on a tensor grid of its bounds, and piecewise cubics between the nodes.
+    """Outputs of a response on a tensor grid of its bounds, with piecewise cubic interpolation; itself a
+    response.
 
-    The slopes at the nodes are Akima's: they follow from the four nearest secants, so that a kink of the
-    response disturbs only the cells next to it. A polynomial through all nodes, or a spline, carries it
-    across the box, as waves that even turn a monotone response around. Evenly spaced nodes serve kinks that
-    lie anywhere, and elsewhere for every output. The slopes are limited, so that the surface rises where the
-    nodes rise.
-
-    A surface is a response itself.
+    The slopes at the nodes are those of Akima: they depend on the four nearest secants, so that a kink of the
+    response disturbs only the neighbouring cells. A spline or a polynomial through all nodes would spread it
+    over the box as waves, and even reverse a monotone response. Nodes are evenly spaced, because kinks lie
+    elsewhere for every output. The slopes are limited, so that the surface rises wherever the nodes rise.
 
     Attributes:
-        names: of the n parameters. bounds: (n, 2).
-        values: (m_1, ..., m_n, L) outputs at evenly spaced nodes from bound to bound.
+        names: names of the n parameters.
+        bounds: lower and upper bounds, shape (n, 2).
+        values: outputs at evenly spaced nodes between the bounds, shape (m_1, ..., m_n, L).
     """
 
     names: tuple[str, ...]
@@ -50,13 +49,25 @@ class ResponseSurface:
 
     @classmethod
     def of(cls, response: Response, nodes: Sequence[int]) -> ResponseSurface:
-        """Simulate `response` once at every node.
+        """Simulate a response once at every node of a grid.
 
         Args:
-            nodes: (n,) nodes along every axis, at least 3; (15, 9) of a response of two parameters are 135
-                simulations. `errors` tells along which axis more of them would pay.
+            response: response of n parameters and L outputs.
+            nodes: number of nodes along each of the n axes, at least 3; (15, 9) are 135 simulations. The
+                property `errors` shows which axis needs more.
 
-        Raises BadInput for too few nodes, and where an output does not exist.
+        Returns:
+            Interpolated response.
+
+        Raises:
+            BadInput: if there are too few nodes, or if an output does not exist.
+
+        Examples:
+            >>> from unmodelled.uncertainty.response import Formula
+            >>> square = Formula(("theta",), np.array([[0.0, 2.0]]), lambda theta: theta**2)
+            >>> surface = ResponseSurface.of(square, (41,))
+            >>> surface(np.array([[1.01]])).round(3).tolist(), surface.spans.tolist()
+            ([[1.02]], [[0.0, 4.0]])
         """
         if len(nodes) != len(response.names):
             raise BadInput(f"nodes: {len(response.names)} parameters need as many numbers, got {len(nodes)}")
@@ -68,7 +79,7 @@ class ResponseSurface:
         return cls(response.names, response.bounds, values.reshape(*nodes, -1))
 
     def __call__(self, theta: Array) -> Array:
-        """(S, L) outputs at (S, n) parameters; raises BadInput outside the bounds."""
+        """Return outputs (S, L) at parameters (S, n); raise BadInput outside the bounds."""
         check_inside(self, theta)
         low, high = self.bounds.T
         share = np.clip((theta - low) / (high - low), 0.0, 1.0)
@@ -76,32 +87,40 @@ class ResponseSurface:
         return np.concatenate(blocks)
 
     def at(self, y: Array) -> Observed:
-        """Where in the bounds the outputs equal data y (L,), for their log-likelihood under any alpha.
+        """Follow the level curves of data, for their log-likelihood under any alpha.
 
-        Raises BadInput as `monotone` does, and where y has another length.
+        Args:
+            y: data of shape (L,).
+
+        Returns:
+            Level curves of the data.
+
+        Raises:
+            BadInput: as `monotone` does, and if the number of data differs from the number of outputs.
         """
         return Observed.of(self.names, self.monotone, y)
 
     @cached_property
     def monotone(self) -> Monotone:
-        """The surface in the form in which its level curves are followed.
+        """Surface in the form in which its level curves are followed.
 
-        Raises BadInput where an output is not monotone along any axis, and for more than two parameters.
+        Raises:
+            BadInput: if an output is not monotone along any axis, or if there are more than two parameters.
         """
         return Monotone.of(self.names, self.bounds, self.values, self._hermite)
 
     @property
     def spans(self) -> Array:
-        """(L, 2) smallest and largest value of every output at the nodes."""
+        """Smallest and largest value of every output at the nodes, shape (L, 2)."""
         axes = tuple(range(len(self.names)))
         return np.stack([self.values.min(axes), self.values.max(axes)], axis=-1)
 
     @property
     def errors(self) -> Array:
-        """(n, L) largest error along every axis of a surface that has only every other node of that axis.
+        """Largest interpolation errors if only every other node of an axis is used, shape (n, L).
 
-        Measured at the nodes left out, in the unit of the outputs. The surface itself is closer by a factor
-        of two at kinks and of about ten where the response is smooth.
+        They are measured at the omitted nodes, in the unit of the outputs. The error of the surface itself is
+        smaller by a factor of two at kinks and of about ten where the response is smooth.
         """
         return np.stack([self._error(axis) for axis in range(len(self.names))])
 
@@ -114,7 +133,7 @@ class ResponseSurface:
 
     @cached_property
     def _hermite(self) -> Array:
-        """(2 m_1, ..., 2 m_n, L) every value followed by its slope per cell, along every axis."""
+        """Values, each followed by its slope per cell along every axis, shape (2 m_1, ..., 2 m_n, L)."""
         table = self.values
         for axis, nodes in enumerate(self.values.shape[:-1]):
             along = np.moveaxis(table, axis, 0)
@@ -123,7 +142,7 @@ class ResponseSurface:
         return table
 
     def _block(self, share: Array) -> Array:
-        """(S, L) outputs at points (S, n) of the unit box: a sparse product with `_hermite`."""
+        """Return outputs (S, L) at points (S, n) of the unit box, by a sparse product with `_hermite`."""
         samples = len(share)
         columns, weights = np.zeros((samples, 1), dtype=np.int64), np.ones((samples, 1))
         for k, nodes in enumerate(self.values.shape[:-1]):
@@ -140,13 +159,15 @@ class ResponseSurface:
 
 
 def _cubics(x: Array) -> Array:
-    """(S, 4) Hermite's polynomials at (S,) positions in a cell: of value and slope here, then there."""
+    """Return Hermite polynomials (S, 4) at positions (S,) in a cell: of value and slope at its start and its
+    end.
+    """
     y = 1.0 - x
     return np.stack([(1.0 + 2.0 * x) * y * y, x * y * y, (1.0 + 2.0 * y) * x * x, -y * x * x], axis=1)
 
 
 def _slopes(values: Array, x: Array) -> Array:
-    """Akima's slopes of values (m, ...) at x (m,), limited to keep the values' order."""
+    """Return Akima's slopes of values (m, ...) at x (m,), limited for a monotone interpolation."""
     free = Akima1DInterpolator(x, values).derivative()(x)
     secants = np.diff(values, axis=0) / np.diff(x).reshape(-1, *[1] * (values.ndim - 1))
     before, after = np.concatenate([secants[:1], secants]), np.concatenate([secants, secants[-1:]])

@@ -20,21 +20,23 @@ CLOSE = 1e-6
 
 @compiled
 def _cubics(s: float) -> Four:
-    """Hermite's polynomials of value and slope at the one node and at the next."""
+    """Return the Hermite polynomials of value and slope at one node and at the next."""
     r = 1.0 - s
     return (1.0 + 2.0 * s) * r * r, s * r * r, (1.0 + 2.0 * r) * s * s, -r * s * s
 
 
 @compiled
 def _steeps(s: float) -> Four:
-    """Their derivatives."""
+    """Return the derivatives of the Hermite polynomials."""
     r = 1.0 - s
     return -6.0 * s * r, r * (1.0 - 3.0 * s), 6.0 * s * r, s * (1.0 - 3.0 * r)
 
 
 @compiled
 def _surface(table: Array, x: float, y: float) -> tuple[float, float, float]:
-    """Value and the slopes along x and y of one surface, `table` (2 m_1, 2 m_2), in the unit square."""
+    """Return the value and the slopes along x and y of one surface, `table` (2 m_1, 2 m_2), in the unit
+    square.
+    """
     m, n = table.shape[0] // 2 - 1, table.shape[1] // 2 - 1
     i, j = min(max(int(x * m), 0), m - 1), min(max(int(y * n), 0), n - 1)
     a, b = _cubics(x * m - i), _cubics(y * n - j)
@@ -54,7 +56,7 @@ def _surface(table: Array, x: float, y: float) -> tuple[float, float, float]:
 
 @compiled
 def _place(direction: int, line: float, q: float) -> tuple[float, float]:
-    """The point `q` of a line along a direction; lines are numbered by the other axis, diagonals by x - y."""
+    """Return the point `q` of a line; lines are numbered by the other axis, diagonals by x - y."""
     if direction == DIAGONAL:
         return line + q, q
     return (q, line) if direction == 0 else (line, q)
@@ -62,7 +64,7 @@ def _place(direction: int, line: float, q: float) -> tuple[float, float]:
 
 @compiled
 def _look(table: Array, part: Array, direction: int, line: float, q: float) -> tuple[float, float, float]:
-    """Value, slope along the line and slope along x at a point of a line in `part` of the square."""
+    """Return value, slope along the line and slope along x at a point of a line in `part` of the square."""
     x, y = _place(direction, line, q)
     value, dx, dy = _surface(table, part[0, 0] + x * part[0, 1], part[1, 0] + y * part[1, 1])
     dx, dy = dx * part[0, 1], dy * part[1, 1]
@@ -75,7 +77,9 @@ def _look(table: Array, part: Array, direction: int, line: float, q: float) -> t
 def _meet(
     table: Array, part: Array, direction: int, line: float, level: float, low: float, high: float, q: float
 ) -> tuple[float, float, float]:
-    """Where between `low` and `high` a line meets the level, with the slopes there: Newton from `q`."""
+    """Return the point of a line between `low` and `high` at the level, and the slopes there: Newton from
+    `q`.
+    """
     close = CLOSE * (high - low)
     slope, dx = 0.0, 0.0
     for _ in range(60):
@@ -97,7 +101,7 @@ def _meet(
 def _cross(
     table: Array, part: Array, axis: int, line: float, level: float, q: float
 ) -> tuple[float, float, float]:
-    """`_meet` along an axis; where the line stays below or above the level, its end and slopes of zero."""
+    """Return `_meet` along an axis; if the line does not meet the level, its end and slopes of zero."""
     if level <= _look(table, part, axis, line, 0.0)[0]:
         return 0.0, 0.0, 0.0
     if level >= _look(table, part, axis, line, 1.0)[0]:
@@ -108,7 +112,7 @@ def _cross(
 
 @compiled
 def _ends(table: Array, part: Array, level: float) -> tuple[float, float, float]:
-    """First and last diagonal that meet the level, and the y at which the last one does.
+    """Return the first and last diagonal that meet the level, and the y at which the last one does.
 
     The curve falls from the left or upper edge to the lower or right one, each a line along an axis.
     """
@@ -126,7 +130,7 @@ def _ends(table: Array, part: Array, level: float) -> tuple[float, float, float]
 def _diagonal(
     table: Array, part: Array, level: float, points: Array, weights: Array, share: Array, along: Array
 ) -> float:
-    """A curve of `follow` by diagonals; returns its end."""
+    """Follow one curve by diagonals and return its end."""
     if level <= _look(table, part, 0, 0.0, 0.0)[0]:
         return 0.0
     if level >= _look(table, part, 0, 1.0, 1.0)[0]:
@@ -156,7 +160,7 @@ def _straight(
     share: Array,
     along: Array,
 ) -> float:
-    """A curve of `follow` by lines along an axis; returns its end."""
+    """Follow one curve by lines along an axis and return its end."""
     q = 0.5
     for k in range(len(points)):
         q, slope, dx = _cross(table, part, axis, points[k], level, q)
@@ -180,20 +184,23 @@ def follow(
     along: Array,
     end: Array,
 ) -> None:
-    """Nodes along the level curves of L surfaces that rise along their directions, in part of the square.
+    """Fill arrays with the nodes along the level curves of L surfaces that rise along their directions.
 
-    The curve is a border of the region below a level. With f_1, f_2 densities over x and y and F_1, F_2 their
-    integrals, the probability of the region is by Green's theorem the integral of F_1 f_2 dy along the curve,
-    plus F_2 where it ends at the right edge. The density of the level is the integral of f_1 f_2 over the
-    lines that meet the curve, divided by the slopes along them.
+    The curve is the border of the region below a level. With densities f_1, f_2 over x and y and their
+    integrals F_1, F_2, the probability of the region is by Green's theorem the integral of F_1 f_2 dy along
+    the curve, plus F_2 at the end of the curve on the right edge. The density of the level is the integral of
+    f_1 f_2 over the lines that meet the curve, divided by the slopes along them.
 
     Args:
-        tables: (L, 2 m_1, 2 m_2) values and slopes per cell, alternating along both axes.
-        direction: (L,) 0, 1 or `DIAGONAL`. part: (L, 2, 2) start and width of the part along both axes.
-        levels: (P, L).
-        points, weights: (K,) quadrature on [0, 1].
-        share, along, end: filled. (P, L, K, 2) nodes in the unit square; (P, L, K, 2) their weights in the
-            sums of f_1 f_2 and of F_1 f_2; (P, L) y of the end.
+        tables: values and slopes per cell, alternating along both axes, shape (L, 2 m_1, 2 m_2).
+        direction: direction of each surface (0, 1 or `DIAGONAL`), shape (L,).
+        part: start and width of the part of the square along both axes, shape (L, 2, 2).
+        levels: levels of shape (P, L).
+        points: quadrature nodes on [0, 1], shape (K,).
+        weights: quadrature weights, shape (K,).
+        share: output, nodes in the unit square, shape (P, L, K, 2).
+        along: output, weights of the nodes in the sums of f_1 f_2 and of F_1 f_2, shape (P, L, K, 2).
+        end: output, y at the end of each curve, shape (P, L).
     """
     share[:], along[:] = 0.5, 0.0
     for p in range(len(levels)):
@@ -213,7 +220,15 @@ def follow(
 
 @compiled
 def steepness(tables: Array, refinement: int) -> Array:
-    """(L, 3) least slopes of L surfaces along x, y and both, with `refinement` points in every cell."""
+    """Return the smallest slopes of L surfaces along x, along y and along the diagonal.
+
+    Args:
+        tables: values and slopes per cell, alternating along both axes, shape (L, 2 m_1, 2 m_2).
+        refinement: number of points per cell and axis.
+
+    Returns:
+        Slopes of shape (L, 3).
+    """
     least = np.full((len(tables), 3), np.inf)
     m, n = refinement * (tables.shape[1] // 2 - 1), refinement * (tables.shape[2] // 2 - 1)
     for l in range(len(tables)):

@@ -15,7 +15,7 @@ from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
-from unmodelled.engine.threads import one_thread
+from unmodelled.base.threads import one_thread
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
 from unmodelled.logs.trajectory import Campaign
 

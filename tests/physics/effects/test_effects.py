@@ -20,8 +20,8 @@ from tests.physics.effects.benches import (
     system,
     values,
 )
-from unmodelled.diagnosis.data.window_tables import readings
 from unmodelled.effects.library import effects
+from unmodelled.logs.readings import readings
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.units import parse_unit
 from unmodelled.systems.writer import write_system

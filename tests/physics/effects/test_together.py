@@ -20,6 +20,7 @@ from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system
@@ -118,7 +119,7 @@ def test_an_effect_in_one_group_brings_a_column(logs: Logs, tmp_path: Path) -> N
     place = replace(RAIL, factor="group", level="s")
     added = effect("hysteresis", "dahl").add(system("stage"), place, scales("stage"))
     assert list(added.columns) == ["in_group"]
-    grown = extended(logs, added.columns).for_system(added.system)
+    grown = prepare(added.system, extended(logs, added.columns))
     assert grown.constants == ("m", "in_group")
     assert_allclose(grown.c[:, 1], [0.0, 0.0, 1.0, 1.0])
     assert list(grown.experiments["in_group"]) == [0.0, 0.0, 1.0, 1.0]
@@ -140,7 +141,7 @@ def test_scatter_becomes_a_column_with_one_value_per_experiment(logs: Logs, tmp_
     assert name == "b_deviation"
     spread = in_columns(added.system, added.per_experiment)
     values = np.array([0.1, -0.2, 0.3, 0.0])
-    grown = extended(logs, {name: values}).for_system(spread)
+    grown = prepare(spread, extended(logs, {name: values}))
     write_system(spread, tmp_path / "spread.yaml")
     read = read_system(tmp_path / "spread.yaml")
     rates = numpy_system_function(read, list(read.closed), efforts_zero=True)
@@ -191,5 +192,5 @@ def test_channels_have_the_names_of_the_contract() -> None:
 def test_a_gain_of_a_sensor_is_taken_out_of_the_states_that_it_shows(logs: Logs) -> None:
     added = effect("sensor_gain").add(system("stage"), Place("sensor", "x"), scales("stage"))
     (name,) = added.amplitudes
-    seen = logs.for_system(added.system.with_values({name: 0.25}))
+    seen = prepare(added.system.with_values({name: 0.25}), logs)
     assert_allclose(1.25 * seen.x[:, 0], logs.x[:, 0], rtol=1e-12)

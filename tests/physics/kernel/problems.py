@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.models.nnap import Integration, Nnap
+from unmodelled.engine.free_run import Integration
+from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, rollout
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system

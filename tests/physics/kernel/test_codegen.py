@@ -16,7 +16,7 @@ from tests.physics.kernel.random_systems import CORNERS, SMOOTH, random_structur
 from unmodelled.engine.compiled.printer import ScalarPrinter
 from unmodelled.engine.compiled.source import source
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.models.nnap import Integration
+from unmodelled.engine.free_run import Integration
 from unmodelled.systems import functions as f
 from unmodelled.systems.model import TIME, Parameter, Port, State, System, symbol
 from unmodelled.systems.operations import FUNCTIONS

@@ -17,11 +17,10 @@ from tests.physics.kernel.problems import NAMES, built_in, problem
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.engine.machine.machine import Windows, evaluated, simulated
-from unmodelled.engine.machine.machine_opcodes import LANES, Op
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
-from unmodelled.engine.machine.machine_scalars import exp, tanh
-from unmodelled.models.nnap import Integration
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.interpreter import exp, tanh
+from unmodelled.engine.machine.opcodes import LANES, Op
+from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.systems.functions import at_least, equal, greater
 from unmodelled.systems.model import TIME, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
@@ -29,6 +28,8 @@ from unmodelled.systems.numeric import numpy_system_function
 Array = NDArray[np.float64]
 
 x, y, u, p, c = (symbol(name) for name in "xyupc")
+
+HOW = Integration(0.1, "rk4", 1, 1.0)
 
 
 def made(rate: sp.Expr, *observed: sp.Expr) -> Program:
@@ -50,7 +51,7 @@ def assert_same(system: System, seed: int, size: Array | float = 1.0, samples: i
     arguments = t, states, inputs, np.empty(0), values, constants
     expected, heights = np.split(function(*arguments), [len(closed)], axis=1)
     beside = function(*((1.0 + 1e-15) * a for a in arguments))
-    found = evaluated(assembled(Equations.of(system, expressions)), t, states, inputs, values, constants)
+    found = Program.of(system, expressions).evaluate(t, states, inputs, values, constants)
     with np.errstate(all="ignore"):
         # what rounding of the arguments alone does
         rounding = np.nan_to_num(np.abs(beside[:, : len(closed)] - expected))
@@ -91,7 +92,7 @@ def test_free_runs_equal_the_reference(seed: int, hold: float) -> None:
     values = given.model.physics().detach().numpy()
     sets = np.broadcast_to(values, (3, *values.shape))
     x0 = np.repeat(given.x0[:, None], 2, axis=1)
-    found = simulated(program, windows, sets, data.c, x0, how.substeps, how.period, hold)
+    found = free_run(program, windows, sets, data.c, x0, how)
     inputs = torch.tensor(data.u[starts[:, None] + np.arange(given.steps + 1)])
     constants = torch.tensor(data.c[data.owner[starts]])
     expected, _ = given.model.simulate(
@@ -105,7 +106,7 @@ def test_free_runs_equal_the_reference(seed: int, hold: float) -> None:
 
 
 def free_runs(program: Program, windows: Windows, x0: Array, p: Array) -> Array:
-    return simulated(program, windows, p, np.array([[0.5], [0.7]]), x0, 1, 0.1)
+    return free_run(program, windows, p, np.array([[0.5], [0.7]]), x0, HOW)
 
 
 def some_windows(count: int, sets: int) -> Windows:
@@ -148,7 +149,7 @@ def test_a_diverging_lane_leaves_the_others_alone() -> None:
     drive, t = np.zeros((40, 1)), np.arange(40) * 0.1
     windows = Windows(drive, t, *np.array([[0], [39], [0]]), np.zeros(2, np.int64))
     values = np.array([[[50.0], [-1.0]]])
-    found = simulated(program, windows, values, np.zeros((1, 1)), np.ones((1, 2, 1)), 1, 0.1)
+    found = free_run(program, windows, values, np.zeros((1, 1)), np.ones((1, 2, 1)), HOW)
     assert not np.isfinite(found[0, 0, -1]).any()
     assert found[0, 1, -1, 0] == pytest.approx(1.0 / math.sqrt(1.0 + 2.0 * 3.9), rel=1e-3)
 
@@ -222,9 +223,9 @@ def test_windows_beyond_the_samples_are_refused(change: dict[str, list[int]]) ->
     windows = Windows(np.zeros((80, 1)), np.arange(40.0), *np.zeros((4, 1), np.int64))
     wrong = windows._replace(**{name: np.array(value) for name, value in change.items()})
     one = np.ones((1, 1, 1))
-    assert simulated(made(u - x), windows, one, one[0], one, 1, 0.1).shape == (1, 1, 1, 1)
+    assert free_run(made(u - x), windows, one, one[0], one, HOW).shape == (1, 1, 1, 1)
     with pytest.raises(ValueError, match="must lie within 40 samples"):
-        simulated(made(u - x), wrong, one, one[0], one, 1, 0.1)
+        free_run(made(u - x), wrong, one, one[0], one, HOW)
 
 
 def test_sizes_are_checked() -> None:
@@ -232,7 +233,7 @@ def test_sizes_are_checked() -> None:
     one = np.ones((1, 1, 1))
     for name, arrays in {"x0": (one, one[0], one[:, :, :0]), "p": (one[:, :0], one[0], one)}.items():
         with pytest.raises(ValueError, match=f"{name} must have the shape"):
-            simulated(made(u - x), windows, *arrays, 1, 0.1)
+            free_run(made(u - x), windows, *arrays, HOW)
 
 
 def test_laws_of_ports_are_part_of_the_dynamics() -> None:

@@ -14,8 +14,7 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.evaluation.free_run import steps_of
-from unmodelled.evaluation.gap import Gap
+from unmodelled.evaluation.gap import Gap, steps_of
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System

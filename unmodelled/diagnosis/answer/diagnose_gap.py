@@ -29,7 +29,7 @@ from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.shrink import shrink
+from unmodelled.evaluation.gap import shrink
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -48,17 +48,13 @@ def whole_run_notes(diagnosis: Diagnosis, file: Path) -> Iterator[str]:
 def _diverged(diagnosis: Diagnosis, file: Path) -> NDArray[np.float64]:
     """(experiments,) s from the start of each to where a free run is lost, inf where it never is."""
     system, model = read_system(file), diagnosis.augmented
-    logs = model.logs
     latest = max((output.delay for output in system.outputs), default=0.0)
-    longest = float(np.diff(logs.offsets).max()) * logs.period
-    recording = Recording.of(logs, longest, latest=latest)
+    recording = Recording.whole(model.logs, latest=latest)
     simulation = Simulation(system, recording)
     runs = simulation(simulation.values[None, None], substeps=model.gap.substeps)
-    with np.errstate(all="ignore"):
-        error = np.abs(runs.y[:, 0] - runs.measured[:, 0]) / recording.scale
-    lost = (~(error <= LARGEST_ERROR)).any(axis=2) & recording.counted
-    first = np.where(lost.any(axis=1), logs.period * (1.0 + lost.argmax(axis=1)), np.inf)
-    until = np.full(len(logs), np.inf)
+    lost = (~(np.abs(runs.errors(recording.scale)) <= LARGEST_ERROR)).any(axis=2) & recording.counted
+    first = np.where(lost.any(axis=1), model.logs.period * (1.0 + lost.argmax(axis=1)), np.inf)
+    until = np.full(len(model.logs), np.inf)
     until[recording.owner] = first
     return until
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.sensors import Sensors, SmoothedSlope
 from unmodelled.logs.clock import Kind, read_at
-from unmodelled.logs.inputs import acting
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import with_delays
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -20,14 +20,14 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """Hold a correction of logs: gain * output + offset, drive * input, clock * time.
+    """A correction of logs: gain * output + offset, drive * input, clock * time.
 
     Attributes:
-        gain: factors (experiments, outputs) of the outputs.
-        offset: summands (experiments, outputs), in the unit of the corrected output.
-        drive: factors (experiments, inputs) of the inputs.
-        clock: factors (experiments,) of time.
-        columns: replacement (samples,) of an output before it is scaled, by the output's number.
+        gain: factors, shape (experiments, outputs), of the outputs.
+        offset: summands, shape (experiments, outputs), in the unit of the corrected output.
+        drive: factors, shape (experiments, inputs), of the inputs.
+        clock: factors, shape (experiments,), of time.
+        columns: replacement, shape (samples,), of an output before it is scaled, by the output's number.
     """
 
     gain: Array
@@ -38,12 +38,20 @@ class Correction:
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
-        """Return the correction that changes nothing in `logs`."""
+        """Return the correction that changes nothing.
+
+        Args:
+            logs: logs of all experiments.
+        """
         outputs, inputs = (len(logs), len(logs.outputs)), (len(logs), len(logs.inputs))
         return cls(np.ones(outputs), np.zeros(outputs), np.ones(inputs), np.ones(len(logs)))
 
     def only(self, runs: Mask) -> Correction:
-        """Restrict the correction to the experiments in the mask `runs` (experiments,); columns stay."""
+        """Restrict the correction to some experiments; columns stay replaced.
+
+        Args:
+            runs: mask of the experiments to correct, shape (experiments,).
+        """
         mine = runs[:, None]
         return replace(
             self,
@@ -55,7 +63,7 @@ class Correction:
 
     @property
     def corrected(self) -> Mask:
-        """Return the mask (experiments,) of changed experiments."""
+        """Return the mask, shape (experiments,), of changed experiments."""
         changed = (self.gain != 1.0) | (self.offset != 0.0)
         several = changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0)
         return np.asarray(several | bool(self.columns))
@@ -76,20 +84,21 @@ class Correction:
         for j, column in self.columns.items():
             y[:, j] = column
         y = self.gain[logs.owner] * y + self.offset[logs.owner]
-        u, common = self.drive[logs.owner] * logs.u, self.common
+        common = self.common
         period = common * logs.period
-        if common != 1.0:
-            # the delays of the inputs were applied on the clock of the file
-            late = [(1.0 - common) * item.delay for item in system.inputs]
-            u = acting(system, logs.ids, u, logs.offsets, period, late)
-        corrected = replace(logs, y=y, u=u, t=common * logs.t, period=period)
+        # the delays of the inputs were applied on the clock of the file
+        late = tuple(common * delay for delay in logs.delays)
+        corrected = replace(
+            logs, y=y, u=self.drive[logs.owner] * logs.u, t=common * logs.t, period=period, delays=late
+        )
+        corrected = with_delays(system, corrected)
         if (self.clock == common).all():
             return corrected
         lengths = [len(self._instants(logs, i)) for i in range(len(logs))]
         return replace(
             corrected,
             y=self._read(y, logs, "cubic"),
-            u=self._read(u, logs, "linear"),
+            u=self._read(corrected.u, logs, "linear"),
             x=self._read(logs.x, logs, "linear"),
             t=period * np.concatenate([np.arange(n) for n in lengths]),
             offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),

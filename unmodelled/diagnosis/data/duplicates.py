@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-
-import numpy as np
 
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.logs.logs import Logs
@@ -15,7 +12,14 @@ FEWEST_DIFFERENT = 2
 
 
 def identical(logs: Logs) -> list[list[int]]:
-    """Return groups of numbers of experiments whose outputs and inputs are equal, in order of their first."""
+    """Return the numbers of the experiments in groups of equal outputs and inputs.
+
+    Args:
+        logs: logs of all experiments.
+
+    Returns:
+        Groups in the order of their first experiments.
+    """
     found: dict[bytes, list[int]] = {}
     for i in range(len(logs)):
         rows = logs.rows(i)
@@ -24,23 +28,13 @@ def identical(logs: Logs) -> list[list[int]]:
 
 
 def different(logs: Logs) -> Logs:
-    """Return the logs with the first experiment of each group of identical ones."""
+    """Return the logs with the first experiment of each group of identical ones.
+
+    Args:
+        logs: logs of all experiments.
+    """
     groups = identical(logs)
-    return logs if len(groups) == len(logs) else selected(logs, [group[0] for group in groups])
-
-
-def selected(logs: Logs, runs: Sequence[int]) -> Logs:
-    """Return the logs of the experiments with the numbers `runs`."""
-    rows = np.concatenate([np.arange(*logs.offsets[[i, i + 1]]) for i in runs])
-    lengths = np.diff(logs.offsets)[list(runs)]
-    return replace(
-        logs,
-        ids=tuple(logs.ids[i] for i in runs),
-        experiments=logs.experiments.iloc[list(runs)].reset_index(drop=True),
-        offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
-        **{name: getattr(logs, name)[rows] for name in ("t", "y", "u", "x")},
-        c=logs.c[list(runs)],
-    )
+    return logs if len(groups) == len(logs) else logs.among([group[0] for group in groups])
 
 
 def duplicates(logs: Logs) -> tuple[LogFault, ...]:
@@ -48,6 +42,9 @@ def duplicates(logs: Logs) -> tuple[LogFault, ...]:
 
     The faults decide the diagnosis where fewer than two different experiments remain: the model would be
     judged on the data that it was fitted to.
+
+    Args:
+        logs: logs of all experiments.
     """
     groups = identical(logs)
     few = len(groups) < FEWEST_DIFFERENT

@@ -21,7 +21,7 @@ BASES = "rad", "m"
 
 @dataclass(frozen=True)
 class LogProblem:
-    """Describe a fault of a channel that a factor corrects.
+    """A fault of a channel that a factor corrects.
 
     Attributes:
         name: name of the fault in diagnosis.json.
@@ -96,7 +96,12 @@ def questions(system: System, logs: Logs) -> Iterator[Question]:
 
 
 def clocks(system: System, logs: Logs) -> Iterator[Question]:
-    """Yield a question for every other unit of time with which known delays are shorter than experiments."""
+    """Yield a question for every other unit of time in which known delays are shorter than experiments.
+
+    Args:
+        system: the known physics.
+        logs: logs of all experiments.
+    """
     none = Correction.none(logs)
     delays = *(i.delay for i in system.inputs), *(o.delay for o in system.outputs)
     longest = max(map(abs, delays))
@@ -107,7 +112,11 @@ def clocks(system: System, logs: Logs) -> Iterator[Question]:
 
 
 def constants(logs: Logs) -> Iterator[LogFault]:
-    """Yield a fault for every input that is constant over all experiments; it decides nothing."""
+    """Yield a fault for every input that is constant over all experiments; it decides nothing.
+
+    Args:
+        logs: logs of all experiments.
+    """
     for name, values in zip(logs.inputs, logs.u.T, strict=True):
         if np.ptp(values) == 0.0:
             yield LogFault(

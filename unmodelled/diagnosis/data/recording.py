@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.evaluation.free_run import WHOLE, steps_of
+from unmodelled.evaluation.gap import WHOLE, steps_of
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
@@ -20,13 +20,13 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Hold free-run windows, back to back along some experiments; the last of each may be shorter.
+    """Free-run windows, back to back along some experiments; the last of each may be shorter.
 
     Attributes:
         logs: logs of all experiments; their states are not used.
         runs: numbers of the experiments that are simulated.
-        start: first samples (windows,), where a simulation starts; the longest windows come first.
-        steps: numbers (windows,) of samples that are predicted.
+        start: first samples, shape (windows,), where a simulation starts; the longest windows come first.
+        steps: numbers, shape (windows,), of samples that are predicted.
         sensors: noise and slopes of the outputs.
         latest: longest delay of an output, samples; as many at the end of an experiment are in no window.
     """
@@ -75,13 +75,39 @@ class Recording:
         first, steps = (values[order].astype(np.int64) for values in (start, length))
         return cls(logs, runs, first, steps, sensors or Sensors(logs), latest / logs.period)
 
+    @classmethod
+    def whole(
+        cls,
+        logs: Logs,
+        runs: Sequence[int] | None = None,
+        latest: float = 0.0,
+        sensors: Sensors | None = None,
+    ) -> Recording:
+        """Return every experiment as one window, from its first state to its end.
+
+        Args:
+            logs: logs of all experiments.
+            runs: numbers of the experiments to simulate, default all.
+            latest: longest delay of an output, s, default 0.
+            sensors: sensors of the logs, where they are known already.
+        """
+        return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
+
     def among(self, runs: Sequence[int]) -> Recording:
-        """Return the windows of the experiments with the numbers `runs`."""
+        """Return the windows of some of the experiments.
+
+        Args:
+            runs: numbers of the experiments.
+        """
         mine = np.isin(self.owner, runs)
         return replace(self, runs=tuple(runs), start=self.start[mine], steps=self.steps[mine])
 
     def thinned(self, count: int) -> Recording:
-        """Return at most `count` of the windows, evenly from all experiments."""
+        """Return some of the windows, evenly from all experiments.
+
+        Args:
+            count: largest number of windows.
+        """
         if len(self.start) <= count:
             return self
         every = np.sort(np.argsort(self.start)[:: -(-len(self.start) // count)])
@@ -89,26 +115,26 @@ class Recording:
 
     @cached_property
     def owner(self) -> Indices:
-        """Return the numbers (windows,) of the windows' experiments."""
+        """Return the numbers, shape (windows,), of the windows' experiments."""
         return self.logs.owner[self.start]
 
     @cached_property
     def counted(self) -> NDArray[np.bool_]:
-        """Return the mask (windows, most steps) of predicted samples."""
+        """Return the mask, shape (windows, most steps), of predicted samples."""
         return np.asarray(np.arange(self.steps.max()) < self.steps[:, None])
 
     @cached_property
     def rows(self) -> Indices:
-        """Return the predicted samples (windows, most steps); after the end of a window its last sample."""
+        """Return the predicted samples, shape (windows, most steps); after a window its last sample."""
         after = 1 + np.arange(self.steps.max())
         return np.asarray(self.start[:, None] + np.minimum(after, self.steps[:, None]))
 
     @property
     def scale(self) -> Array:
-        """Return the standard deviation (outputs,) within experiments, in units of the outputs."""
+        """Return the standard deviation, shape (outputs,), within experiments, in units of the outputs."""
         return self.sensors.scale
 
     @property
     def noise(self) -> Array:
-        """Return the standard deviation (outputs,) of the sensor noise, in units of the outputs."""
+        """Return the standard deviation, shape (outputs,), of the sensor noise, in units of the outputs."""
         return self.sensors.noise

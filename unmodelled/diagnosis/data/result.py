@@ -18,7 +18,7 @@ Verdict = Literal["effect", "no_gap", "unknown", "check_logs"]
 
 @dataclass(frozen=True, eq=False)
 class JudgedModel:
-    """Hold a model with its gap on the held-out experiments.
+    """A model with its gap on the held-out experiments.
 
     Attributes:
         label: name of the model, such as "known" or "with coulomb_friction at rail".
@@ -35,7 +35,7 @@ class JudgedModel:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Hold an identified number of the augmented model, in SI units.
+    """An identified number of the augmented model, in SI units.
 
     Attributes:
         unit: unit of the number.
@@ -52,7 +52,7 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class DiagnosedEffect:
-    """Hold a diagnosed effect.
+    """A diagnosed effect.
 
     Attributes:
         added: effect and place; its law is written in names of `added.system`.
@@ -73,7 +73,7 @@ class DiagnosedEffect:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Hold a candidate as it is reported.
+    """A candidate as it is reported.
 
     Attributes:
         effects: effects of the candidate; none for the re-identified physics.
@@ -88,7 +88,7 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Hold the explanation of the gap between a system and measured experiments.
+    """The explanation of the gap between a system and measured experiments.
 
     The terms are defined in shared/contracts/diagnosis.md.
 
@@ -113,7 +113,7 @@ class Diagnosis:
         parameters: estimates of the system's uncertain parameters, by name.
         candidates: fitted candidates, the best first.
         notes: remarks on logs, models and integration, a sentence each.
-        signs: what the confidence is computed from, see `confidence.Signs`.
+        signs: numbers that the confidence is computed from, see `confidence.Signs`.
         faults: faults of the logs. With the verdict check_logs they are the answer, nothing was fitted, and
             all models are the known one.
     """
@@ -144,7 +144,7 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class LogFault:
-    """Hold a fault of the logs.
+    """A fault of the logs.
 
     Attributes:
         channels: names of the faulty outputs and inputs; `t` for time, `experiments` for whole logs.

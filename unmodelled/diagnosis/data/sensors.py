@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs
 
-from unmodelled.engine.differentiate import ORDER, noise, resolution, smooth_derivative
 from unmodelled.evaluation.gap import output_scale
-from unmodelled.logs.clock import shifted
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.differentiate import ORDER, noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
@@ -26,11 +26,11 @@ REPLICATES = 3
 
 @dataclass(frozen=True)
 class SmoothedSlope:
-    """Hold the smoothed derivative of one output.
+    """The smoothed derivative of one output.
 
     Attributes:
-        y: smoothed output (samples,), in the unit of the output.
-        v: derivative (samples,) of the output, per second.
+        y: smoothed output, shape (samples,), in the unit of the output.
+        v: derivative, shape (samples,), of the output, per second.
         width: width of the smoothing filter, samples.
     """
 
@@ -43,14 +43,14 @@ class SmoothedSlope:
         """Smooth and differentiate an output, see `smooth_derivative`.
 
         Args:
-            y: output (samples,) of all experiments one after the other.
-            offsets: first samples (experiments + 1,) of the experiments.
+            y: output, shape (samples,), of all experiments one after the other.
+            offsets: first samples of the experiments, shape (experiments + 1,).
             period: sampling period, s.
         """
         return cls(*smooth_derivative(y, offsets, period))
 
     def error(self, noise: float, offsets: Indices, period: float) -> Array:
-        """Estimate the standard deviation (samples,) of the error of `v`, by the parametric bootstrap.
+        """Estimate the standard deviation of the error of `v` by the parametric bootstrap.
 
         The smoothed output is taken as the truth, noise is added, and it is smoothed again. The error has the
         noise that passes the filter and the filter's bias. Samples at the same distance from an end of their
@@ -58,8 +58,11 @@ class SmoothedSlope:
 
         Args:
             noise: standard deviation of the output's noise.
-            offsets: first samples (experiments + 1,) of the experiments.
+            offsets: first samples of the experiments, shape (experiments + 1,).
             period: sampling period, s.
+
+        Returns:
+            Standard deviation, shape (samples,), per second.
         """
         truth = np.concatenate([_derivative(self.y[a:b], period) for a, b in pairwise(offsets)])
         square = np.zeros_like(truth)
@@ -105,7 +108,7 @@ class Sensors:
 
     @cached_property
     def noise(self) -> Array:
-        """Return the standard deviation (outputs,) of the sensor noise, at least that of the resolution.
+        """Return the noise, shape (outputs,): a standard deviation, at least that of the resolution.
 
         It is the residual of a smooth curve. Unlike differences of neighbouring samples it contains noise
         that is not white, such as that of a speed which a drive computes from an encoder.
@@ -119,7 +122,7 @@ class Sensors:
 
     @cached_property
     def scale(self) -> Array:
-        """Return the scale (outputs,) of errors, over all experiments; see `output_scale`."""
+        """Return the scale, shape (outputs,), of errors, over all experiments; see `output_scale`."""
         return output_scale(self.logs)
 
     def _rough(self, output: int) -> float:
@@ -158,15 +161,38 @@ class Sensors:
         return found
 
     def shown(self, output: int, delay: float) -> Array:
-        """Return the output (samples,) when it was measured, `delay` seconds before it is logged."""
+        """Return an output at the time when it was measured.
+
+        Args:
+            output: number of the output.
+            delay: time from the measurement to the logged sample, s.
+
+        Returns:
+            Values, shape (samples,).
+        """
         return self._earlier(self.logs.y[:, output], delay)
 
     def slope(self, output: int, delay: float) -> Array:
-        """Return the smoothed derivative (samples,) of `shown`, per second."""
+        """Return the smoothed derivative of `shown`, per second.
+
+        Args:
+            output: number of the output.
+            delay: time from the measurement to the logged sample, s.
+
+        Returns:
+            Derivative, shape (samples,).
+        """
         return self._earlier(self._spread(self._smoothed(output).v), delay)
 
     def slope_error(self, output: int) -> Array:
-        """Return the standard deviation (samples,) of the error of `slope` without delay, per second."""
+        """Return the standard deviation of the error of `slope` without delay, per second.
+
+        Args:
+            output: number of the output.
+
+        Returns:
+            Standard deviation, shape (samples,).
+        """
         if output not in self._errors:
             noise, period = float(self.noise[output]), self.logs.period
             self._errors[output] = self._spread(self._smoothed(output).error(noise, self._offsets, period))
@@ -181,5 +207,4 @@ class Sensors:
     def _earlier(self, values: Array, delay: float) -> Array:
         if delay == 0.0:
             return values
-        parts = (values[a:b] for a, b in pairwise(self.logs.offsets))
-        return np.concatenate([shifted(part, self.logs.period, delay, "cubic") for part in parts])
+        return delayed(values[:, None], self.logs.offsets, self.logs.period, [-delay], "cubic")[:, 0]

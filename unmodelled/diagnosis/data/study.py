@@ -13,13 +13,13 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.states import estimate
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """Hold the inputs of a diagnosis.
+    """The inputs of a diagnosis.
 
     Attributes:
         system: the known physics.
@@ -84,13 +84,8 @@ class Study:
     @cached_property
     def scales(self) -> Scales:
         """Return plausible sizes of states, inputs and efforts along the training experiments."""
-        logs, system = self.logs, self.system
-        rows = np.concatenate([np.arange(logs.offsets[i], logs.offsets[i + 1]) for i in self.learned])
-        lengths = [int(logs.offsets[i + 1] - logs.offsets[i]) for i in self.learned]
-        offsets = np.concatenate([[0], np.cumsum(lengths)])
-        ids, c, u = [logs.ids[i] for i in self.learned], logs.c[list(self.learned)], logs.u[rows]
-        x = estimate(system, ids, logs.period, offsets, logs.y[rows], u, c).x
-        return Scales.measured(system, logs.period, offsets, logs.t[rows], x, u, c)
+        own = prepare(self.system, self.logs.among(self.learned))
+        return Scales.measured(self.system, own.period, own.offsets, own.t, own.x, own.u, own.c)
 
 
 def held_out(

@@ -24,7 +24,7 @@ def _threshold(value: float, unit: str, meaning: str, origin: str, sensitivity: 
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Hold every threshold of a diagnosis.
+    """Every threshold of a diagnosis.
 
     Each field's metadata has `meaning`, `unit`, `origin` (why it has this value) and `sensitivity` (what
     changes at half and at twice the value). The noise ratio of a model is the mean square of its remaining

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.engine.machine.machine import evaluated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
-from unmodelled.logs.clock import shifted
+from unmodelled.engine.machine.program import Program
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.readings import readings
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -22,65 +20,13 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class StateReading:
-    """Say how an output measures a state: as gain * state + offset, or as the integral of the state.
-
-    Attributes:
-        state: number of the state.
-        output: number of the output.
-        gain: gain, an expression in parameters and constants of the operating point.
-        offset: offset, an expression like the gain.
-        slope: whether the state is the time derivative of the measured state.
-    """
-
-    state: int
-    output: int
-    gain: sp.Expr
-    offset: sp.Expr
-    slope: bool = False
-
-    @property
-    def plain(self) -> bool:
-        """Return whether the output, or its derivative, is the state itself."""
-        return bool(self.gain == 1 and self.offset == 0)
-
-
-def readings(system: System) -> tuple[StateReading, ...]:
-    """Return the measured states of a system, in the order of its states, as `logs.states` reads them."""
-    found: dict[int, StateReading] = {}
-    outputs = range(len(system.outputs))
-    for j in sorted(outputs, key=lambda j: system.outputs[j].expression not in system.x):
-        reading = _reading(system, j)
-        if reading is not None:
-            found.setdefault(reading.state, reading)
-    for k, shown in list(found.items()):
-        if system.dynamics[k] in system.x:
-            v = system.x.index(system.dynamics[k])
-            found.setdefault(v, StateReading(v, shown.output, shown.gain, sp.S.Zero, slope=True))
-    return tuple(found[k] for k in sorted(found))
-
-
-def _reading(system: System, j: int) -> StateReading | None:
-    expression = system.outputs[j].expression
-    seen = expression.free_symbols & set(system.x)
-    if len(seen) != 1 or not expression.free_symbols <= {*seen, *system.p, *system.c}:
-        return None
-    (state,) = seen
-    gain = sp.diff(expression, state)
-    offset = sp.expand(expression - gain * state)
-    if gain.has(state) or offset.has(state):
-        return None
-    return StateReading(system.x.index(state), j, gain, offset)
-
-
-@dataclass(frozen=True)
 class WindowTables:
-    """Hold the samples of all experiments, once for all parameter sets that read them alike.
+    """The samples of all experiments, once for all parameter sets that read them alike.
 
     Attributes:
-        u: inputs (tables, samples, inputs) at the time when they act.
-        x: measured states (tables, samples, measured states).
-        member: table (sets,) of every parameter set.
+        u: inputs, shape (tables, samples, inputs), at the time when they act.
+        x: measured states, shape (tables, samples, measured states).
+        member: table, shape (sets,), of every parameter set.
     """
 
     u: Array
@@ -89,12 +35,12 @@ class WindowTables:
 
     @property
     def driven(self) -> Array:
-        """Return inputs and measured states side by side (tables * samples, inputs + measured states)."""
+        """Return inputs and measured states, shape (tables * samples, inputs + measured states)."""
         return np.concatenate([self.u, self.x], axis=2).reshape(-1, self.u.shape[2] + self.x.shape[2])
 
     @property
     def shift(self) -> Indices:
-        """Return the number (sets,) of rows before the table of every set."""
+        """Return the number, shape (sets,), of rows before the table of every set."""
         return np.asarray(self.member * self.u.shape[1])
 
 
@@ -106,7 +52,7 @@ class WindowTableReader:
         recording: windows, see `Simulation`.
         input_delays: column of the delay (s) in a parameter set, by number of the input.
         output_delays: the same by number of the output.
-        c: operating points (experiments, constants).
+        c: operating points, shape (experiments, constants).
     """
 
     def __init__(
@@ -149,7 +95,14 @@ class WindowTableReader:
         return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
 
     def delays(self, values: Array) -> Array:
-        """Return the delays (sets, outputs), s, of the parameter sets `values` (sets, numbers)."""
+        """Return the delays of the outputs, s.
+
+        Args:
+            values: parameter sets, shape (sets, numbers).
+
+        Returns:
+            Delays, shape (sets, outputs).
+        """
         found = np.tile([output.delay for output in self.system.outputs], (len(values), 1))
         for j, column in self.output_delays.items():
             found[:, j] += values[:, column]
@@ -159,24 +112,29 @@ class WindowTableReader:
         logs = self.recording.logs
         if not self.input_delays:
             return logs.u
-        u = logs.u.copy()
-        for j, column in self.input_delays.items():
-            for a, b in pairwise(logs.offsets):
-                u[a:b, j] = shifted(u[a:b, j], logs.period, -float(values[column]), "linear")
-        return u
+        inputs = range(logs.u.shape[1])
+        delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
+        return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
     def gains(self, values: Array) -> Array:
-        """Return gain and offset (experiments, sets, readings, 2) of the measured states."""
+        """Return gain and offset of the measured states.
+
+        Args:
+            values: parameter sets, shape (experiments, sets, numbers).
+
+        Returns:
+            Gain and offset, shape (experiments, sets, readings, 2).
+        """
         system = self.system
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
-        found = evaluated(self._gains, np.zeros(1), *zeros, p, self.c[:, None])
+        found = self._gains.evaluate(np.zeros(1), *zeros, p, self.c[:, None])
         return found.reshape(*values.shape[:2], len(self.readings), 2)
 
     @cached_property
     def _gains(self) -> Program:
         expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
-        return assembled(Equations.of(self.system, expressions))
+        return Program.of(self.system, expressions)
 
     def _states(self, delays: Array, gains: Array) -> Array:
         sensors, owner = self.recording.sensors, self.recording.logs.owner

@@ -9,7 +9,7 @@ import numpy as np
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.evaluation.free_run import steps_of
+from unmodelled.evaluation.gap import steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -51,7 +51,7 @@ def check(file: Path, system: System, folder: Path, logs: Logs, horizon: float) 
     if len(logs) < FEWEST_EXPERIMENTS:
         raise BadInput(
             f"{folder / 'experiments.csv'}: column id: {len(logs)} experiment; a diagnosis needs "
-            f"{FEWEST_EXPERIMENTS} or more, as one is held out to judge the models; add the log of another one"
+            f"{FEWEST_EXPERIMENTS} or more, as one is held out to judge the models; add another log"
         )
     if not system.ports and not system.uncertain:
         raise BadInput(

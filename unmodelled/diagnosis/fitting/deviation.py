@@ -53,8 +53,7 @@ def errors(runs: Runs, scale: Array) -> Array:
     Args:
         scale: (outputs,) of a recording.
     """
-    with np.errstate(all="ignore"):
-        error = (runs.y[:, 0] - runs.measured[:, 0]) / scale
+    error = runs.errors(scale)
     error = np.where(np.isfinite(runs.y[:, 0]).all(axis=-1, keepdims=True), error, np.nan)
     cut = np.copysign(LARGEST_ERROR, np.where(np.isnan(error), 1.0, error))
     return np.where(np.abs(error) <= LARGEST_ERROR, error, cut)

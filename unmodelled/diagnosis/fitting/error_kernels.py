@@ -9,14 +9,14 @@ from unmodelled.engine.compiled.layout import jit
 
 @jit()
 def cut_errors(y, measured, noise, largest, steps):
-    """Return errors (windows, sets, samples, outputs) in units of the noise, cut at a largest size.
+    """Return errors, shape (windows, sets, samples, outputs), in units of the noise, cut at a largest size.
 
     Args:
-        y: simulated outputs (windows, sets, samples, outputs); nan counts as the largest error.
-        measured: measured outputs (windows, sets or 1, samples, outputs).
-        noise: standard deviation (outputs,) of the noise.
-        largest: largest error (outputs,), in units of the noise.
-        steps: number (windows,) of samples; errors after them are zero.
+        y: simulated outputs, shape (windows, sets, samples, outputs); nan counts as the largest error.
+        measured: measured outputs, shape (windows, sets or 1, samples, outputs).
+        noise: standard deviation, shape (outputs,), of the noise.
+        largest: largest error, shape (outputs,), in units of the noise.
+        steps: number, shape (windows,), of samples; errors after them are zero.
     """
     r = np.zeros_like(y)
     for w in range(y.shape[0]):
@@ -32,12 +32,12 @@ def cut_errors(y, measured, noise, largest, steps):
 
 @jit()
 def forward_differences(r, largest, steps):
-    """Return derivatives (windows, sets - 1, samples, outputs) of errors by forward differences.
+    """Return derivatives, shape (windows, sets - 1, samples, outputs), of errors by forward differences.
 
     Args:
-        r: errors (windows, sets, samples, outputs) of `cut_errors`; the first set is the point.
-        largest: size (outputs,) at which errors were cut; their derivatives are zero.
-        steps: steps (windows, sets - 1) of the differences.
+        r: errors, shape (windows, sets, samples, outputs), of `cut_errors`; the first set is the point.
+        largest: size, shape (outputs,), at which errors were cut; their derivatives are zero.
+        steps: steps, shape (windows, sets - 1), of the differences.
     """
     found = np.empty((r.shape[0], r.shape[1] - 1, r.shape[2], r.shape[3]))
     for w in range(r.shape[0]):
@@ -56,12 +56,12 @@ def delayed_values(y, late, steps):
     """Return the values of y a fraction of a sample earlier, by the cubic through four neighbours.
 
     Args:
-        y: outputs (windows, sets, samples, outputs) from the first sample of a window on.
-        late: delays (sets, outputs), samples.
-        steps: number (windows,) of samples that are predicted.
+        y: outputs, shape (windows, sets, samples, outputs), from the first sample of a window on.
+        late: delays, shape (sets, outputs), samples.
+        steps: number, shape (windows,), of samples that are predicted.
 
     Returns:
-        Values (windows, sets, samples - 1, outputs), from the second sample of a window on.
+        Values, shape (windows, sets, samples - 1, outputs), from the second sample of a window on.
     """
     found = np.full((y.shape[0], y.shape[1], y.shape[2] - 1, y.shape[3]), np.nan)
     for w in range(y.shape[0]):

@@ -28,19 +28,19 @@ SCOUTING, SCOUTED = 2, 40
 
 @dataclass(frozen=True)
 class Fit:
-    """Hold the result of a fit.
+    """The result of a fit.
 
     Attributes:
         values: fitted numbers that all experiments share, by name, SI.
         own: numbers that every experiment has for itself, by name and id, SI.
         names: names of the rows of `covariance`; a number of one experiment is name@id.
-        covariance: covariance (names, names) of the fitted numbers, SI; inf where the data do not determine
-            a number.
-        numbers: parameter sets (experiments, 1, numbers) for `Simulation`.
-        start: corrections (windows, measured states) of the measured initial states, SI.
+        covariance: covariance, shape (names, names), of the fitted numbers, SI; inf where the data do not
+            determine a number.
+        numbers: parameter sets, shape (experiments, 1, numbers), for `Simulation`.
+        start: corrections, shape (windows, measured states), of the measured initial states, SI.
         gap: deviation from the measured initial states, as the contract defines the gap.
         left: deviation from the corrected initial states.
-        scale: robust standard deviation (outputs,) of the remaining errors, in units of the outputs.
+        scale: robust standard deviation, shape (outputs,), of the remaining errors, in units of the outputs.
         loss: minimised loss.
         simulations: number of simulated parameter sets.
         substeps: integration steps per sample.
@@ -160,12 +160,12 @@ Asked = tuple[Array, Array]
 
 @dataclass
 class Descent:
-    """Hold the state of a fit between iterations.
+    """The state of a fit between iterations.
 
     Attributes:
         errors: errors that are minimised.
-        z: fitted vector (entries,).
-        moved: corrections (windows, measured states) of the initial states, in standard deviations.
+        z: fitted vector, shape (entries,).
+        moved: corrections, shape (windows, measured states), of the initial states, in standard deviations.
         damping: best damping of the last iteration.
         loss: loss before the last step.
         converged: whether the loss stopped falling.
@@ -179,10 +179,13 @@ class Descent:
     converged: bool = False
 
     def normal(self, r: Array) -> tuple[NormalEquations, Array]:
-        """Return the normal equations at the current point, and the robust spread (outputs,) of its errors.
+        """Return the normal equations at the current point, and the robust spread of its errors.
 
         Args:
-            r: errors (windows, sets, most steps, outputs) at the points of `Errors.around`.
+            r: errors at the points of `Errors.around`, shape (windows, points, most steps, outputs).
+
+        Returns:
+            Normal equations, and the spread, shape (outputs,).
         """
         unknowns, here = self.errors.unknowns, r[:, 0]
         scale = spread(here, unknowns.simulation.recording.counted)
@@ -196,7 +199,8 @@ class Descent:
         """Step to the best of several dampings; where none is better, try stronger ones.
 
         Yields:
-            Vectors and initial states to simulate; their errors are sent back.
+            Vectors, shape (sets, entries), and corrections of initial states, shape (windows, sets, measured
+            states), to simulate; their errors are sent back.
         """
         r = yield self.errors.around(self.z, self.moved)
         normal, scale = self.normal(r)
@@ -229,7 +233,7 @@ def begin(unknowns: Unknowns, starts: Sequence[Array], substeps: int) -> list[De
 
     Args:
         unknowns: numbers to fit.
-        starts: initial vectors (entries,), one per fit.
+        starts: initial vectors, shape (entries,), one per fit.
         substeps: integration steps per sample.
     """
     sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
@@ -238,7 +242,11 @@ def begin(unknowns: Unknowns, starts: Sequence[Array], substeps: int) -> list[De
 
 
 def iterate(descents: Sequence[Descent]) -> None:
-    """Iterate fits that share their errors once; points that they need at a time are simulated together."""
+    """Iterate fits that share their errors once; their points are simulated together.
+
+    Args:
+        descents: fits of the same unknowns.
+    """
     iterations = [descent.iteration() for descent in descents]
     asked = [(iteration, next(iteration)) for iteration in iterations]
     while asked:

@@ -14,8 +14,7 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import Deviation, errors, substeps_needed
 from unmodelled.diagnosis.fitting.floor import floor
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-from unmodelled.evaluation.free_run import WHOLE, FreeRun, steps_of
-from unmodelled.evaluation.gap import DIVERGED, LARGEST_ERROR, SUBSTEPS, Gap, Off
+from unmodelled.evaluation.gap import DIVERGED, LARGEST_ERROR, SUBSTEPS, WHOLE, FreeRun, Gap, Off, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -37,7 +36,7 @@ def free_runs(
 
     Args:
         system: with its values of the parameters, laws of its ports included.
-        logs: with the states and constants of `system`, see `Logs.for_system`.
+        logs: prepared for `system`, see `prepare`.
         horizon: s, rounded to samples. runs: which experiments; all unless given.
         sensors: those of the logs, where they are known already.
 
@@ -45,7 +44,7 @@ def free_runs(
         BadInput: when the horizon is not positive, or a delay is as long as an experiment.
     """
     if logs.states != tuple(s.name for s in system.states):
-        raise ValueError(f"logs must have the states of {system.name}, see Logs.for_system")
+        raise ValueError(f"logs must have the states of {system.name}, see prepare")
     runs = tuple(range(len(logs)) if runs is None else runs)
     latest = _latest(system, logs, runs)
     recording = Recording.of(logs, horizon, runs, latest, sensors)
@@ -55,7 +54,7 @@ def free_runs(
     found = simulation(values, substeps=substeps)
     error = errors(found, recording.scale)
     deviation, least = Deviation.of(recording, error**2), floor(simulation, values, substeps)
-    whole = _whole(recording, latest)
+    whole = Recording.whole(logs, runs, latest, recording.sensors)
     units, about = _units(simulation, found, whole, simulation.over(whole)(values, substeps=substeps))
     return Gap(
         value=deviation.value,
@@ -89,13 +88,6 @@ def _latest(system: System, logs: Logs, runs: Sequence[int]) -> float:
     return max((output.delay for output in system.outputs), default=0.0)
 
 
-def _whole(recording: Recording, latest: float) -> Recording:
-    """Every experiment as one window."""
-    logs = recording.logs
-    longest = logs.period * float(np.diff(logs.offsets).max())
-    return Recording.of(logs, longest, recording.runs, latest, recording.sensors)
-
-
 def _units(
     simulation: Simulation, found: Runs, longest: Recording, whole: Runs
 ) -> tuple[dict[str, Off], list[str]]:
@@ -106,8 +98,7 @@ def _units(
     """
     recording = simulation.recording
     scale, owner = recording.scale, longest.owner
-    with np.errstate(all="ignore"):
-        near, far = ((each.y[:, 0] - each.measured[:, 0]) / scale for each in (found, whole))
+    near, far = found.errors(scale), whole.errors(scale)
     longer = np.asarray(recording.steps == recording.steps.max())
     full = longer | np.isin(recording.start, recording.logs.offsets)
     ends = near[full, recording.steps[full] - 1]

@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """Hold the known physics with effects.
+    """The known physics with effects.
 
     When exactly a logged input acts, within about half a sample, is never known. This timing is fitted with
     every hypothesis and is not an effect.
@@ -45,11 +45,20 @@ class Hypothesis:
 
     @classmethod
     def known(cls, study: Study) -> Hypothesis:
-        """Return the known physics without effects."""
+        """Return the known physics without effects.
+
+        Args:
+            study: inputs of the diagnosis.
+        """
         return cls(study, study.system)
 
     def plus(self, effect: Effect, place: Place) -> Hypothesis:
-        """Return the hypothesis with `effect` at `place` besides."""
+        """Return the hypothesis with one effect more.
+
+        Args:
+            effect: effect of the library.
+            place: place of the effect.
+        """
         added = effect.add(self.system, place, self.study.scales)
         return Hypothesis(self.study, added.system, (*self.effects, added))
 
@@ -98,7 +107,7 @@ class Hypothesis:
 
     @cached_property
     def c(self) -> Array:
-        """Return the operating points (experiments, constants), with those that the effects need."""
+        """Return the operating points, shape (experiments, constants), with those that the effects need."""
         logs = self.study.logs
         for effect in self.effects:
             logs = extended(logs, effect.columns)
@@ -122,7 +131,11 @@ class Hypothesis:
         return self.system.with_values({name: 1.0 for e in self.effects for name in e.shares})
 
     def simulation(self, recording: Recording) -> Simulation:
-        """Return the simulation of the hypothesis over the windows of `recording`."""
+        """Return the simulation of the hypothesis.
+
+        Args:
+            recording: windows to simulate.
+        """
         return Simulation(self.full, recording, self.delays, self.c)
 
     @cached_property
@@ -154,7 +167,7 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class FittedHypothesis:
-    """Hold a hypothesis whose unknowns were fitted to a recording.
+    """A hypothesis whose unknowns were fitted to a recording.
 
     Attributes:
         hypothesis: the known physics with effects.
@@ -194,7 +207,14 @@ class FittedHypothesis:
         return Unknowns(self.hypothesis.simulation(self.recording), self.hypothesis.unknowns)
 
     def vector(self, unknowns: Unknowns) -> Array:
-        """Return the fitted values as a vector (entries,) of `unknowns`, those of the same hypothesis."""
+        """Return the fitted values as a vector.
+
+        Args:
+            unknowns: unknowns of the same hypothesis over some windows.
+
+        Returns:
+            Vector, shape (entries,).
+        """
         runs = sorted(unknowns.simulation.recording.runs)
         ids = [unknowns.simulation.recording.logs.ids[i] for i in runs]
         values = [
@@ -205,13 +225,14 @@ class FittedHypothesis:
         return np.array(values) / unknowns.scale
 
     def moved(self, recording: Recording) -> tuple[Array, Array]:
-        """Return corrections of the initial states and their noise, (windows, measured states) both.
+        """Return corrections of the initial states and their noise.
 
         Args:
             recording: some of the windows of the fit.
 
         Returns:
-            Corrections in standard deviations of the noise, and these standard deviations, SI.
+            Corrections in standard deviations of the noise, and these standard deviations, SI; both have the
+            shape (windows, measured states).
         """
         order = np.argsort(self.recording.start)
         rows = order[np.searchsorted(self.recording.start[order], recording.start)]
@@ -220,12 +241,12 @@ class FittedHypothesis:
 
     @cached_property
     def errors(self) -> tuple[Array, Array]:
-        """Return errors (windows, most steps, outputs) in units of the sensor noise, and corrected starts."""
+        """Return errors in units of the sensor noise, shape (windows, most steps, outputs), and starts."""
         moved, sigma = self.moved(self.recording)
         errors = Errors(self.unknowns, sigma, self.fit.substeps)
         return errors(self.vector(self.unknowns)[None], moved[:, None])[:, 0], moved
 
     @cached_property
     def spread(self) -> Array:
-        """Return the robust spread (outputs,) of the errors, see `residuals.spread`."""
+        """Return the robust spread, shape (outputs,), of the errors, see `residuals.spread`."""
         return spread(self.errors[0], self.recording.counted)

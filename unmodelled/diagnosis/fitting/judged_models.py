@@ -17,15 +17,19 @@ from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
 from unmodelled.evaluation.gap import Gap
-from unmodelled.logs.inputs import acting
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
 
 def known_model(study: Study) -> JudgedModel:
-    """Return the system as given, with its gap on the held-out experiments of `study`."""
+    """Return the system as given, with its gap on the held-out experiments.
+
+    Args:
+        study: inputs of the diagnosis.
+    """
     return JudgedModel("known", study.system, study.logs, held_out_gap(study.system, study.logs, study))
 
 
@@ -45,7 +49,7 @@ def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
     if own:
         system = in_columns(system, own)
         logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
-    logs = _read(system, logs, study.system).for_system(system)
+    logs = prepare(system, logs)
     return JudgedModel(label, system, logs, held_out_gap(system, logs, study))
 
 
@@ -65,12 +69,15 @@ def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float
 
     Those of held-out experiments are fitted to these experiments, with all shared numbers fixed: nothing else
     determines them.
+
+    Args:
+        fitted: fitted hypothesis.
     """
     if not fitted.fit.own:
         return {}
     study, system = fitted.hypothesis.study, _shared(fitted)
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
-    logs = _read(system, study.logs, study.system)
+    logs = with_delays(system, study.logs)
     held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
     found = fit_parameters(
         Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps
@@ -85,9 +92,3 @@ def _shared(fitted: FittedHypothesis) -> System:
     late = {u: values[name] for name, u in hypothesis.timing.items()}
     inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)
     return replace(system, inputs=tuple(inputs))
-
-
-def _read(system: System, logs: Logs, before: System) -> Logs:
-    """Logs with the inputs as they act with the delays of `system`."""
-    delays = [new.delay - old.delay for new, old in zip(system.inputs, before.inputs, strict=True)]
-    return replace(logs, u=acting(system, logs.ids, logs.u, logs.offsets, logs.period, delays))

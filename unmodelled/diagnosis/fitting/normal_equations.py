@@ -21,14 +21,15 @@ RANK = 1e-12
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """Hold products of derivatives and residuals.
+    """Products of derivatives and residuals.
 
     Attributes:
-        gram: products (windows, q, q) of q = unknowns + states + 1 columns: derivatives by the unknowns, by
+        gram: products, shape (windows, q, q), of q = unknowns + states + 1 columns: derivatives by the
+            unknowns, by
             the initial states in units of their noise, and the residual. The prior of the initial states is
             included.
-        entry: entry (windows, unknowns) of an unknown in the vector.
-        precision: inverse variance (size,) of the vector's prior around zero.
+        entry: entry, shape (windows, unknowns), of an unknown in the vector.
+        precision: inverse variance, shape (size,), of the vector's prior around zero.
     """
 
     gram: Array
@@ -42,12 +43,12 @@ class NormalEquations:
         """Return the products of residuals and derivatives.
 
         Args:
-            r: residuals (windows, samples, outputs).
-            slopes: derivatives (windows, unknowns + states, samples, outputs).
-            weights: weights (windows, samples, outputs) of squared residuals.
-            moved: corrections (windows, states) of the initial states, in units of their noise.
-            entry: entry (windows, unknowns) of an unknown in the vector.
-            precision: inverse variance (size,) of the vector's prior.
+            r: residuals, shape (windows, samples, outputs).
+            slopes: derivatives, shape (windows, unknowns + states, samples, outputs).
+            weights: weights, shape (windows, samples, outputs), of squared residuals.
+            moved: corrections, shape (windows, states), of the initial states, in units of their noise.
+            entry: entry, shape (windows, unknowns), of an unknown in the vector.
+            precision: inverse variance, shape (size,), of the vector's prior.
         """
         rows = np.concatenate([slopes, r[:, None]], axis=1).reshape(len(r), slopes.shape[1] + 1, -1)
         gram = (rows * weights.reshape(len(r), 1, -1)) @ rows.swapaxes(1, 2)
@@ -65,8 +66,9 @@ class NormalEquations:
             damping: relative damping of the initial states, default 0.
 
         Returns:
-            Curvature (windows, unknowns, unknowns), gradient (windows, unknowns), and derivatives (windows,
-            states, unknowns + 1) of the initial states by the unknowns, their own step last.
+            Curvature, shape (windows, unknowns, unknowns), gradient, shape (windows, unknowns), and
+            derivatives, shape (windows,
+            states, unknowns + 1), of the initial states by the unknowns, their own step last.
         """
         n = self.entry.shape[1]
         inner = self.gram[:, n:-1, n:-1]
@@ -77,10 +79,14 @@ class NormalEquations:
         return outer[:, :, :n], outer[:, :, n], follow
 
     def summed(self, curvature: Array, gradient: Array) -> tuple[Array, Array]:
-        """Sum curvature (windows, unknowns, unknowns) and gradient (windows, unknowns) over the windows.
+        """Sum curvature and gradient over the windows.
+
+        Args:
+            curvature: curvature of every window, shape (windows, unknowns, unknowns).
+            gradient: gradient of every window, shape (windows, unknowns).
 
         Returns:
-            Curvature (size, size) and gradient (size,) of the vector, without its prior.
+            Curvature, shape (size, size), and gradient, shape (size,), of the vector, without its prior.
         """
         size = len(self.precision)
         H, g = np.zeros((size, size)), np.zeros(size)
@@ -89,12 +95,15 @@ class NormalEquations:
         return H, g
 
     def step(self, damping: float, z: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the vector (size,) after a damped step within its bounds, and steps of the initial states.
+        """Return the vector after a damped step within its bounds, and steps of the initial states.
 
         Args:
             damping: relative damping of all unknowns.
-            z: vector (size,) before the step.
-            bounds: lowest and highest values (size,) of the vector.
+            z: vector, shape (size,), before the step.
+            bounds: lowest and highest values of the vector, shape (size,).
+
+        Returns:
+            Vector, shape (size,), and steps, shape (windows, states).
         """
         curvature, gradient, follow = self.reduced(damping)
         H, g = self.summed(curvature, gradient)
@@ -119,10 +128,13 @@ class NormalEquations:
         return there, moves
 
     def covariance(self) -> Array:
-        """Return the covariance (size, size) of the vector; inf where the data do not determine an unknown.
+        """Estimate the covariance of the vector; inf where the data do not determine an unknown.
 
         It comes from the scatter of the windows' gradients (sandwich estimator): errors of one window depend
         on each other, those of two windows do not.
+
+        Returns:
+            Covariance, shape (size, size).
         """
         curvature, gradient, _ = self.reduced()
         H = self.summed(curvature, gradient)[0] + np.diag(self.precision)

@@ -24,7 +24,7 @@ class Errors:
 
     Args:
         unknowns: numbers that may change.
-        sigma: noise (windows, measured states) of the initial states, SI.
+        sigma: noise, shape (windows, measured states), of the initial states, SI.
         substeps: integration steps per sample.
     """
 
@@ -39,7 +39,7 @@ class Errors:
 
     @property
     def largest(self) -> Array:
-        """Return the size (outputs,) at which errors are cut, in units of the noise."""
+        """Return the size, shape (outputs,), at which errors are cut, in units of the noise."""
         recording = self.simulation.recording
         return LARGEST_ERROR * recording.scale / recording.noise
 
@@ -63,12 +63,12 @@ class Errors:
         """Return a point and its neighbours in every direction: one for each unknown and initial state.
 
         Args:
-            z: vector (entries,).
-            moved: corrections (windows, measured states) of the initial states.
+            z: vector, shape (entries,).
+            moved: corrections, shape (windows, measured states), of the initial states.
 
         Returns:
-            Vectors (points, entries) and corrections (windows, points, measured states), where points are
-            1 + unknowns + measured states.
+            Vectors, shape (points, entries), and corrections, shape (windows, points, measured states),
+            where points are 1 + unknowns + measured states.
         """
         unknowns, states = self.unknowns, moved.shape[1]
         count = len(unknowns.each)
@@ -79,11 +79,15 @@ class Errors:
         return points, starts
 
     def slopes(self, z: Array, r: Array) -> Array:
-        """Return derivatives (windows, unknowns + measured states, most steps, outputs) of the errors.
+        """Return the derivatives of the errors by unknowns and initial states.
 
         Args:
-            z: vector (entries,).
-            r: errors at the points of `around`; the derivative of an error that was cut is zero.
+            z: vector, shape (entries,).
+            r: errors at the points of `around`; the derivative of an error that was cut is zero. Its shape is
+                (windows, points, most steps, outputs).
+
+        Returns:
+            Derivatives, shape (windows, unknowns + measured states, most steps, outputs).
         """
         entry = self.unknowns.entry
         steps = np.full((len(r), r.shape[1] - 1), START_STEP)
@@ -95,32 +99,41 @@ class Errors:
 
 
 def spread(r: Array, counted: NDArray[np.bool_]) -> Array:
-    """Return the robust standard deviation (outputs,) of residuals, at least that of the noise.
+    """Estimate the robust standard deviation of residuals, at least that of the noise.
 
     Args:
-        r: residuals (windows, most steps, outputs), in standard deviations of the noise.
-        counted: mask (windows, most steps) of predicted samples.
+        r: residuals, shape (windows, most steps, outputs), in standard deviations of the noise.
+        counted: mask, shape (windows, most steps), of predicted samples.
+
+    Returns:
+        Standard deviation, shape (outputs,), in that of the noise.
     """
     return np.maximum(1.4826 * np.median(np.abs(r[counted]), axis=0), 1.0)
 
 
 def weights(r: Array, scale: Array) -> Array:
-    """Return the weights (..., outputs) of squared residuals by Huber's loss.
+    """Return the weights of squared residuals by Huber's loss.
 
     Args:
-        r: residuals (..., outputs).
-        scale: robust standard deviation (outputs,) of the residuals.
+        r: residuals, shape (..., outputs).
+        scale: robust standard deviation, shape (outputs,), of the residuals.
+
+    Returns:
+        Weights, shape (..., outputs).
     """
     size = np.abs(r) / scale
     return np.where(size <= TUNING, 1.0, TUNING / np.maximum(size, TUNING)) / scale**2
 
 
 def loss(r: Array, scale: Array) -> Array:
-    """Return Huber's loss (sets,).
+    """Return Huber's loss of residuals.
 
     Args:
-        r: residuals (windows, sets, most steps, outputs).
-        scale: robust standard deviation (outputs,) of the residuals.
+        r: residuals, shape (windows, sets, most steps, outputs).
+        scale: robust standard deviation, shape (outputs,), of the residuals.
+
+    Returns:
+        Loss, shape (sets,).
     """
     size = np.abs(r) / scale
     each = np.where(size <= TUNING, 0.5 * size**2, TUNING * (size - 0.5 * TUNING))

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTables
 from unmodelled.diagnosis.fitting import error_kernels
-from unmodelled.engine.machine.machine import Windows, simulated
-from unmodelled.engine.machine.machine_program import Equations, Program, assembled
-from unmodelled.evaluation.free_run import WHOLE
-from unmodelled.logs.observer import SUBSTEPS, observer
+from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
+from unmodelled.engine.machine.program import Program
+from unmodelled.evaluation.gap import WHOLE
+from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -24,15 +25,16 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Runs:
-    """Hold simulated and measured outputs of all windows.
+    """Simulated and measured outputs of all windows.
 
     Attributes:
-        y: simulated outputs (windows, sets, most steps, outputs), from the second sample of a window on; nan
-            after its end, nan or inf where the simulation diverged.
-        measured: measured outputs (windows, sets or 1, most steps, outputs) at the same samples.
-        counted: mask (windows, most steps) of the samples before the end of a window.
-        later: number (sets or 1, outputs) of samples by which a delay shifts the compared samples.
-        first: simulated outputs (windows, sets, outputs) at the first sample of a window, without delay.
+        y: simulated outputs, shape (windows, sets, most steps, outputs), from the second sample of a window
+            on; nan after its end, nan or inf where the simulation diverged.
+        measured: measured outputs, shape (windows, sets or 1, most steps, outputs), at the same samples.
+        counted: mask, shape (windows, most steps), of the samples before the end of a window.
+        later: number, shape (sets or 1, outputs), of samples by which a delay shifts the compared samples.
+        first: simulated outputs, shape (windows, sets, outputs), at the first sample of a window, without
+            delay.
     """
 
     y: Array
@@ -41,9 +43,21 @@ class Runs:
     later: Indices
     first: Array
 
+    def errors(self, scale: Array) -> Array:
+        """Return the errors of the first set; not finite where it diverged.
+
+        Args:
+            scale: unit of the errors, shape (outputs,), such as `Recording.scale`.
+
+        Returns:
+            Errors, shape (windows, most steps, outputs).
+        """
+        with np.errstate(all="ignore"):
+            return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
+
     @property
     def diverged(self) -> NDArray[np.bool_]:
-        """Return the mask (windows, sets) of windows in which an output has no finite value."""
+        """Return the mask, shape (windows, sets), of windows in which an output has no finite value."""
         return np.asarray((~np.isfinite(self.y).all(-1) & self.counted[:, None]).any(-1))
 
 
@@ -59,7 +73,9 @@ class Simulation:
         recording: windows; their logs have the inputs and outputs of `system`.
         delays: names of the inputs or outputs that further numbers delay (s), by name of the number. They are
             added to the delays of the system; the recording must leave them room, see `Recording.of`.
-        c: operating points (experiments, constants), default those of the logs.
+        c: operating points, shape (experiments, constants), default those of the logs.
+        backend: function that prepares a system and the expressions of its outputs for integration, default
+            the register machine; `Generated.of` makes a compiled kernel.
 
     Attributes:
         measured: numbers of the states that outputs measure.
@@ -72,10 +88,12 @@ class Simulation:
         recording: Recording,
         delays: Mapping[str, str] | None = None,
         c: Array | None = None,
+        backend: Callable[[System, Sequence[sp.Expr]], Backend] = Program.of,
     ) -> None:
         self.system, self.recording, self.delays = system, recording, dict(delays or {})
         self.c = recording.logs.c if c is None else c
-        self.program = assembled(Equations.of(system, [o.expression for o in system.outputs]))
+        self.equations = backend(system, [output.expression for output in system.outputs])
+        self._backend = backend
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
         self.reader = WindowTableReader(
             system, recording, self._delayed(inputs), self._delayed(outputs), self.c
@@ -84,8 +102,12 @@ class Simulation:
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
 
     def over(self, recording: Recording) -> Simulation:
-        """Return the simulation of the same system over the windows of `recording`."""
-        return Simulation(self.system, recording, self.delays, self.c)
+        """Return the simulation of the same system over other windows.
+
+        Args:
+            recording: windows of the same experiments.
+        """
+        return Simulation(self.system, recording, self.delays, self.c, self._backend)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -94,7 +116,7 @@ class Simulation:
 
     @property
     def values(self) -> Array:
-        """Return the parameter set (numbers,) of the system as given."""
+        """Return the parameter set, shape (numbers,), of the system as given."""
         return np.array([*self.system.values, *(0.0 for _ in self.delays)])
 
     def __call__(self, values: Array, moved: Array | None = None, substeps: int = 1) -> Runs:
@@ -119,7 +141,8 @@ class Simulation:
             tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
         )
-        y = simulated(self.program, windows, p, self.c, x0, substeps, record.logs.period)
+        how = Integration(record.logs.period, "rk4", substeps, hold=1.0)
+        y = free_run(self.equations, windows, p, self.c, x0, how)
         return self._shown(y, self.reader.delays(values[0]) / record.logs.period)
 
     def _shown(self, y: Array, late: Array) -> Runs:
@@ -142,9 +165,9 @@ class Simulation:
         return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
 
     @cached_property
-    def _observer(self) -> Program:
+    def _observer(self) -> Observer:
         """The states that no output shows, driven by the inputs and all other states."""
-        return observer(self.system, self.hidden)
+        return Observer.of(self.system, self.hidden)
 
     def _integrated(self, tables: WindowTables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
@@ -154,17 +177,11 @@ class Simulation:
         record, logs = self.recording, self.recording.logs
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
+        numbers = np.column_stack([*p[:, :, self._observer.program.parameters], tables.member])
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
-        initial = [self.system.states[k].initial for k in self.hidden]
-        x0 = np.broadcast_to(initial, (len(runs), len(different), len(initial)))
-        place = np.searchsorted(runs, record.owner)
-        for substeps in SUBSTEPS:
-            z = simulated(self._observer, windows, p[:, different], self.c, x0, substeps, logs.period)
-            z = z[place, :, record.start - logs.offsets[record.owner]]
-            if np.isfinite(z).all():
-                break
+        at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]
+        z = self._observer.states(windows, at, p[:, different], self.c, logs.period)
         return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:

@@ -18,7 +18,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Unknown:
-    """Describe a number that is fitted.
+    """A number that is fitted.
 
     Attributes:
         name: name of a parameter or delay.
@@ -38,7 +38,11 @@ class Unknown:
 
     @classmethod
     def of(cls, parameter: Parameter) -> Unknown:
-        """Return the unknown of a parameter, within its limits."""
+        """Return the unknown of a parameter, within its limits.
+
+        Args:
+            parameter: parameter of a system.
+        """
         low, high = parameter.limits
         width = high - low if np.isfinite(high - low) else 1.0
         return cls(parameter.name, low, high, abs(parameter.value) or 0.1 * width)
@@ -58,13 +62,13 @@ class Unknowns:
 
     @cached_property
     def unknown(self) -> Indices:
-        """Return the unknown (entries,) of every entry."""
+        """Return the unknown, shape (entries,), of every entry."""
         runs = len(self.simulation.recording.runs)
         return np.repeat(np.arange(len(self.each)), [runs if u.own else 1 for u in self.each])
 
     @cached_property
     def entry(self) -> Indices:
-        """Return the entry (windows, unknowns) of every unknown in every window."""
+        """Return the entry, shape (windows, unknowns), of every unknown in every window."""
         recording = self.simulation.recording
         run = np.searchsorted(np.sort(recording.runs), recording.owner)
         first = np.searchsorted(self.unknown, np.arange(len(self.each)))
@@ -72,29 +76,43 @@ class Unknowns:
 
     @cached_property
     def scale(self) -> Array:
-        """Return the unit (entries,) of the vector, SI."""
+        """Return the unit, shape (entries,), of the vector, SI."""
         return np.array([self.each[k].scale for k in self.unknown])
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lowest and highest values (entries,) of the vector."""
+        """Return the lowest and highest values, shape (entries,), of the vector."""
         low, high = (np.array([getattr(self.each[k], end) for k in self.unknown]) for end in ("low", "high"))
         return low / self.scale, high / self.scale
 
     @cached_property
     def precision(self) -> Array:
-        """Return the inverse variance (entries,) of the prior, in units of the vector."""
+        """Return the inverse variance, shape (entries,), of the prior, in units of the vector."""
         prior = np.array([self.each[k].prior for k in self.unknown])
         return np.asarray((self.scale / prior) ** 2)
 
     def vector(self, start: Mapping[str, float]) -> Array:
-        """Return the vector (entries,) of values by name, default those of the system, within the bounds."""
+        """Return the vector of given values, within the bounds.
+
+        Args:
+            start: values by name, SI; those of the system where a name is missing.
+
+        Returns:
+            Vector, shape (entries,).
+        """
         known = dict(zip(self.simulation.names, self.simulation.values.tolist(), strict=True)) | dict(start)
         values = np.array([known[u.name] for u in self.each])
         return np.clip(values[self.unknown] / self.scale, *self.bounds)
 
     def numbers(self, z: Array) -> Array:
-        """Return the parameter sets (experiments, sets, numbers) of vectors `z` (sets, entries)."""
+        """Return the parameter sets of vectors.
+
+        Args:
+            z: vectors, shape (sets, entries).
+
+        Returns:
+            Parameter sets, shape (experiments, sets, numbers).
+        """
         recording = self.simulation.recording
         values = np.tile(self.simulation.values, (len(recording.logs), len(z), 1))
         for k, unknown in enumerate(self.each):

@@ -1,4 +1,4 @@
-"""An effect is a rule: at its own place, and at no other, the correction is a function of the coordinates."""
+"""Rules at channels: only at the place of an effect are corrections a function of coordinates."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ class Checked:
     """A rule on data that it was not fitted to.
 
     Attributes:
-        lowered: by how much it lowers the square errors. gradient: what is left, see `Corrections`.
+        lowered: fall of the square errors.
+        gradient: remaining gradient, shape (windows, n), see `Corrections`.
     """
 
     lowered: float
@@ -39,13 +40,15 @@ class Checked:
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """Corrections that are any function of direction and position, plus any of speed and of what was before.
+    """Corrections that are a function of direction and position, plus functions of speed and of the past.
 
-    The uncertain parameters go along: what was left out when they were fitted has bent them.
+    The uncertain parameters are fitted along: the missing effect has biased them.
 
     Attributes:
-        corrections: that it is to explain. place: number of their place. features: (windows, heights).
-        pinned: the parameters stay, after all.
+        corrections: corrections to explain.
+        place: number of their place.
+        features: indicators of the bins, shape (windows, heights).
+        pinned: whether the parameters are fixed.
     """
 
     corrections: Corrections
@@ -55,7 +58,13 @@ class Rule:
 
     @classmethod
     def at(cls, corrections: Corrections, place: int, pinned: bool) -> Rule:
-        """Any rule at one of the places."""
+        """Return the rule at a place.
+
+        Args:
+            corrections: corrections to explain.
+            place: number of the place.
+            pinned: whether the parameters are fixed.
+        """
         recording = corrections.recording
         coordinates = corrections.coordinates
         found = coordinates.of(corrections.places[place])
@@ -71,11 +80,19 @@ class Rule:
 
     @classmethod
     def none(cls, corrections: Corrections) -> Rule:
-        """Nothing but other parameters."""
+        """Return a rule without features: other parameters only.
+
+        Args:
+            corrections: corrections to explain.
+        """
         return cls(corrections, 0, np.empty((len(corrections.recording.start), 0)))
 
     def checked(self, gradient: Array) -> Checked:
-        """With the prior that does best, where `gradient` (windows, n) is what other rules have left."""
+        """Return the rule on data that it was not fitted to, with its best prior.
+
+        Args:
+            gradient: gradient that other rules have left, shape (windows, n).
+        """
         tried = [self._checked(gradient, prior) for prior in PRIORS]
         return max(tried, key=lambda checked: checked.lowered)
 
@@ -138,13 +155,20 @@ def _one_of(bins: Indices, count: int) -> Array:
 
 
 def unexplained_shares(corrections: Corrections) -> dict[str, float]:
-    """Share of every channel in what the model lacks; they sum to one, or are none where nothing is lacking.
+    """Divide the remaining gap among the channels.
 
-    A free correction in every window explains much at any place. So rules are sought, see `Rule`, and
-    judged on experiments that they were not fitted to. The place where one lowers the errors most has that
-    share, and the next one is judged on what is left. A rule at a sensor must be clearly better than others,
-    as the start of a window hides an offset. What follows no rule goes to the same places as far as there
-    are rules, and else to the ports, where a model may lack an effort, by how much free corrections explain.
+    A free correction in every window explains much at any place. Therefore, rules are fitted (`Rule`) and
+    judged on experiments that they were not fitted to. The place whose rule lowers the errors most gets that
+    share, and the next rule is judged on the rest. A rule at a sensor must be clearly better than others,
+    because the initial state of a window hides an offset. The part that follows no rule is divided among the
+    same places as far as there are rules, and else among the ports, in proportion to what free corrections
+    explain.
+
+    Args:
+        corrections: corrections of the model.
+
+    Returns:
+        Shares by channel, which sum to one; empty where no error remains.
     """
     whole = float(np.max(_lowered(corrections, corrections.gradient), initial=0.0))
     if whole <= 0.0:

@@ -1,4 +1,4 @@
-"""Where along its coordinates a channel lacks disproportionately much."""
+"""Regions of the coordinates in which corrections are disproportionately large."""
 
 from __future__ import annotations
 
@@ -34,14 +34,18 @@ class _Region:
 
 
 def regions(corrections: Corrections, channels: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
-    """Intervals of signals that hold much more of the squared correction at a channel than of the samples.
+    """Return intervals of signals with much more of the squared correction than of the samples.
 
-    Noise is discounted, and a region must stand out whichever experiment is left out. Signals are the
-    coordinates of the channel and, of a port, the inputs too; `mod(theta, 2*pi)` is the place within a turn,
-    `d(v)/dt` an acceleration. The largest share comes first.
+    Noise is subtracted, and a region must stand out whichever experiment is left out. Signals are the
+    coordinates of the channel and, of a port, the inputs too; `mod(theta, 2*pi)` is the position within a
+    turn, `d(v)/dt` an acceleration.
 
     Args:
-        corrections: of the physics without effects. channels: names of those that count.
+        corrections: corrections of the physics without effects.
+        channels: names of the channels.
+
+    Returns:
+        Rows of signal, low, high (SI) and share, the largest share first.
     """
     found: dict[tuple[str, float], _Region] = {}
     for k, place in enumerate(corrections.places):

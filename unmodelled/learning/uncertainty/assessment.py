@@ -16,8 +16,7 @@ from unmodelled.base.workers import threads_of
 from unmodelled.learning.uncertainty.estimate import Estimator
 from unmodelled.learning.uncertainty.problem import Problem
 from unmodelled.learning.uncertainty.setup import pairs
-from unmodelled.uncertainty.density import Density
-from unmodelled.uncertainty.earth_mover import earth_mover
+from unmodelled.uncertainty.density import Density, earth_mover_distance
 from unmodelled.uncertainty.empirical import Empirical
 from unmodelled.uncertainty.likelihood import log_likelihoods
 from unmodelled.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY, METHODS, PLANTED, PUSH_FORWARD
@@ -100,7 +99,7 @@ class Assessment:
                 "alpha_of": of,
                 "method": method,
                 "id": self.problem.ids,
-                "emd": earth_mover(density, exact),
+                "emd": earth_mover_distance(density, exact),
                 "error": self.log_likelihood(density, y) - true,
             }
             parts.append(pd.DataFrame(columns))
@@ -130,7 +129,7 @@ class Assessment:
                     "alpha_of": of,
                     "method": name,
                     "id": self.problem.ids,
-                    "emd": earth_mover(density, reference),
+                    "emd": earth_mover_distance(density, reference),
                     "error": self.log_likelihood(density, self.problem.y) - true,
                     "reference": true,
                     "fallback": getattr(density, "fallback", False),

@@ -1,4 +1,4 @@
-"""The beta distribution on an interval: Jacobi chaos."""
+"""Beta distribution on an interval: Jacobi chaos."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import betainc, betaincinv
 
 from unmodelled.uncertainty.families.family import Family, check_interval
-from unmodelled.uncertainty.orthogonal import Germ, Jacobi
+from unmodelled.uncertainty.families.orthogonal import Germ, Jacobi
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,19 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Beta(Family):
-    """Density proportional to (theta - low)^(a - 1) (high - theta)^(b - 1) on [low, high]."""
+    """Beta distribution: density proportional to (theta - low)^(a - 1) (high - theta)^(b - 1) on [low, high].
+
+    Attributes:
+        low: lower end of the interval.
+        high: upper end of the interval.
+
+    Raises:
+        BadInput: if low is not less than high, or if one of them is not finite.
+
+    Examples:
+        >>> Beta(0.0, 2.0).cumulative(np.array([1.0]), np.array([2.0, 2.0])).tolist()
+        [0.5]
+    """
 
     low: float
     high: float

@@ -1,4 +1,4 @@
-"""The normal distribution confined to an interval, whatever its germ."""
+"""Normal distribution on an interval, for any germ."""
 
 from __future__ import annotations
 
@@ -11,17 +11,24 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr, ndtri_exp
 
 from unmodelled.uncertainty.families.family import Family, check_interval
-from unmodelled.uncertainty.orthogonal import Germ
+from unmodelled.uncertainty.families.orthogonal import Germ
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class BoundedNormal(Family):
-    """Normal density of mu and sigma, zero outside [low, high] and scaled to integrate to one.
+    """Normal density of mu and sigma, zero outside [low, high] and scaled to integral 1.
 
-    mu and sigma are those of the whole normal; mu may lie outside the interval. Probabilities are kept as
-    logarithms and taken from the nearer tail, so that nothing is lost where the whole normal has no mass.
+    mu and sigma are those of the whole normal; mu can lie outside the interval. Probabilities are kept as
+    logarithms of the nearer tail, so that accuracy is kept where the whole normal has practically no mass.
+
+    Attributes:
+        low: lower end of the interval.
+        high: upper end of the interval.
+
+    Raises:
+        BadInput: if low is not less than high, or if one of them is not finite.
     """
 
     low: float
@@ -66,10 +73,11 @@ class BoundedNormal(Family):
     def to_theta(self, phi: Array, alpha: Array) -> Array: ...
 
     def _inverse(self, log_below: Array, log_above: Array, alpha: Array) -> Array:
-        """Theta from the logarithms of the probabilities below and above it: the last two lines of (3.12).
+        """Return theta from the logarithms of the probabilities below and above it (last two lines of eq.
+        3.12).
 
-        U = F(a) + p (F(b) - F(a)) = (1 - p) F(a) + p F(b) has no differences, and neither has 1 - U. The
-        smaller of the two is inverted.
+        U = F(a) + p (F(b) - F(a)) = (1 - p) F(a) + p F(b) contains no differences, and neither does 1 - U.
+        The smaller of the two is inverted.
         """
         mu, sigma = alpha
         a, b = self._ends(alpha)

@@ -1,4 +1,4 @@
-"""The normal distribution clipped to an interval as in the text: Hermite chaos."""
+"""Normal distribution clipped to an interval as in the text: Hermite chaos."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
 from unmodelled.uncertainty.families.bounded_normal import BoundedNormal
-from unmodelled.uncertainty.orthogonal import Germ, Hermite
+from unmodelled.uncertainty.families.orthogonal import Germ, Hermite
 
 Array = NDArray[np.float64]
 
@@ -18,10 +18,14 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class ClippedNormal(BoundedNormal):
-    """theta = eta(phi; alpha) of eq. (3.12) with a standard normal phi.
+    """Normal distribution on an interval, theta = eta(phi; alpha) of eq. (3.12) with a standard normal phi.
 
-    eta bends where the interval cuts, so that polynomials in phi follow even theta itself slowly;
+    eta bends at the ends of the interval, so that polynomials in phi converge slowly even to theta itself.
     TruncatedNormal is the same distribution without the bend.
+
+    Examples:
+        >>> ClippedNormal(0.0, 2.0).quantile(np.array([0.5]), np.array([1.0, 0.4])).tolist()
+        [1.0]
     """
 
     def germ(self, alpha: Array) -> Germ:

@@ -1,4 +1,4 @@
-"""What every family of distributions of an uncertain parameter answers."""
+"""Base class of all families of distributions of an uncertain parameter."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.uncertainty.orthogonal import Germ
+from unmodelled.uncertainty.families.orthogonal import Germ
 
 Array = NDArray[np.float64]
 
 
 class Family(ABC):
-    """Distributions of one parameter theta that two numbers alpha tell apart.
+    """Distributions of one parameter theta with two distribution parameters alpha.
 
-    A family is a standard variable phi, its germ, and the transformation theta = eta(phi; alpha) (section
-    3.2.4). Everywhere alpha has shape (2,) and is one that `check` accepts; theta, phi and probabilities may
-    have any shape, which is the shape of the answer.
+    A family consists of a standard variable phi (its germ) and a transformation theta = eta(phi; alpha)
+    (section 3.2.4). alpha always has shape (2,) and is accepted by `check`.
+
+    Attributes:
+        names: names of the two distribution parameters.
+        positive: names of those that must be positive; default none.
     """
 
     names: ClassVar[tuple[str, str]]
@@ -28,7 +31,14 @@ class Family(ABC):
     positive: ClassVar[tuple[str, ...]] = ()
 
     def check(self, alpha: Array) -> None:
-        """Raises BadInput where no member of the family has these two numbers."""
+        """Refuse distribution parameters that the family does not have.
+
+        Args:
+            alpha: two distribution parameters, shape (2,).
+
+        Raises:
+            BadInput: if the shape is another, a number is not finite, or one that must be positive is not.
+        """
         if np.shape(alpha) != (2,):
             raise BadInput(
                 f"expected the two numbers {' and '.join(self.names)}, got shape {np.shape(alpha)}"
@@ -41,30 +51,84 @@ class Family(ABC):
 
     @abstractmethod
     def support(self, alpha: Array) -> tuple[float, float]:
-        """Smallest and largest theta, infinite where there is none."""
+        """Return the smallest and largest theta, infinite on an unlimited side.
+
+        Args:
+            alpha: two distribution parameters, shape (2,).
+
+        Returns:
+            Lower and upper end.
+        """
 
     @abstractmethod
     def density(self, theta: Array, alpha: Array) -> Array:
-        """Zero outside the support."""
+        """Return the probability density.
+
+        Args:
+            theta: values of the parameter, any shape.
+            alpha: two distribution parameters, shape (2,).
+
+        Returns:
+            Densities, of the shape of theta; zero outside the support.
+        """
 
     @abstractmethod
     def cumulative(self, theta: Array, alpha: Array) -> Array:
-        """Probability of at most theta."""
+        """Return the cumulative probability.
+
+        Args:
+            theta: values of the parameter, any shape.
+            alpha: two distribution parameters, shape (2,).
+
+        Returns:
+            Probabilities of at most theta, of the shape of theta.
+        """
 
     @abstractmethod
     def quantile(self, probability: Array, alpha: Array) -> Array:
-        """The theta whose cumulative probability is this one."""
+        """Return the quantiles: the inverse of `cumulative`.
+
+        Args:
+            probability: cumulative probabilities, any shape.
+            alpha: two distribution parameters, shape (2,).
+
+        Returns:
+            Values of theta, of the shape of the probabilities.
+        """
 
     @abstractmethod
     def germ(self, alpha: Array) -> Germ:
-        """The standard variable phi with its orthonormal polynomials."""
+        """Return the standard variable phi with its orthonormal polynomials.
+
+        Args:
+            alpha: two distribution parameters, shape (2,).
+
+        Returns:
+            Standard variable.
+        """
 
     @abstractmethod
     def to_theta(self, phi: Array, alpha: Array) -> Array:
-        """eta(phi; alpha)."""
+        """Return theta = eta(phi; alpha).
+
+        Args:
+            phi: values of the standard variable, any shape.
+            alpha: two distribution parameters, shape (2,).
+
+        Returns:
+            Values of theta, of the shape of phi.
+        """
 
 
 def check_interval(low: float, high: float) -> None:
-    """Raises BadInput unless both are finite and low < high."""
+    """Refuse an empty or infinite interval.
+
+    Args:
+        low: lower end.
+        high: upper end.
+
+    Raises:
+        BadInput: if low is not less than high, or if one of them is not finite.
+    """
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         raise BadInput(f"low must be less than high and both finite, got {low:g} and {high:g}")

@@ -1,4 +1,4 @@
-"""The gamma distribution: generalised Laguerre chaos."""
+"""Gamma distribution: generalised Laguerre chaos."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import gammainc, gammaincinv
 
 from unmodelled.uncertainty.families.family import Family
-from unmodelled.uncertainty.orthogonal import Germ, Laguerre
+from unmodelled.uncertainty.families.orthogonal import Germ, Laguerre
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,13 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Gamma(Family):
-    """theta = scale phi with a standard gamma phi; mean shape scale, variance shape scale^2."""
+    """Gamma distribution, theta = scale phi with a standard gamma phi; mean shape scale, variance shape
+    scale^2.
+
+    Examples:
+        >>> Gamma().to_theta(np.array([2.0]), np.array([4.0, 0.5])).tolist()
+        [1.0]
+    """
 
     names: ClassVar[tuple[str, str]] = ("shape", "scale")
     positive: ClassVar[tuple[str, ...]] = names

@@ -1,4 +1,4 @@
-"""The normal distribution: Hermite chaos."""
+"""Normal distribution: Hermite chaos."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from unmodelled.uncertainty.families.family import Family
-from unmodelled.uncertainty.orthogonal import Germ, Hermite
+from unmodelled.uncertainty.families.orthogonal import Germ, Hermite
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,12 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Gaussian(Family):
-    """theta = mu + sigma phi with a standard normal phi."""
+    """Normal distribution, theta = mu + sigma phi with a standard normal phi.
+
+    Examples:
+        >>> Gaussian().quantile(np.array([0.5, 0.975]), np.array([1.0, 0.1])).round(3).tolist()
+        [1.0, 1.196]
+    """
 
     names: ClassVar[tuple[str, str]] = ("mu", "sigma")
     positive: ClassVar[tuple[str, ...]] = ("sigma",)

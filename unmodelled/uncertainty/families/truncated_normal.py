@@ -1,4 +1,4 @@
-"""The normal distribution on an interval with the polynomials of its own density."""
+"""Normal distribution on an interval, with the orthonormal polynomials of its own density."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.uncertainty.families.bounded_normal import BoundedNormal
-from unmodelled.uncertainty.orthogonal import Germ, TruncatedHermite
+from unmodelled.uncertainty.families.orthogonal import Germ, TruncatedHermite
 
 Array = NDArray[np.float64]
 
@@ -17,9 +17,14 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class TruncatedNormal(BoundedNormal):
-    """theta = mode + sigma phi: the germ is the truncated density itself, which changes with alpha.
+    """Normal distribution on an interval, theta = mode + sigma phi, with the truncated density itself as
+    germ.
 
-    The "new polynomial basis" of section 3.2.4.
+    This is the "new polynomial basis" of section 3.2.4; it changes with alpha.
+
+    Examples:
+        >>> TruncatedNormal(0.0, 2.0).quantile(np.array([0.5]), np.array([1.0, 0.4])).tolist()
+        [1.0]
     """
 
     def germ(self, alpha: Array) -> Germ:

@@ -1,4 +1,4 @@
-"""The uniform distribution between two unknown ends: Legendre chaos."""
+"""Uniform distribution between two unknown ends: Legendre chaos."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.uncertainty.families.family import Family, check_interval
-from unmodelled.uncertainty.orthogonal import Germ, Jacobi
+from unmodelled.uncertainty.families.orthogonal import Germ, Jacobi
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,12 @@ Array = NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Uniform(Family):
-    """theta from low to high with a phi that is uniform on [-1, 1]."""
+    """Uniform distribution from low to high, with a phi that is uniform on [-1, 1].
+
+    Examples:
+        >>> Uniform().density(np.array([0.5, 3.0]), np.array([0.0, 2.0])).tolist()
+        [0.5, 0.0]
+    """
 
     names: ClassVar[tuple[str, str]] = ("low", "high")
 

@@ -1,4 +1,9 @@
-"""Programs of the register machine, made from the equations of a system."""
+"""Programs of a register machine that runs any system at once, without compiling anything for it.
+
+A system becomes a short program: instructions on registers of `LANES` numbers, free runs side by side with
+other starts or other parameters. The interpreter (`loops`) is compiled once; a new structure costs
+milliseconds. Where one structure runs for minutes, a generated kernel (`compiled`) is as fast or faster.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +16,9 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from unmodelled.engine.machine.machine_graph import DRIVEN, LANE, STATE, Graph
-from unmodelled.engine.machine.machine_registers import Segment
+from unmodelled.engine.free_run import Integration, Sizes, Windows
+from unmodelled.engine.machine import loops
+from unmodelled.engine.machine.graph import DRIVEN, LANE, STATE, Graph, Segment
 from unmodelled.systems.model import TIME, System, symbol
 from unmodelled.systems.tables import Table
 
@@ -53,10 +59,13 @@ class Curves(NamedTuple):
 
 
 class Program(NamedTuple):
-    """What the interpreter runs.
+    """Instructions of the register machine: a backend of `free_run`.
 
     Attributes:
-        at: where it finds what. code: (instructions, 6). numbers: (n,). curves: tables.
+        at: rows and instructions at which the parts of the program begin.
+        code: instructions, (instructions, 6).
+        numbers: constants of the expressions, (numbers,).
+        curves: tables that are looked up.
         rates, shown: rows of the states' time derivatives and of the observed values.
     """
 
@@ -67,12 +76,59 @@ class Program(NamedTuple):
     rates: Indices
     shown: Indices
 
+    @classmethod
+    def of(cls, system: System, observed: Sequence[sp.Expr]) -> Program:
+        """Return the program of a system, with the known laws of its ports.
+
+        Args:
+            system: system whose dynamics are integrated.
+            observed: expressions of the system's symbols whose values are wanted.
+
+        Raises:
+            ValueError: when an expression has a symbol or a function that the machine does not know.
+        """
+        return assembled(Equations.of(system, observed))
+
     @property
     def parameters(self) -> Indices:
         """Numbers of the parameters that count: those that an instruction reads, or that are a result."""
         rows = np.concatenate([self.code[:, 2:5].ravel().astype(np.int64), self.rates, self.shown])
         found = np.unique(rows[(rows >= self.at.p) & (rows < self.at.c)])
         return np.asarray(found - self.at.p)
+
+    @property
+    def sizes(self) -> Sizes:
+        """How many states, inputs, parameters and constants the equations have."""
+        at = self.at
+        return Sizes(at.u, at.t - at.u, at.c - at.p, at.numbers - at.c)
+
+    def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
+        """Simulate checked windows; see `free_run`.
+
+        Raises:
+            ValueError: when the method is not the Runge-Kutta method of order four.
+        """
+        if how.method != "rk4":
+            raise ValueError(f"the register machine integrates by the method rk4 only, got {how.method}")
+        shape = (*x0.shape[:2], int(windows.steps.max(initial=0)) + 1, len(self.shown))
+        y = np.full(shape, np.nan)
+        loops.simulate(self, windows, p, c, x0, how.substeps, how.period, float(how.hold), y)
+        return y
+
+    def evaluate(self, t: Array, x: Array, u: Array, p: Array, c: Array) -> Array:
+        """Return the observed values (..., observed) at given states, without integration.
+
+        Args:
+            t: time, (...), s; its axes broadcast with the leading axes of the others.
+            x, u, p, c: states, inputs, parameters and constants, (..., number of them), SI.
+        """
+        parts = [np.asarray(t, np.float64)[..., None], *(np.asarray(a, np.float64) for a in (x, u, p, c))]
+        shape = np.broadcast_shapes(*(a.shape[:-1] for a in parts))
+        rows = int(np.prod(shape))
+        flat = (np.broadcast_to(a, (*shape, a.shape[-1])).reshape(rows, a.shape[-1]) for a in parts)
+        y = np.empty((rows, len(self.shown)))
+        loops.evaluate(self, *(np.require(a, np.float64, ["C", "W"]) for a in flat), y)
+        return y.reshape(*shape, len(self.shown))
 
 
 @dataclass(frozen=True)

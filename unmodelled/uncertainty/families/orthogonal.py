@@ -21,10 +21,10 @@ TERMS = 16
 
 
 class Germ(ABC):
-    """A standard variable phi and the polynomials h_0 = 1, h_1, ... orthonormal under its density (eq. 3.7).
+    """Standard variable phi and the polynomials h_0 = 1, h_1, ... orthonormal under its density (eq. 3.7).
 
-    They follow x h_k = b_k h_{k-1} + a_k h_k + b_{k+1} h_{k+1}. Germs compare by value: what is computed
-    from equal germs is computed once.
+    The polynomials follow x h_k = b_k h_{k-1} + a_k h_k + b_{k+1} h_{k+1}. Germs compare by value: results
+    for equal germs are computed once.
     """
 
     @property
@@ -34,14 +34,40 @@ class Germ(ABC):
 
     @abstractmethod
     def density(self, phi: Array) -> Array:
-        """Of phi inside the support."""
+        """Return the density inside the support.
+
+        Args:
+            phi: values of the standard variable, any shape.
+
+        Returns:
+            Densities, of the shape of phi.
+        """
 
     @abstractmethod
     def recurrence(self, count: int) -> tuple[Array, Array]:
-        """(count,) a_0 ... and (count,) b_1 ..."""
+        """Return the coefficients of the three-term recurrence.
+
+        Args:
+            count: number of coefficients.
+
+        Returns:
+            Coefficients a_0, a_1, ... of shape (count,) and b_1, b_2, ... of shape (count,).
+        """
 
     def polynomials(self, phi: Array, degree: int) -> Array:
-        """(degree + 1, ...) h_0 ... h_degree at `phi`."""
+        """Evaluate the orthonormal polynomials.
+
+        Args:
+            phi: values of the standard variable, any shape (...).
+            degree: largest degree.
+
+        Returns:
+            Values of h_0 to h_degree, shape (degree + 1, ...).
+
+        Examples:
+            >>> Hermite().polynomials(np.array([2.0]), 2).round(4).tolist()
+            [[1.0], [2.0], [2.1213]]
+        """
         diagonal, beside = self.recurrence(degree)
         h = np.ones((degree + 1, *np.shape(phi)))
         for k in range(degree):
@@ -52,10 +78,21 @@ class Germ(ABC):
         return h
 
     def quadrature(self, order: int) -> tuple[Array, Array]:
-        """(order,) collocation points and (order,) weights, exact for polynomials of degree 2 order - 1.
+        """Return the Gauss quadrature rule, which is exact for polynomials of degree 2 order - 1.
 
-        The points are the zeros of h_order (Golub and Welsch). A weight is the reciprocal of the sum of the
-        h_k squared, which is accurate for the smallest ones too.
+        The points are the zeros of h_order (Golub and Welsch). A weight is one over the sum of the squared
+        h_k, which is accurate for the smallest weights, too.
+
+        Args:
+            order: number of points.
+
+        Returns:
+            Points of shape (order,) and weights of shape (order,), with sum 1.
+
+        Examples:
+            >>> points, weights = Hermite().quadrature(3)
+            >>> (points.round(4) + 0.0).tolist(), weights.round(4).tolist()
+            ([-1.7321, 0.0, 1.7321], [0.1667, 0.6667, 0.1667])
         """
         diagonal, beside = self.recurrence(order)
         nodes = np.asarray(np.linalg.eigvalsh(np.diag(diagonal) + np.diag(beside[:-1], -1)), dtype=float)
@@ -66,7 +103,7 @@ class Germ(ABC):
 @final
 @dataclass(frozen=True)
 class Hermite(Germ):
-    """Standard normal."""
+    """Standard normal variable with the Hermite polynomials."""
 
     @property
     def support(self) -> tuple[float, float]:
@@ -82,7 +119,11 @@ class Hermite(Germ):
 @final
 @dataclass(frozen=True)
 class Laguerre(Germ):
-    """Standard gamma of a shape, on [0, inf): generalised Laguerre polynomials."""
+    """Standard gamma variable on [0, inf) with the generalised Laguerre polynomials.
+
+    Attributes:
+        shape: shape parameter of the gamma distribution, positive.
+    """
 
     shape: float
 
@@ -101,7 +142,12 @@ class Laguerre(Germ):
 @final
 @dataclass(frozen=True)
 class Jacobi(Germ):
-    """Beta of a and b stretched to [-1, 1]: Jacobi polynomials, and those of Legendre at a = b = 1."""
+    """Beta variable on [-1, 1] with the Jacobi polynomials (the Legendre polynomials for a = b = 1).
+
+    Attributes:
+        a: first shape parameter of the beta distribution, positive.
+        b: second shape parameter of the beta distribution, positive.
+    """
 
     a: float
     b: float
@@ -130,10 +176,14 @@ class Jacobi(Germ):
 @final
 @dataclass(frozen=True)
 class TruncatedHermite(Germ):
-    """Density proportional to exp(-phi (phi / 2 + slope)) on [low, high], with low <= 0 <= high.
+    """Truncated normal variable, in standard deviations of the whole normal from its mode.
 
-    A truncated normal seen from its mode, in standard deviations of the whole normal; the slope is the
-    distance from the mean to the mode, zero where the mean lies inside. Its polynomials have no name.
+    The density is proportional to exp(-phi (phi / 2 + slope)) on [low, high]. Its polynomials have no name.
+
+    Attributes:
+        slope: distance from the mean to the mode; zero if the mean lies inside the interval.
+        low: lower end, at most 0.
+        high: upper end, at least 0.
     """
 
     slope: float
@@ -153,9 +203,13 @@ class TruncatedHermite(Germ):
         return diagonal[:count], beside[:count]
 
     def measure(self, count: int) -> tuple[Array, Array]:
-        """Gauss-Legendre points and weights of the density, which is cut off where it is too small to count.
+        """Return Gauss-Legendre points and weights of the density, without negligible tails.
 
-        Polynomials of degree 2 count lift the tails, so that more of them counts.
+        Args:
+            count: highest order of the recurrence to be computed; the tails that count grow with it.
+
+        Returns:
+            Points of shape (Q,) and weights of shape (Q,), not normalised, with Q = 64 + 4 count.
         """
         least = 40.0 + 4.0 * count  # exp(-least) of the mode's density
         low = max(self.low, -_reach(least, -self.slope))
@@ -167,7 +221,7 @@ class TruncatedHermite(Germ):
 
 @lru_cache(maxsize=64)
 def _truncated_recurrence(germ: TruncatedHermite, count: int) -> tuple[Array, Array]:
-    """Both rules of one expansion, that of the coefficients and that of the moments, ask for it."""
+    """Return the recurrence, computed once for the coefficients and the moments of an expansion."""
     points, weights = germ.measure(count)
     diagonal, beside = np.empty(count), np.empty(count)
     _stieltjes(points, weights, diagonal, beside)
@@ -175,7 +229,7 @@ def _truncated_recurrence(germ: TruncatedHermite, count: int) -> tuple[Array, Ar
 
 
 def _reach(least: float, slope: float) -> float:
-    """The positive root of x (x / 2 + slope) = least."""
+    """Return the positive root of x (x / 2 + slope) = least."""
     root = float(np.sqrt(slope**2 + 2.0 * least))
     return 2.0 * least / (root + slope) if slope > 0.0 else root - slope
 
@@ -187,7 +241,7 @@ def _legendre(count: int) -> tuple[Array, Array]:
 
 
 def _procedure_of_stieltjes(points: Array, weights: Array, diagonal: Array, beside: Array) -> None:
-    """Recurrence of the polynomials orthonormal under weights at points, in place."""
+    """Compute in place the recurrence of the polynomials that are orthonormal under weights at points."""
     weights = weights / np.sum(weights)
     previous, h, last = np.zeros_like(points), np.ones_like(points), 0.0
     for k in range(len(diagonal)):

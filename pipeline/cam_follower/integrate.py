@@ -11,12 +11,6 @@ from torch import Tensor
 Method = Literal["euler", "rk4"]
 Acceleration = Callable[[Tensor, Tensor], Tensor]  # (angle, speed) -> acceleration, all of one shape
 
-#: Explicit Runge-Kutta methods: coefficient on the stage before, weight, and time of every stage.
-STAGES: dict[Method, tuple[tuple[float, float, float], ...]] = {
-    "euler": ((0.0, 1.0, 0.0),),
-    "rk4": ((0.0, 1 / 6, 0.0), (0.5, 1 / 3, 0.5), (0.5, 1 / 3, 0.5), (1.0, 1 / 6, 1.0)),
-}
-
 #: A diverging simulation is held at this speed, rad/s: far beyond any machine, finite for every metric.
 SPEED_LIMIT = 200.0
 

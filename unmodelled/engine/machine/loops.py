@@ -5,8 +5,8 @@
 import numpy as np
 
 from unmodelled.engine.compiled.layout import jit
-from unmodelled.engine.machine.machine_interpreter import execute
-from unmodelled.engine.machine.machine_opcodes import LANES
+from unmodelled.engine.machine.interpreter import execute
+from unmodelled.engine.machine.opcodes import LANES
 
 #: Lanes are filled up to a multiple of this, so that loops over them have no rest outside vector registers.
 FULL = 16

@@ -1,0 +1,227 @@
+"""Measure the structure of the code and of the stage graph: python -m docs.structure [folder of a checkout].
+
+The numbers of docs/decisions/0010-a-library-and-a-pipeline.md come from this program. Definitions:
+
+- A room is a folder directly below a package; an arrow is a pair of rooms of which one imports the other.
+- An ambiguous name is a public function or class that is defined in at least two modules.
+- An array function is a public function or method whose annotations name an array or a tensor.
+- Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of a
+  file if it depends on the file, on a folder above it, or on a result of a stale stage.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+
+import grimp
+import yaml
+
+PACKAGES = "unmodelled", "pipeline"
+ARRAY = re.compile(r"Array|Tensor|ndarray")
+#: "(samples, states)", "(windows,)" or "shape".
+SHAPE = re.compile(r"\(\w[^()]*,[^()]*\)|shape|scalar")
+CODE = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:/|$)")
+
+
+class Checkout:
+    """A checkout of this repository, now or at an earlier commit.
+
+    Args:
+        root: folder that contains the packages; the packages need not be installed.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.packages = [name for name in PACKAGES if (root / name / "__init__.py").exists()]
+        self.trees = {path: ast.parse(path.read_text()) for path in self._files(*self.packages)}
+        sys.path.insert(0, str(root))
+        self.graph = grimp.build_graph(*self.packages, cache_dir=None)
+
+    def _files(self, *folders: str) -> list[Path]:
+        return sorted(path for folder in folders for path in (self.root / folder).rglob("*.py"))
+
+    def lines(self) -> dict[str, int]:
+        """Return the number of lines of Python per top-level folder."""
+        return {
+            folder: sum(len(path.read_text().splitlines()) for path in self._files(folder))
+            for folder in (*self.packages, "tests", "docs", "benchmarks")
+        }
+
+    def arrows(self) -> tuple[set[str], set[tuple[str, str]]]:
+        """Return all rooms, and all pairs of rooms of which the first imports the second."""
+        room = {module: self._room(module) for module in self.graph.modules}
+        pairs = {(room[one], room[other]) for one, other in self._imports()}
+        return set(room.values()), {(one, other) for one, other in pairs if one != other}
+
+    def wrong_way(self) -> int:
+        """Return the number of imports of the pipeline by the library."""
+        return sum(
+            one.startswith("unmodelled") > other.startswith("unmodelled") for one, other in self._imports()
+        )
+
+    def _imports(self) -> Iterator[tuple[str, str]]:
+        for module in self.graph.modules:
+            for imported in self.graph.find_modules_directly_imported_by(module):
+                yield module, imported
+
+    def _room(self, module: str) -> str:
+        room = ".".join(module.split(".")[:2])
+        return room if (self.root / room.replace(".", "/")).is_dir() else module.split(".")[0]
+
+    def single_use(self, folder: str) -> tuple[int, int]:
+        """Return the number of modules below `folder`, and of those that exactly one other module imports."""
+        prefix = f"{folder.replace('/', '.')}."
+        modules = [
+            module for module in self.graph.modules if module.startswith(prefix) and self._is_file(module)
+        ]
+        users = Counter(len(self.graph.find_modules_that_directly_import(module)) for module in modules)
+        return len(modules), users[1]
+
+    def _is_file(self, module: str) -> bool:
+        return (self.root / f"{module.replace('.', '/')}.py").exists()
+
+    def ambiguous(self) -> list[str]:
+        """Return the public names of functions and classes that several modules define."""
+        defined = Counter(
+            name
+            for tree in self.trees.values()
+            for name in {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
+            if not name.startswith("_")
+        )
+        return sorted(name for name, times in defined.items() if times > 1)
+
+    def constants(self, folder: str) -> int:
+        """Return the number of numeric constants at the top level of the modules below `folder`."""
+        trees = (tree for path, tree in self.trees.items() if path.is_relative_to(self.root / folder))
+        return sum(_numbers(node) for tree in trees for node in tree.body)
+
+    def docstrings(self) -> dict[str, int]:
+        """Return counts of docstrings with examples, and of array functions without docstring or shape."""
+        found: Counter[str] = Counter()
+        for tree in self.trees.values():
+            for node in _public(tree):
+                text = ast.get_docstring(node) or ""
+                found["with an example"] += ">>>" in text
+                if isinstance(node, ast.FunctionDef) and ARRAY.search(
+                    ast.unparse(node.args) + _returns(node)
+                ):
+                    found["array functions"] += 1
+                    found["array functions without docstring"] += not text
+                    found["array functions without shape"] += bool(text) and not SHAPE.search(text)
+        return dict(found)
+
+    def stages(self) -> dict[str, tuple[set[str], set[str]]]:
+        """Return the dependencies and results of every locked stage, as paths from the root."""
+        found = {}
+        for lock in sorted([*self.root.glob("dvc.lock"), *self.root.glob("graph/*/dvc.lock")]):
+            for name, stage in yaml.safe_load(lock.read_text())["stages"].items():
+                deps, outs = ({entry["path"] for entry in stage.get(key, [])} for key in ("deps", "outs"))
+                found[f"{lock.parent.name}:{name}"] = deps, outs
+        return found
+
+    def stale(self, file: str) -> int:
+        """Return the number of stages that are stale after a change of `file`."""
+        stages, changed = self.stages(), {file}
+        stale: set[str] = set()
+        while True:
+            new = {n for n, (deps, _) in stages.items() if n not in stale and _touched(deps, changed)}
+            if not new:
+                return len(stale)
+            stale |= new
+            changed |= {out for name in new for out in stages[name][1]}
+
+    def handwritten(self) -> int:
+        """Return the number of dependencies on code that stand in `dvc.yaml` files."""
+        texts = (
+            path.read_text() for path in (*self.root.glob("dvc.yaml"), *self.root.glob("graph/*/dvc.yaml"))
+        )
+        stages = (stage for text in texts for stage in yaml.safe_load(text).get("stages", {}).values())
+        deps = (dep for stage in stages for dep in stage.get("do", stage).get("deps", []))
+        return sum(bool(CODE.match(str(dep))) for dep in deps)
+
+
+def _touched(deps: set[str], changed: set[str]) -> bool:
+    """Whether a dependency is a changed path, or lies above or below one."""
+    above = {
+        str(parent) for path in changed for parent in (PurePosixPath(path), *PurePosixPath(path).parents)
+    }
+    below = {str(parent) for dep in deps for parent in PurePosixPath(dep).parents}
+    return bool(deps & above or below & changed)
+
+
+def _public(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.ClassDef]:
+    bodies = [tree.body]
+    while bodies:
+        for node in bodies.pop():
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                yield node
+                if isinstance(node, ast.ClassDef):
+                    bodies.append(node.body)
+
+
+def _returns(node: ast.FunctionDef) -> str:
+    return ast.unparse(node.returns) if node.returns else ""
+
+
+def _numbers(node: ast.stmt) -> int:
+    """How many numeric constants a statement defines."""
+    if isinstance(node, ast.AnnAssign) and node.value is not None:
+        return int(_numeric(node.value))
+    if not isinstance(node, ast.Assign):
+        return 0
+    target = node.targets[0]
+    if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+        return sum(map(_numeric, node.value.elts))
+    return int(_numeric(node.value))
+
+
+def _numeric(value: ast.expr) -> bool:
+    match value:
+        case ast.Constant(value=bool()):
+            return False
+        case ast.Constant(value=int() | float()):
+            return True
+        case ast.UnaryOp(operand=inner):
+            return _numeric(inner)
+        case ast.BinOp(left=left, right=right):
+            return _numeric(left) and _numeric(right)
+        case ast.Tuple(elts=elements):
+            return bool(elements) and all(map(_numeric, elements))
+    return False
+
+
+def measured(root: Path) -> dict[str, object]:
+    """Return all measurements of a checkout, as plain values."""
+    here = Checkout(root)
+    library = here.packages[0]
+    rooms, arrows = here.arrows()
+    modules, used_once = here.single_use(f"{library}/diagnosis")
+    files = {
+        "a new law": f"{library}/{'effects' if library == 'unmodelled' else 'physics/effects'}/new_law.py",
+        "a style sheet": next((root / library / "report").rglob("*.css")).relative_to(root).as_posix(),
+    }
+    return {
+        "lines of Python": here.lines(),
+        "rooms": len(rooms),
+        "arrows between rooms": len(arrows),
+        "imports of the pipeline by the library": here.wrong_way() if len(here.packages) > 1 else None,
+        "stages": len(here.stages()),
+        "handwritten dependencies on code": here.handwritten(),
+        "stale stages after a change": {what: here.stale(file) for what, file in files.items()},
+        "modules in diagnosis": modules,
+        "modules in diagnosis used by one other": used_once,
+        "numeric constants in diagnosis": here.constants(f"{library}/diagnosis"),
+        "ambiguous public names": len(here.ambiguous()),
+        "docstrings": here.docstrings(),
+    }
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
+    print(json.dumps(measured(folder), indent=2))

@@ -1,0 +1,241 @@
+"""Every public function and class of the rooms below says what it takes and gives, in full."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+LIBRARY = Path(__file__).parents[2] / "unmodelled"
+#: Rooms whose docstrings are complete; the rest of the library follows one room at a time.
+ROOMS: tuple[str, ...] = ("base", "systems", "effects", "uncertainty", "explanation")
+
+#: A description or summary that begins so is part of a sentence that only its author knows.
+FRAGMENTS = {
+    *(
+        "of",
+        "that",
+        "what",
+        "which",
+        "who",
+        "whose",
+        "where",
+        "how",
+        "when",
+        "why",
+        "from",
+        "as",
+        "by",
+        "for",
+    ),
+    *("in", "to", "with", "see", "exists", "it", "they", "also", "those", "these", "this", "whatever"),
+}
+#: A summary of a function begins with its verb, so with none of these.
+NOT_VERBS = FRAGMENTS | {
+    *(
+        "a",
+        "an",
+        "the",
+        "all",
+        "any",
+        "both",
+        "each",
+        "every",
+        "like",
+        "one",
+        "some",
+        "two",
+        "whether",
+        "not",
+    ),
+    *("none", "no", "is", "are", "its", "their", "another"),
+}
+#: An annotation of numbers that have a shape.
+ARRAYS = re.compile(r"\b(?:Array|NDArray|ndarray|Tensor|Ints|Bools|Floats)\b")
+#: How a shape is told.
+SHAPE = re.compile(r"\bshapes?\b|\bscalar\b", re.I)
+#: Base classes that tell nothing of a method.
+PLAIN = {"object", "ABC", "Protocol", "Generic", "NamedTuple", "Enum", "Exception"}
+SECTION = re.compile(r"^(Args|Attributes|Examples|Raises|Returns|Yields):$", re.M)
+ENTRY = re.compile(r"^(\*{0,2}\w+)(?: \([^)]*\))?: *(.*)$")
+FILES = [path for room in ROOMS for path in sorted((LIBRARY / room).rglob("*.py"))]
+
+
+@dataclass(frozen=True)
+class Documented:
+    """A public function or class, as it is written."""
+
+    name: str
+    node: ast.FunctionDef | ast.ClassDef
+    owner: ast.ClassDef | None
+
+    @property
+    def text(self) -> str:
+        return ast.get_docstring(self.node) or ""
+
+    @property
+    def is_property(self) -> bool:
+        names = {ast.unparse(each).split(".")[-1] for each in self.node.decorator_list}
+        return bool(names & {"property", "cached_property"})
+
+    def section(self, *headings: str) -> str:
+        parts = SECTION.split(self.text)
+        return "\n".join(
+            text for name, text in zip(parts[1::2], parts[2::2], strict=True) if name in headings
+        )
+
+    def entries(self) -> dict[str, str]:
+        """Descriptions of the parameters, one parameter a line, further lines indented."""
+        found: dict[str, str] = {}
+        last = None
+        for line in self.section("Args", "Attributes").strip("\n").splitlines():
+            entry = ENTRY.match(line[4:]) if line[:4].isspace() else None
+            if entry is not None:
+                last = entry[1].lstrip("*")
+                found[last] = entry[2]
+            elif last is not None:
+                found[last] += f" {line.strip()}"
+        return found
+
+    def parameters(self) -> dict[str, str]:
+        """Names -> annotations of the arguments; for a class those of its constructor."""
+        if isinstance(self.node, ast.FunctionDef):
+            return _arguments(self.node)
+        kinds = {ast.unparse(each).split("(")[0].split(".")[-1] for each in self.node.decorator_list}
+        bases = {ast.unparse(each) for each in self.node.bases}
+        if "dataclass" in kinds or "NamedTuple" in bases:
+            fields = [n for n in self.node.body if isinstance(n, ast.AnnAssign)]
+            found = {n.target.id: ast.unparse(n.annotation) for n in fields if isinstance(n.target, ast.Name)}
+            # a class variable or a field that is computed is no argument
+            computed = {n.target.id for n in fields if isinstance(n.target, ast.Name) and _computed(n)}
+            return {k: v for k, v in found.items() if not k.startswith("_") and k not in computed}
+        inits = [n for n in self.node.body if isinstance(n, ast.FunctionDef) and n.name == "__init__"]
+        return _arguments(inits[0]) if inits else {}
+
+
+def _computed(field: ast.AnnAssign) -> bool:
+    return "ClassVar" in ast.unparse(field.annotation) or "init=False" in ast.unparse(
+        field.value or field.target
+    )
+
+
+def _arguments(node: ast.FunctionDef) -> dict[str, str]:
+    every = [
+        *node.args.posonlyargs,
+        *node.args.args,
+        *node.args.kwonlyargs,
+        node.args.vararg,
+        node.args.kwarg,
+    ]
+    found = {a.arg: ast.unparse(a.annotation) if a.annotation else "" for a in every if a is not None}
+    return {k: v for k, v in found.items() if k not in ("self", "cls") and not k.startswith("_")}
+
+
+@cache
+def public(path: Path) -> list[Documented]:
+    return list(_public(ast.parse(path.read_text()).body, None, path.relative_to(LIBRARY.parent).as_posix()))
+
+
+def _public(body: list[ast.stmt], owner: ast.ClassDef | None, prefix: str) -> Iterator[Documented]:
+    for node in body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            found = Documented(f"{prefix}: {node.name}", node, owner)
+            if isinstance(node, ast.ClassDef):
+                yield found
+                yield from _public(node.body, node, found.name)
+            elif not _inherited(found):
+                yield found
+
+
+@cache
+def _classes() -> dict[str, ast.ClassDef]:
+    trees = (ast.parse(path.read_text()) for path in LIBRARY.rglob("*.py"))
+    return {n.name: n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.ClassDef)}
+
+
+def _inherited(method: Documented) -> bool:
+    """Whether a base class tells what the method does, so that the method need not."""
+    if method.owner is None or method.text:
+        return False
+    seen: set[str] = set()
+    left = [ast.unparse(base).split("[")[0] for base in method.owner.bases]
+    while left:
+        name = left.pop()
+        if name in seen or name in PLAIN:
+            continue
+        if name not in _classes():  # another library's class tells it, such as SymPy's Function
+            return True
+        seen.add(name)
+        base = _classes()[name]
+        own = [n for n in base.body if isinstance(n, ast.FunctionDef) and n.name == method.node.name]
+        if any(ast.get_docstring(each) for each in own):
+            return True
+        left += [ast.unparse(each).split("[")[0] for each in base.bases]
+    return False
+
+
+def faults(found: Documented) -> list[str]:
+    """What is lacking, a line each."""
+    name, said, parameters = found.name, found.entries(), found.parameters()
+    if not found.text:
+        return [f"{name}: has no docstring"]
+    lines = []
+    first = re.sub(r"\W", "", found.text.split()[0]).lower()
+    if first in (FRAGMENTS if isinstance(found.node, ast.ClassDef) or found.is_property else NOT_VERBS):
+        lines.append(f"{name}: the summary begins with {first!r}: begin with a verb, for a class with a noun")
+    lines += [f"{name}: Args do not name {each}" for each in parameters if each not in said]
+    if isinstance(found.node, ast.FunctionDef):
+        lines += [
+            f"{name}: Args name {each}, which is no parameter" for each in said if each not in parameters
+        ]
+    for each, text in said.items():
+        word = re.sub(r"\W.*", "", text).lower()
+        if not text or word in FRAGMENTS:
+            lines.append(f"{name}: {each} is described by a fragment: begin with a noun, not with {word!r}")
+        elif ARRAYS.search(parameters.get(each, "")) and not SHAPE.search(text):
+            lines.append(f"{name}: the description of the array {each} has no shape")
+    returned = getattr(found.node, "returns", None)
+    if returned is not None and ARRAYS.search(ast.unparse(returned)):
+        told = found.text if found.is_property else found.section("Returns", "Yields")
+        if not SHAPE.search(told):
+            lines.append(f"{name}: Returns has no shape of the array")
+    return lines
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(LIBRARY).as_posix())
+def test_docstrings_are_complete(path: Path) -> None:
+    tree = ast.parse(path.read_text())
+    assert ast.get_docstring(tree), f"{path}: the module has no docstring"
+    lacking = [line for each in public(path) for line in faults(each)]
+    assert not lacking, "\n" + "\n".join(lacking)
+
+
+def test_an_incomplete_docstring_is_found() -> None:
+    text = '''
+def pick(rows: Array, seed: int) -> Array:
+    """Of the rows, one.
+
+    Args:
+        rows: the candidates.
+        seed: of the draw.
+    """
+'''
+    (node,) = ast.parse(text).body
+    assert isinstance(node, ast.FunctionDef)
+    lacking = "\n".join(faults(Documented("pick", node, None)))
+    for part in (
+        "begins with 'of'",
+        "array rows has no shape",
+        "seed is described by a fragment",
+        "Returns has",
+    ):
+        assert part in lacking
+
+
+def test_every_room_is_there() -> None:
+    assert all((LIBRARY / room / "__init__.py").exists() for room in ROOMS)

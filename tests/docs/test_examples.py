@@ -1,0 +1,31 @@
+"""Every example in a docstring of the library prints what it shows.
+
+Numbers are compared as they are printed: an example rounds them, or ends them in "...".
+"""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+FILES = [path for path in sorted((ROOT / "unmodelled").rglob("*.py")) if ">>> " in path.read_text()]
+MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_examples_print_what_they_show(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)  # examples read systems/*.yaml
+    try:
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as missing:
+        if missing.name != "torch":
+            raise
+        pytest.skip("PyTorch is not installed: pip install 'unmodelled[train]'")
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    failed, tried = doctest.testmod(module, optionflags=flags)
+    assert tried, f"{name}: no example is found; is it in the docstring of a function that stays a function?"
+    assert not failed, f"{name}: the differences are printed above"

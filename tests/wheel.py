@@ -1,0 +1,20 @@
+"""What `make wheel` asks of the environment with nothing but the wheel, by that environment's Python."""
+
+import json
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import unmodelled
+import unmodelled.__main__
+
+assert "site-packages" in unmodelled.__file__, unmodelled.__file__
+installed = [name for name in ("torch", "dvc", "shap", "mujoco", "pipeline") if find_spec(name)]
+assert not installed, installed
+found = json.loads(Path(sys.argv[1]).read_text())
+assert found["verdict"] == "effect", found["verdict"]
+(effect,) = found["effects"]
+assert effect["family"] == "coulomb_friction", effect["family"]
+value = effect["parameters"]["F_c"]["value"]
+assert abs(value - 0.06) < 0.001, value  # what conf/source/pendulum.yaml plants
+print(f"{unmodelled.__main__.version()}: coulomb_friction of {value:.4f} N m found, 0.06 N m planted")

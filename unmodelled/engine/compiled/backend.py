@@ -1,0 +1,108 @@
+"""Free runs on a generated kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.engine.compiled import loops
+from unmodelled.engine.compiled.compiled import kernel
+from unmodelled.engine.compiled.structure import Augmented
+from unmodelled.engine.free_run import Integration, Sizes, Windows
+from unmodelled.systems.model import System, symbol
+from unmodelled.systems.numeric import numpy_system_function
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Generated:
+    """A backend of `free_run`: a system with networks, compiled for its structure.
+
+    Attributes:
+        structure: physics and networks.
+        observed: expressions of the system's symbols whose values are wanted, without efforts.
+        weights: weights of the networks, (structure.size,).
+        scale: factors on the inputs of the networks, (inputs of all networks,).
+        gain: magnitudes of the efforts, (networks,), in the units of the efforts.
+    """
+
+    structure: Augmented
+    observed: tuple[sp.Expr, ...]
+    weights: Array
+    scale: Array
+    gain: Array
+
+    @classmethod
+    def of(cls, system: System, observed: Sequence[sp.Expr]) -> Generated:
+        """Return the known physics of `system`, the laws of its ports included, without networks."""
+        laws = {symbol(port.effort): port.law or sp.S.Zero for port in system.ports}
+        seen = tuple(expression.xreplace(laws) for expression in observed)
+        return cls(Augmented(system), seen, np.empty(0), np.empty(0), np.empty(0))
+
+    @property
+    def sizes(self) -> Sizes:
+        """How many states, inputs, parameters and constants the system has."""
+        system = self.structure.system
+        return Sizes(*(len(group) for group in (system.x, system.u, system.p, system.c)))
+
+    def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
+        """Simulate checked windows; see `free_run`. Windows of one length are simulated together."""
+        sets, longest = x0.shape[1], int(windows.steps.max(initial=0))
+        y = np.full((len(windows.start), sets, longest + 1, len(self.observed)), np.nan)
+        same = bool((p == p[:1]).all())
+        owners = np.zeros_like(windows.owner) if same else windows.owner
+        for own, steps, b in product(np.unique(owners), np.unique(windows.steps), range(sets)):
+            mine = np.flatnonzero((owners == own) & (windows.steps == steps))
+            if len(mine):
+                part = windows._replace(
+                    **{name: getattr(windows, name)[mine] for name in ("start", "steps", "owner")}
+                )
+                x, _ = self.trajectories(part, b, p[own, b], c, x0[mine, b], int(steps), how)
+                y[mine, b, : steps + 1] = self._seen(part, b, p[own, b], c, x)
+        return y
+
+    def trajectories(
+        self, windows: Windows, b: int, p: Array, c: Array, x0: Array, steps: int, how: Integration
+    ) -> tuple[Array, Array]:
+        """Simulate windows of one length with one set of parameters.
+
+        Args:
+            windows: checked windows, of `steps` samples each.
+            b: number of the set, which says what table of inputs is read.
+            p: parameters, (parameters,), SI.
+            c: constants of the operating points, (experiments, constants), SI.
+            x0: states at the first samples, (windows, states), SI.
+            steps: number of samples that follow the first one.
+            how: method, step and course of the inputs between samples.
+
+        Returns:
+            States (windows, steps + 1, states) and efforts of the networks (windows, steps, networks), SI.
+        """
+        compiled = kernel(self.structure)
+        owner = np.zeros(len(windows.t), np.int64)  # of a sample; the loops ask for those of first samples
+        owner[windows.start] = windows.owner
+        u = np.ascontiguousarray(windows.u[windows.shift[b] : windows.shift[b] + len(windows.t)])
+        x, z = loops.simulate(
+            *(compiled.evaluate, compiled.layout, np.ascontiguousarray(x0[:, None])),
+            *(windows.start, owner, u, c, windows.t, steps),
+            *(how.substeps, how.period, float(how.hold), how.stages),
+            *(np.ascontiguousarray(p), self.weights, self.scale, self.gain),
+        )
+        return x, z
+
+    def _seen(self, windows: Windows, b: int, p: Array, c: Array, x: Array) -> Array:
+        """Observed values (windows, samples, observed) of states (windows, samples, states)."""
+        system = self.structure.system
+        if self.observed == tuple(system.x):
+            return x
+        rows = windows.start[:, None] + np.arange(x.shape[1])
+        function = numpy_system_function(system, self.observed, efforts_zero=True)
+        u = windows.u[windows.shift[b] + rows]
+        return function(windows.t[rows], x, u, np.empty(0), p, c[windows.owner][:, None])

@@ -1,0 +1,139 @@
+"""Free runs over windows of measured inputs: simulations that see no output after their first sample.
+
+One function, `free_run`, on one of two backends. A register machine (`machine.program.Program`) runs any
+system at once; a new structure costs milliseconds. A generated kernel (`compiled.backend.Generated`) also has
+networks and gradients; it is compiled once for every structure, which takes seconds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Method = Literal["euler", "rk4"]
+
+#: Explicit Runge-Kutta methods: coefficient on the stage before, weight, and time of every stage.
+STAGES: dict[Method, tuple[tuple[float, float, float], ...]] = {
+    "euler": ((0.0, 1.0, 0.0),),
+    "rk4": ((0.0, 1 / 6, 0.0), (0.5, 1 / 3, 0.5), (0.5, 1 / 3, 0.5), (1.0, 1 / 6, 1.0)),
+}
+
+
+@dataclass(frozen=True)
+class Integration:
+    """How a free run is integrated.
+
+    Attributes:
+        period: sampling period, s.
+        method: explicit method: "euler", or "rk4", the Runge-Kutta method of order four.
+        substeps: integration steps per sample.
+        hold: course of an input between samples: 0 holds its value until the next sample, 1 goes straight to
+            the next sample's value.
+    """
+
+    period: float
+    method: Method = "euler"
+    substeps: int = 1
+    hold: float = 0.0
+
+    @property
+    def stages(self) -> Array:
+        """Coefficient on the stage before, weight, and time within the step, (stages, 3)."""
+        return np.asarray(STAGES[self.method], np.float64)
+
+
+class Windows(NamedTuple):
+    """Where free runs start, and what drives them.
+
+    Attributes:
+        u: inputs at the samples, (rows, inputs); further tables of the same samples may follow.
+        t: time of the samples, (samples,), s.
+        start: first samples, (windows,).
+        steps: numbers of samples that follow, (windows,).
+        owner: numbers of the experiments whose parameters and constants count, (windows,).
+        shift: rows of `u` before the table that a set of parameters reads, (sets,).
+    """
+
+    u: Array
+    t: Array
+    start: Indices
+    steps: Indices
+    owner: Indices
+    shift: Indices
+
+    def checked(self) -> Windows:
+        """Return the same windows with the memory layout that compiled loops read.
+
+        Raises:
+            ValueError: when a window leaves the samples.
+        """
+        end = self.start + self.steps
+        rows = len(self.u) - self.shift.max(initial=0)
+        inside = not len(end) or (self.start.min() >= 0 and self.steps.min() >= 0 and end.max() < len(self.t))
+        if not (inside and len(self.t) <= rows and self.shift.min(initial=0) >= 0):
+            raise ValueError(f"windows must lie within {len(self.t)} samples of {rows} rows")
+        whole = (np.ascontiguousarray(a, np.int64) for a in (self.start, self.steps, self.owner, self.shift))
+        return Windows(_numbers(self.u), _numbers(self.t), *whole)
+
+
+class Sizes(NamedTuple):
+    """Numbers of states, inputs, parameters and constants of a system."""
+
+    states: int
+    inputs: int
+    parameters: int
+    constants: int
+
+
+class Backend(Protocol):
+    """Equations x' = f(t, x, u; p, c) with observed values y = g(t, x, u; p, c), ready to be integrated."""
+
+    @property
+    def sizes(self) -> Sizes:
+        """How many states, inputs, parameters and constants the equations have."""
+        ...
+
+    def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
+        """Simulate checked windows; see `free_run`."""
+        ...
+
+
+def free_run(backend: Backend, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
+    """Simulate all windows for all sets of parameters.
+
+    Args:
+        backend: equations whose observed values are wanted.
+        windows: first samples, lengths and inputs of the free runs.
+        p: parameters, (experiments, sets, parameters), SI.
+        c: constants of the operating points, (experiments, constants), SI.
+        x0: states at the first samples, (windows, sets, states), SI.
+        how: method, step and course of the inputs between samples.
+
+    Returns:
+        Observed values (windows, sets, most steps + 1, observed); nan after the end of a window, not finite
+        where the simulation diverged.
+
+    Raises:
+        ValueError: when a window leaves the samples, sizes differ, or the backend lacks the method.
+    """
+    windows, sizes = windows.checked(), backend.sizes
+    experiments, sets = int(windows.owner.max(initial=-1)) + 1, len(windows.shift)
+    expected = {
+        "x0": (len(windows.start), sets, sizes.states),
+        "p": (max(experiments, len(p)), sets, sizes.parameters),
+        "c": (max(experiments, len(c)), sizes.constants),
+        "u": (len(windows.u), sizes.inputs),
+    }
+    for name, array in {"x0": x0, "p": p, "c": c, "u": windows.u}.items():
+        if array.shape != expected[name]:
+            raise ValueError(f"{name} must have the shape {expected[name]}, got {array.shape}")
+    return backend.run(windows, _numbers(p), _numbers(c), _numbers(x0), how)
+
+
+def _numbers(values: Array) -> Array:
+    return np.require(values, np.float64, ["C", "W"])

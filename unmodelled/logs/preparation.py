@@ -1,0 +1,157 @@
+"""Preparation of measured experiments for one system: inputs at the time they act, and estimated states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.engine.free_run import Windows
+from unmodelled.logs.clock import delayed
+from unmodelled.logs.differentiate import smooth_derivative
+from unmodelled.logs.logs import Logs, names
+from unmodelled.logs.observer import Observer
+from unmodelled.logs.readings import Reading, readings
+from unmodelled.systems.model import System
+from unmodelled.systems.numeric import numpy_system_function
+
+Array = NDArray[np.float64]
+
+
+def prepare(system: System, logs: Logs) -> Logs:
+    """Return the experiments with the inputs as they act on `system`, and with its estimated states.
+
+    A state that an output shows, as itself or times and plus constants, is that output's column. The velocity
+    of such a position is its smoothed derivative. Both are read later by the output's delay, and held at the
+    end where the log has no later samples. Every other state is integrated from its initial value with these
+    imposed. Logs that were prepared for another system with the same inputs and outputs are prepared anew;
+    preparing twice for one system changes nothing.
+
+    Args:
+        system: system whose delays and states are wanted.
+        logs: measured experiments, with the inputs, outputs and operating point of `system`.
+
+    Raises:
+        BadInput: when names differ, a delay is as long as an experiment, or an integrated state diverges.
+    """
+    if (logs.outputs, logs.inputs, logs.constants) != (wanted := names(system))[:2] + wanted[3:]:
+        raise BadInput(f"system {system.name}: inputs, outputs or operating point are not those of the logs")
+    acting = with_delays(system, logs)
+    x, measured, notes = _states(system, acting)
+    every = tuple(dict.fromkeys([*acting.notes, *notes]))
+    return replace(acting, states=wanted[2], x=x, measured=measured, notes=every)
+
+
+def with_delays(system: System, logs: Logs) -> Logs:
+    """Return the experiments with the inputs of `system` after its delays; the states stay as they are.
+
+    Args:
+        system: system whose input delays are wanted.
+        logs: experiments, whose inputs act after `logs.delays`. The difference is applied: inputs run
+            straight between samples and are held beyond the ends.
+
+    Raises:
+        BadInput: when the difference is as long as an experiment.
+    """
+    wanted = tuple(item.delay for item in system.inputs)
+    more = [new - old for new, old in zip(wanted, logs.delays or [0.0] * len(wanted), strict=True)]
+    shortest = int(np.argmin(np.diff(logs.offsets)))
+    seconds = logs.period * (np.diff(logs.offsets)[shortest] - 1)
+    for item, delay in zip(system.inputs, more, strict=True):
+        if abs(delay) >= seconds:
+            raise BadInput(
+                f"system {system.name}: inputs.{item.name}.delay: {delay:g} s is too long for "
+                f"experiment {logs.ids[shortest]} of {seconds:g} s"
+            )
+    return replace(logs, u=delayed(logs.u, logs.offsets, logs.period, more, "linear"), delays=wanted)
+
+
+def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[str]]:
+    """States (samples, states), whether an output shows each of them or its position, and notes."""
+    x = np.zeros((len(logs.t), len(system.states)))
+    gains = _Gains(system, logs)
+    shown = readings(system, gains.usable)
+    found = {r.state: r for r in shown}
+    notes = []
+    for r in (r for r in shown if not r.slope):
+        x[:, r.state] = gains.state(r)
+        if not r.plain:
+            output = system.outputs[r.output]
+            notes.append(f"{system.states[r.state].name} was read from {output.name} = {output.expression}")
+    for r in (r for r in shown if r.slope):
+        position = next(p for p in shown if not p.slope and p.output == r.output)
+        _, x[:, r.state], width = smooth_derivative(x[:, position.state], logs.offsets, logs.period)
+        notes.append(
+            f"{system.states[r.state].name} was estimated from {system.states[position.state].name} by "
+            f"smoothing differentiation over {width} samples"
+        )
+    ahead = [-system.outputs[found[k].output].delay if k in found else 0.0 for k in range(x.shape[1])]
+    x = delayed(x, logs.offsets, logs.period, ahead, "cubic")
+    held = {system.outputs[r.output].name: system.outputs[r.output].delay for r in shown}
+    notes += [
+        f"what {name} shows is held over the last {delay:g} s, its delay"
+        for name, delay in held.items()
+        if delay > 0.0
+    ]
+    hidden = [k for k in range(x.shape[1]) if k not in found]
+    if hidden:
+        x[:, hidden] = _integrated(system, hidden, logs, x)
+        hidden_names = ", ".join(system.states[k].name for k in hidden)
+        notes.append(f"{hidden_names}: no output shows it, integrated from the start of each experiment")
+    return x, tuple(k in found for k in range(x.shape[1])), notes
+
+
+class _Gains:
+    """Gains and offsets of outputs along experiments, with the system's own numbers."""
+
+    def __init__(self, system: System, logs: Logs) -> None:
+        self.system, self.logs = system, logs
+
+    def _values(self, reading: Reading) -> Array:
+        """Gain and offset in every experiment, (experiments, 2)."""
+        zeros = np.zeros((1, len(self.system.x))), np.zeros((1, len(self.system.u))), np.empty(0)
+        function = numpy_system_function(self.system, [reading.gain, reading.offset], efforts_zero=True)
+        return function(0.0, *zeros, np.array(self.system.values), self.logs.c)
+
+    def usable(self, reading: Reading) -> bool:
+        """Whether the output can be solved for the state in every experiment."""
+        if reading.plain:
+            return True
+        values = self._values(reading)
+        return bool(np.isfinite(values).all() and np.all(values[..., 0] != 0.0))
+
+    def state(self, reading: Reading) -> Array:
+        """Values of the state, (samples,)."""
+        y = self.logs.y[:, reading.output]
+        if reading.plain:
+            return y
+        values = np.broadcast_to(self._values(reading), (len(self.logs), 2))[self.logs.owner]
+        return np.asarray((y - values[:, 1]) / values[:, 0])
+
+
+def _integrated(system: System, hidden: Sequence[int], logs: Logs, x: Array) -> Array:
+    """States `hidden` (indices) along the experiments, (samples, hidden), the others of `x` imposed.
+
+    Raises:
+        BadInput: when a state diverges, naming it, the experiment and the time.
+    """
+    n, lengths = len(logs), np.diff(logs.offsets)
+    sample = np.arange(len(logs.t)) - logs.offsets[logs.owner]
+    driven = np.concatenate([logs.u, np.delete(x, hidden, axis=1)], axis=1)
+    none = np.zeros(1, np.int64)
+    windows = Windows(driven, logs.t, logs.offsets[:-1], lengths - 1, np.arange(n), none)
+    p = np.broadcast_to(system.values, (n, 1, len(system.values)))
+    z = Observer.of(system, hidden).states(windows, (logs.owner, sample), p, logs.c, logs.period)[:, 0]
+    bad = ~np.isfinite(z)
+    if not bad.any():
+        return z
+    row = min(np.flatnonzero(bad.any(axis=1)).tolist(), key=lambda k: (sample[k], logs.owner[k]))
+    state = system.states[hidden[int(np.argmax(bad[row]))]]
+    where = f"experiment {logs.ids[logs.owner[row]]} at t = {sample[row] * logs.period:.4g} s"
+    raise BadInput(
+        f"system {system.name}: dynamics.{state.name} diverges in {where} when it is integrated from its "
+        f"initial value {state.initial:g}"
+    )
