@@ -22,7 +22,7 @@ from unmodelled.models.structures import one_per_port
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.systems.reader import read_system
 system = read_system(SYSTEM)
-kernel(one_per_port(system, system.uncertain, HIDDEN).structure)
+kernel(one_per_port(HIDDEN)(system, system.uncertain).structure)
 """
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +42,7 @@ def problem(horizon: int, batches: int) -> Problem:
     bare = Nnap(Augmented(system), torch.tensor([system.values]), none[0], none, none, none)
     x, _ = simulate(bare, 0, data, np.array([[0.3, 0.0]]), one[:1], samples - 1, Integration(PERIOD))
     data.x[:] = x[0]
-    recipe = AugmentedRecipe(partial(one_per_port, hidden=HIDDEN), settings(horizon), spread=0.2)
+    recipe = AugmentedRecipe(one_per_port(hidden=HIDDEN), settings(horizon), spread=0.2)
     return recipe.problem(system, data, PERIOD, [np.array([0])], seed=0)
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import shutil
 import warnings
+from importlib import import_module
 from pathlib import Path
+from typing import get_type_hints
 
 import pdoc
+import pdoc.extract
 import pdoc.render
 
 FOLDER = Path(__file__).parent / "api"
-#: Packages that only the library itself uses. (Also, pdoc cannot read the annotations of the NamedTuples in
-#: `engine.machine`.)
-INTERNAL = ("base", "cli", "conf", "engine.machine")
+#: Packages that only the library itself uses.
+INTERNAL = ("base", "cli", "conf")
+MODULES = ("unmodelled", *(f"!unmodelled.{name}" for name in INTERNAL))
 
 
 def build(folder: Path) -> None:
@@ -28,7 +31,19 @@ def build(folder: Path) -> None:
     pdoc.render.configure(docformat="google", footer_text="unmodelled", show_source=False)
     with warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
-        pdoc.pdoc("unmodelled", *(f"!unmodelled.{name}" for name in INTERNAL), output_directory=folder)
+        for name in pdoc.extract.walk_specs(MODULES):
+            _prepare(name)
+        pdoc.pdoc(*MODULES, output_directory=folder)
+
+
+def _prepare(module: str) -> None:
+    """Resolve what pdoc cannot: names that are imported on their first use, annotations of NamedTuples."""
+    loaded = import_module(module)
+    for name in getattr(loaded, "__all__", ()):
+        setattr(loaded, name, getattr(loaded, name))
+    for item in vars(loaded).values():
+        if isinstance(item, type) and issubclass(item, tuple) and hasattr(item, "_fields"):
+            item.__new__.__annotations__ = get_type_hints(item)
 
 
 if __name__ == "__main__":

@@ -5,8 +5,9 @@ The numbers of docs/decisions/0010-a-library-and-a-pipeline.md come from this pr
 - A room is a folder directly below a package; an arrow is a pair of rooms of which one imports the other.
 - An ambiguous name is a public function or class that is defined in at least two modules.
 - An array function is a public function or method whose annotations name an array or a tensor.
-- Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of a
-  file if it depends on the file, on a folder above it, or on a result of a stale stage.
+- Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of
+  a file if it depends on the file, on a folder above it, on a digest of code (data/digests) that changes, or
+  on a result of a stale stage. The stage that writes the digests is not counted.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ from __future__ import annotations
 import ast
 import json
 import re
+import shutil
+import subprocess
 import sys
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 
 import grimp
 import yaml
@@ -26,6 +30,7 @@ PACKAGES = "unmodelled", "pipeline"
 ARRAY = re.compile(r"Array|Tensor|ndarray")
 #: "(samples, states)", "(windows,)" or "shape".
 SHAPE = re.compile(r"\(\w[^()]*,[^()]*\)|shape|scalar")
+DIGESTS = "data/digests"
 CODE = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:/|$)")
 
 
@@ -125,16 +130,37 @@ class Checkout:
                 found[f"{lock.parent.name}:{name}"] = deps, outs
         return found
 
-    def stale(self, file: str) -> int:
-        """Return the number of stages that are stale after a change of `file`."""
-        stages, changed = self.stages(), {file}
+    def stale(self, changed: set[str]) -> int:
+        """Return the number of stages that are stale after a change of some files, digests not counted."""
+        stages = {name: stage for name, stage in self.stages().items() if DIGESTS not in stage[1]}
         stale: set[str] = set()
         while True:
             new = {n for n, (deps, _) in stages.items() if n not in stale and _touched(deps, changed)}
             if not new:
                 return len(stale)
             stale |= new
-            changed |= {out for name in new for out in stages[name][1]}
+            changed = changed | {out for name in new for out in stages[name][1]}
+
+    def changed(self, file: str, line: str) -> set[str]:
+        """Return what a stage notices of a line that is added to a file: the file, or digests of code.
+
+        Args:
+            file: path from the root; a new file is a copy of `viscous_friction.py` beside it, with the line.
+            line: text that is added at the end.
+        """
+        if not (self.root / "pipeline/digests.py").exists():
+            return {file}
+        with TemporaryDirectory() as place:
+            copy = Path(place)
+            for name in (*self.packages, "conf"):
+                shutil.copytree(self.root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copy(self.root / "params.yaml", copy)
+            before = _digests(copy)
+            edited = copy / file
+            model = edited if edited.exists() else edited.with_name("viscous_friction.py")
+            edited.write_text(f"{model.read_text()}{line}\n")
+            after = _digests(copy)
+        return {name for name in before | after if before.get(name) != after.get(name)} | {file}
 
     def handwritten(self) -> int:
         """Return the number of dependencies on code that stand in `dvc.yaml` files."""
@@ -144,6 +170,14 @@ class Checkout:
         stages = (stage for text in texts for stage in yaml.safe_load(text).get("stages", {}).values())
         deps = (dep for stage in stages for dep in stage.get("do", stage).get("deps", []))
         return sum(bool(CODE.match(str(dep))) for dep in deps)
+
+
+def _digests(folder: Path) -> dict[str, str]:
+    """The digests of code that the stages of a checkout depend on, by their paths from its root."""
+    subprocess.run([sys.executable, "-m", "pipeline.digests"], cwd=folder, env={}, check=True)
+    return {
+        path.relative_to(folder).as_posix(): path.read_text() for path in (folder / DIGESTS).rglob("*.json")
+    }
 
 
 def _touched(deps: set[str], changed: set[str]) -> bool:
@@ -202,9 +236,11 @@ def measured(root: Path) -> dict[str, object]:
     library = here.packages[0]
     rooms, arrows = here.arrows()
     modules, used_once = here.single_use(f"{library}/diagnosis")
-    files = {
-        "a new law": f"{library}/{'effects' if library == 'unmodelled' else 'physics/effects'}/new_law.py",
-        "a style sheet": next((root / library / "report").rglob("*.css")).relative_to(root).as_posix(),
+    laws = f"{library}/{'effects' if library == 'unmodelled' else 'physics/effects'}"
+    edits = {
+        "a new law": (f"{laws}/new_law.py", ""),
+        "a comment in a law": (f"{laws}/coulomb_friction.py", "# comment"),
+        "a comment in a style sheet": (f"{library}/report/static/style.css", "/* comment */"),
     }
     return {
         "lines of Python": here.lines(),
@@ -213,7 +249,9 @@ def measured(root: Path) -> dict[str, object]:
         "imports of the pipeline by the library": here.wrong_way() if len(here.packages) > 1 else None,
         "stages": len(here.stages()),
         "handwritten dependencies on code": here.handwritten(),
-        "stale stages after a change": {what: here.stale(file) for what, file in files.items()},
+        "stale stages after a change": {
+            what: here.stale(here.changed(*edit)) for what, edit in edits.items()
+        },
         "modules in diagnosis": modules,
         "modules in diagnosis used by one other": used_once,
         "numeric constants in diagnosis": here.constants(f"{library}/diagnosis"),

@@ -21,6 +21,7 @@ GROUPS = {
     "`f_h1`, `f_h2`, `lls`, `motor`, `best`. For the jumps of the cam-follower: all others.",
     "training": "Settings that several models share. `training@model=shooting` chooses another file, "
     "`model.windows.epochs=50` changes one key.",
+    "detachment": "Members of models of the follower's jumps: a model without the runs that it is fitted to.",
     "split": "Which experiments are for training, and which are for testing.",
     "profile": "How long trainings and studies run.",
     "source": "Where logs come from.",

@@ -50,6 +50,30 @@ def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFra
     return pd.concat(phi, ignore_index=True), pd.concat(explained, ignore_index=True)
 
 
+def points(found: Sequence[Attribution], runs: Sequences, every: int) -> pd.DataFrame:
+    """Return contributions beside the values of the inputs, for `explanation`.
+
+    Args:
+        found: attributions of the runs. runs: the same runs, with the values of their inputs.
+        every: number of steps from one that is kept to the next.
+
+    Returns:
+        exp, step, feature, phi (m), value (SI units; of a setting the same at every step), base (m).
+    """
+    parts = []
+    for row, a in enumerate(found):
+        steps = np.arange(0, len(a.output), every)
+        settings = np.broadcast_to(runs.settings[row], (len(steps), runs.settings.shape[1]))
+        values = np.concatenate([runs.features[row, steps], settings], axis=1)
+        parts += [
+            pd.DataFrame(
+                {"exp": a.run, "step": steps, "feature": name, "phi": a.phi[j, steps], "value": values[:, j]}
+            ).assign(base=a.base[steps])
+            for j, name in enumerate(a.names)
+        ]
+    return pd.concat(parts, ignore_index=True)
+
+
 def against_exact(
     network: DetachmentNetwork,
     runs: Sequences,

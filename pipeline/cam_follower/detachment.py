@@ -1,15 +1,24 @@
-"""What every model of the follower's detachment can do, and several of them as one."""
+"""Models of the follower's detachment behind the protocol of all models."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
+from pipeline.cam_follower import jumps
+from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.lstm import DetachmentNetwork
+from unmodelled.base.files import check_name, write_json
+from unmodelled.base.progress import track
+from unmodelled.evaluation.splits import Split
+from unmodelled.learning.recipe import Tables, check_folds, refused
 from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
@@ -26,20 +35,33 @@ class Fitted(Protocol):
 
     @property
     def parts(self) -> Mapping[str, Fitted]:
-        """Name -> model that this one is built on, which predicts by itself too."""
+        """Models that this one is built on and that predict by themselves too, by name."""
+        ...
+
+    @property
+    def explainable(self) -> Mapping[str, Sequence[DetachmentNetwork]]:
+        """Networks of every fold whose inputs are signals of the campaign, one per repeat; may be empty."""
         ...
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""
+        """Predict the detachment eps of all runs by every repeat of a fold.
+
+        Args:
+            fold: name of the fold.
+            campaign: runs with the signals that the model reads.
+
+        Returns:
+            Detachment, m, (repeats, runs, steps); zero after the end of a run.
+        """
         ...
 
 
 class DetachmentRecipe(Protocol):
-    """A model and its training, as a file of conf/model/ says."""
+    """A model of the detachment and its training, as a file of conf/detachment/ describes them."""
 
     @property
     def samples(self) -> int:
-        """After which a run is cut off."""
+        """Number of samples after which a run is cut off."""
         ...
 
     def fit(
@@ -52,40 +74,92 @@ class DetachmentRecipe(Protocol):
         workers: int = 2,
         device: str = "cpu",
     ) -> float:
-        """Fit every fold and repeat, but what is in `out` already; the time that all took, core seconds."""
+        """Fit the model to every fold and repeat that `out` does not hold yet.
+
+        Args:
+            campaign: runs with the signals that the model reads.
+            folds: rows of the training runs by the name of the fold, each (runs,).
+            repeats: number of models per fold, which differ in their random start.
+            seed: seed of the random generators.
+            out: folder of the results.
+            workers: number of fits side by side, each on one core; default 2.
+            device: `cpu` for the compiled kernel (default), or a device of torch such as `cuda`.
+
+        Returns:
+            Time that all fits took, core seconds.
+        """
         ...
 
     def read(self, folder: Path) -> Fitted:
-        """What `fit` wrote to `folder`."""
+        """Read the models that `fit` wrote.
+
+        Args:
+            folder: folder of the results.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Family:
-    """Models that are fitted and judged on the same folds, in one process.
+    """Models of the follower's detachment that are fitted and judged on the same folds, in one process.
 
     Attributes:
-        members: name -> recipe; the fits of each lie in a folder of that name.
+        members: recipes by name; the fits of each lie in a folder of that name.
+        features: store of the runs, written by featurize.
+        mechanism: constants of the cam-follower bench.
     """
 
     members: Mapping[str, DetachmentRecipe]
+    features: Path
+    mechanism: CamFollower
 
-    @classmethod
-    def of(cls, model: DetachmentRecipe | Family) -> Family:
-        """A single model is a family of one, which has no name and no folder of its own."""
-        return model if isinstance(model, Family) else cls({"": model})
+    def __post_init__(self) -> None:
+        path = Path(str(self.features))  # a config file hands over a text
+        check_name("model.features", path)
+        object.__setattr__(self, "features", path)
 
-    def fit(
+    def train(
         self,
-        campaign: Campaign,
-        folds: Mapping[str, Indices],
-        repeats: int,
+        system: Path | None,
+        logs: Path | None,
+        split: Split,
+        profile: Mapping[str, Any],
+        start: Path | None,
+        device: str,
         seed: int,
         out: Path,
-        device: str = "cpu",
-    ) -> float:
-        """Fit one member after the other; the time that all took, core seconds."""
-        return sum(
+    ) -> None:
+        """Fit one member after the other, see `unmodelled.learning.recipe.Recipe`.
+
+        Fits that `out` holds already, of the same data, settings and seed, are kept: a training that was
+            killed
+        continues with the next fit. `seconds` in fit.json are core seconds of all fits.
+        """
+        refused(system, logs, start)
+        campaign, repeats = Campaign.read(self.features), profile["repeats"]
+        folds = {fold.name: fold.train for fold in split.folds(campaign.experiments)}
+        seconds = sum(
             recipe.fit(campaign, folds, repeats, seed, out / name, device=device)
             for name, recipe in self.members.items()
         )
+        about = {"folds": list(folds), "repeats": repeats, "seed": seed, "seconds": seconds}
+        write_json(out / "fit.json", about)
+
+    def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
+        """Predict the held-out runs by every member, see `unmodelled.learning.recipe.Recipe`.
+
+        Returns:
+            runs, repeats and examples, see `pipeline.cam_follower.jumps.judge`, with a column `model`.
+        """
+        refused(system, logs)
+        campaign = Campaign.read(self.features)
+        folds = split.folds(campaign.experiments)
+        parts = []
+        for name, recipe in track(self.members.items(), len(self.members), "predicting, models"):
+            fitted, observed = recipe.read(fits / name), jumps.Observed.of(campaign, recipe.samples)
+            check_folds(folds, fitted.folds, fits / name)
+            for (label, own), fold in product({name: fitted, **fitted.parts}.items(), folds):
+                eps = own.detachment(fold.name, campaign)
+                tables = jumps.judge(observed, fold, eps, self.mechanism.jump_share)
+                parts.append({kind: table.assign(model=label) for kind, table in tables.items()})
+        return {kind: pd.concat([part[kind] for part in parts], ignore_index=True) for kind in parts[0]}

@@ -1,39 +1,114 @@
-"""What a file of conf/model/ says: which dynamics, fitted how."""
+"""Models of the cam-follower's drivetrain behind the protocol of all models: which dynamics, fitted how."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
 
+from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.dataset import Dataset, Indices
 from pipeline.cam_follower.dynamics import Dynamics
+from pipeline.cam_follower.held_out import explore, simulate_tests
 from unmodelled.base.errors import BadInput
-from unmodelled.learning.checkpoint import read_checkpoint, restore
+from unmodelled.base.files import check_name, write_json
+from unmodelled.evaluation.splits import Split
+from unmodelled.learning.checkpoint import read_checkpoint, restore, save
+from unmodelled.learning.recipe import Tables, check_folds, refused
+from unmodelled.logs.trajectory import Campaign
+
+#: Signals that models of the drivetrain read: time (s), angle (rad) and speed (rad/s) of the cam.
+SIGNALS = ["t", "theta", "omega"]
 
 
 @dataclass(frozen=True)
-class Recipe:
-    """A model and its training.
+class DrivetrainRecipe:
+    """A model of the cam-follower's drivetrain and its training.
 
     Attributes:
         dynamics: constructor of a stack of models.
         fit: trains a stack: `fit(dynamics, dataset, folds, seed) -> Dynamics`.
+        features: store of the runs, written by featurize.
+        mechanism: constants of the cam-follower bench.
     """
 
     dynamics: Callable[..., Dynamics]
     fit: Callable[[Callable[..., Dynamics], Dataset, list[Indices], int], Dynamics]
+    features: Path
+    mechanism: CamFollower
 
-    def train(self, dataset: Dataset, folds: list[Indices], seed: int) -> Dynamics:
-        """A fitted stack, one model per entry of `folds`."""
-        return self.fit(self.dynamics, dataset, folds, seed)
+    def __post_init__(self) -> None:
+        path = Path(str(self.features))  # a config file hands over a text
+        check_name("model.features", path)
+        object.__setattr__(self, "features", path)
+
+    def campaign(self) -> Campaign:
+        """Read the runs of the store `features`.
+
+        Raises:
+            BadInput: when the store is missing, damaged, or lacks a signal.
+        """
+        return Campaign.read(self.features, SIGNALS)
+
+    def train(
+        self,
+        system: Path | None,
+        logs: Path | None,
+        split: Split,
+        profile: Mapping[str, Any],
+        start: Path | None,
+        device: str,
+        seed: int,
+        out: Path,
+    ) -> None:
+        """Fit the model to the runs in `features`, see `unmodelled.learning.recipe.Recipe`."""
+        refused(system, logs, start)
+        campaign, repeats = self.campaign(), profile["repeats"]
+        folds = split.folds(campaign.experiments)
+        dataset = Dataset.of(campaign, self.mechanism)
+        stack = [fold.train for fold in folds for _ in range(repeats)]
+        begin = time.monotonic()
+        fitted = self.fit(self.dynamics, dataset, stack, seed)
+        about = {"folds": [fold.name for fold in folds], "repeats": repeats, "seed": seed}
+        save(fitted, out / "model.pt", about)
+        trained = sum(p.numel() for p in fitted.parameters()) // len(stack)
+        write_json(out / "fit.json", {**about, "seconds": time.monotonic() - begin, "parameters": trained})
+
+    def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
+        """Simulate the held-out runs, see `unmodelled.learning.recipe.Recipe`.
+
+        Returns:
+            errors and examples, see `pipeline.cam_follower.held_out.Simulations`; where the split explores,
+            also force, see `pipeline.cam_follower.held_out.explore`.
+        """
+        refused(system, logs)
+        campaign = self.campaign()
+        dataset = Dataset.of(campaign, self.mechanism)
+        fitted, about = load(fits / "model.pt", self.dynamics, dataset)
+        folds = split.folds(campaign.experiments)
+        check_folds(folds, about["folds"], fits / "model.pt")
+        exp = campaign.experiments["exp"].to_numpy()
+        results = simulate_tests(fitted, dataset, folds, about["repeats"], exp)
+        tables = {"errors": results.errors, "examples": results.examples}
+        if split.explore:
+            tables["force"] = explore(fitted, dataset, folds, about["repeats"], exp)
+        return tables
 
 
 def load(path: Path, dynamics: Callable[..., Dynamics], dataset: Dataset) -> tuple[Dynamics, dict[str, Any]]:
-    """The fitted stack and the facts that `save` wrote.
+    """Read a fitted stack and the facts that were saved with it.
+
+    Args:
+        path: file model.pt of a fit.
+        dynamics: constructor of the stack that was fitted.
+        dataset: runs and bench that the constructor needs.
+
+    Returns:
+        The fitted stack, and the facts: folds, repeats, seed.
 
     Raises:
         BadInput: when the file is missing, damaged, or belongs to another model.

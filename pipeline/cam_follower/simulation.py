@@ -16,6 +16,7 @@ from pipeline.cam_follower.bounce_gate import with_bounce
 from pipeline.cam_follower.bounce_kernel import bounce_kernel
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.detachment import Fitted
+from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
@@ -69,6 +70,11 @@ class BounceFits:
     @property
     def parts(self) -> dict[str, Fitted]:
         """None."""
+        return {}
+
+    @property
+    def explainable(self) -> dict[str, list[DetachmentNetwork]]:
+        """Return nothing: a simulation has no network."""
         return {}
 
     def simulated(self, fold: str, campaign: Campaign) -> Campaign:

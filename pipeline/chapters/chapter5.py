@@ -71,7 +71,7 @@ def predictions(runs: pd.DataFrame) -> dict[str, Any]:
     """Leaves uniform, split, baseline.bounce and hybrid.
 
     Args:
-        runs: of all models, splits and folds; see `pipeline.chapters.jumps.judge`.
+        runs: of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
     """
     result: dict[str, Any] = {UNIFORM: {}, "split": {}, "baseline": {BOUNCE: {}}, "hybrid": {}}
     places = {BOUNCE: result["baseline"][BOUNCE], HYBRID: result["hybrid"]}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.cam import TURN, Cam, cycloid
 from pipeline.cam_follower.cam_follower import CamFollower
-from pipeline.chapters.labels import full_revolutions
+from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import folded, levels, median_row
 from pipeline.figures.panels import cam_grid
 from unmodelled.logs.trajectory import Campaign

@@ -14,8 +14,8 @@ from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
 from pipeline.cam_follower.cam_follower import CamFollower
+from pipeline.cam_follower.labels import full_revolutions
 from pipeline.chapters.boundary import SETTING, first_crossing, measured
-from pipeline.chapters.labels import full_revolutions
 from pipeline.figures.examples import levels, median_row, nominal_and_bouncing
 from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
 from unmodelled.logs.trajectory import Campaign

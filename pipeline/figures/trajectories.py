@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from pipeline.chapters.labels import full_revolutions
+from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, varied
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.report.figures.style import (

@@ -21,14 +21,13 @@ from pipeline.report.runs import (
     stages_table,
     versions_table,
 )
-from pipeline.report.search import index
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing, replacing_folder
 from unmodelled.base.ownership import check_replaceable
 from unmodelled.report.diagnosis_page import view
 from unmodelled.report.numbers import duration, number
 from unmodelled.report.rendering import ORIGINS, STATIC, templates
-from unmodelled.report.search import script
+from unmodelled.report.search import Entry, entry, figure_entries, script, table_entries
 from unmodelled.report.tables import Table
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -170,3 +169,19 @@ def _render(template: str, file: str, page: Page, site: Site, more: Mapping[str,
         "duration": duration,
     }
     return templates(TEMPLATES).get_template(template).render({**frame, **(more or {}), "root": root})
+
+
+def index(every: Sequence[Page], shown: Mapping[str, Contents], results: Results) -> list[Entry]:
+    """Pages, figures, claims, tables, numbers and diagnoses."""
+    found = [entry("page", page.title, f"{page.label} {page.summary}", page.file) for page in every]
+    found += [entry("diagnosis", d.label, d.headline, d.file) for d in results.diagnoses]
+    for page in every[1:]:
+        here = shown[page.id]
+        found += figure_entries(here.figures, page.file)
+        for row, anchor in zip(here.claims.rows, here.claims.anchors, strict=True):
+            found.append(entry("claim", row[0].text, row[4].text, f"{page.file}#{anchor}"))
+        found += table_entries(here.tables, page.file)
+        for t in here.metrics:
+            names = " ".join(row[0].text for row in t.rows)
+            found.append(entry("metrics", t.title, names, f"{page.file}#{t.id}"))
+    return found

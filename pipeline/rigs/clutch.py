@@ -4,6 +4,8 @@ The spring's threshold and the touch point of the plates change after each engag
 from a clipped normal distribution (section 3.3.3).
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -17,13 +19,47 @@ import pyarrow.csv as pa_csv
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from pipeline.rigs import clutch_profiles, clutch_rig
-from pipeline.rigs.clutch_profiles import Profiles
+from pipeline.rigs import clutch_rig
 from pipeline.rigs.clutch_rig import ClutchRig, Setting
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 
 Array = NDArray[np.float64]
+_EDGE = 0.002  # duration (s) of a step: the amplifier limits the rate of its current
+
+
+@dataclass(frozen=True)
+class Profiles:
+    """A full factorial of fill pulses and ramps.
+
+    Attributes:
+        pulse: level of the fill pulse, A. highest: where the ramp ends, A.
+        u1: widths of the pulse, s. u2: levels from which the ramp starts, A. u3: slopes of the ramp, A/s.
+    """
+
+    pulse: float
+    u1: Sequence[float]
+    u2: Sequence[float]
+    u3: Sequence[float]
+    highest: float = 0.6
+
+    @property
+    def settings(self) -> list[tuple[float, float, float]]:
+        """(u1, u2, u3) of every profile; u3 varies fastest."""
+        return list(product(self.u1, self.u2, self.u3))
+
+    def current(self, t: Array, u1: float, u2: float, u3: float) -> Array:
+        """Set-point (A) at times `t` (s): nothing before 0, the pulse until u1, then the ramp."""
+        top = u1 + (self.highest - u2) / u3
+        times = [0.0, _EDGE, u1, u1 + _EDGE, top]
+        levels = [0.0, self.pulse, self.pulse, u2 + u3 * _EDGE, self.highest]
+        return np.interp(t, times, levels)
+
+
+MILD = Profiles(0.35, (0.108, 0.172, 0.236), (0.097, 0.121, 0.146), (0.116, 0.231))
+SHARP = Profiles(0.45, (0.092, 0.144, 0.2), (0.084, 0.105, 0.126), (0.097, 0.194))
+
+
 SPEEDS = (1200, 1350, 1500)  # of the motor, rpm
 BRAKES = (10.0, 60.0)  # N m
 BOX = ((0.7, 1.3), (0.4, 1.15))  # of the scales of threshold and touch point; in there every clutch locks
@@ -70,7 +106,7 @@ class ClutchCampaign:
     @property
     def profiles(self) -> Profiles:
         """Its current profiles."""
-        return clutch_profiles.SHARP if self.sharp else clutch_profiles.MILD
+        return SHARP if self.sharp else MILD
 
     def table(self) -> pd.DataFrame:
         """The engagements: id, file, u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm, profile."""

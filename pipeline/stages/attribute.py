@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,9 @@ from pipeline.attribution import tables
 from pipeline.attribution.choice import Choice
 from pipeline.attribution.deep_shap import deep_shap
 from pipeline.cam_follower.detachment import Family
+from pipeline.cam_follower.jumps import example_rows
 from pipeline.cam_follower.lstm import DetachmentNetwork
-from pipeline.cam_follower.sequence.fits import Fits
 from pipeline.cam_follower.sequences import Sequences
-from pipeline.chapters.jumps import example_rows
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
@@ -28,10 +27,12 @@ from unmodelled.logs.trajectory import Campaign
 
 Tables = dict[str, pd.DataFrame]
 
+#: Steps from one point to the next in the table of points: a tenth of all, 0.1 s apart.
+EVERY = 10
+
 
 @verb()
 def attribute(
-    features: Path,
     fits: Path,
     model: Family,
     explained: list[str],
@@ -53,39 +54,42 @@ def attribute(
     Of the first repeat:
 
     - phi: exp, step, feature, phi (m), and explained: exp, step, base, output (m), of the example runs;
+    - points: exp, step, feature, phi (m), value (of the input, in SI units) and base (m), of every tenth step
+      of all explained runs; `pipeline.attribution.explanation` makes a `shap.Explanation` of them;
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 
     attribution.json says how many runs and references there were, and how long it took.
 
     Args:
-        features: store written by featurize.
         fits: folder written by train for the same model and split.
-        model: the recipes that were fitted. explained: names of those to explain.
-        split: the folds. fold: name of the one to explain.
-        groups: name -> inputs that are one player of the exact game; another input plays alone.
-        profile: `explained_runs` and `references` of DeepSHAP, `exact_runs` and `exact_references` of the
-            exact values.
-        seed: of the choice of runs and references.
+        model: models of the follower's detachment that were fitted.
+        explained: names of the models to explain.
+        split: division of the runs into folds.
+        fold: name of the fold whose networks are explained.
+        groups: inputs that are one player of the exact game, by the player's name; other inputs play alone.
+        profile: numbers of runs: `explained_runs` and `references` of DeepSHAP, `exact_runs` and
+            `exact_references` of the exact values.
+        seed: seed of the choice of runs and references.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when an input is missing, the fits belong to another model, or there is nothing to explain.
     """
     if not isinstance(model, Family):
-        raise BadInput("model must be a family of networks, like model=detachment")
+        raise BadInput("model must be of the follower's detachment, such as model=detachment")
     begin = time.monotonic()
-    campaign = Campaign.read(features)
+    campaign = Campaign.read(model.features)
     rows = _fold(split, fold, campaign)
     chosen = Choice.of(campaign.experiments, rows.train, rows.test, profile, seed)
     shown = np.array(example_rows(campaign.experiments, rows.test)["jump"])
     members = {name: _networks(model, name, fits, fold) for name in explained}
-    total = sum(len(found.networks[fold]) for found in members.values())
+    total = sum(map(len, members.values()))
     parts: list[Tables] = []
     with replacing_folder(out) as folder:
-        work = ((name, found, k) for name, found in members.items() for k in range(len(found.networks[fold])))
-        for name, found, k in track(work, total, f"explaining {total} networks"):
-            sequences, network = found.sequences(campaign), found.networks[fold][k]
+        work = ((name, k, network) for name, found in members.items() for k, network in enumerate(found))
+        for name, k, network in track(work, total, f"explaining {total} networks"):
+            sequences = Sequences.of(campaign, network.inputs, model.members[name].samples)
             own = _shares(network, sequences, chosen, k)
             own |= _closer(network, sequences, chosen, shown, groups) if k == 0 else {}
             parts.append({kind: table.assign(model=name) for kind, table in own.items()})
@@ -103,24 +107,26 @@ def _fold(split: Split, name: str, campaign: Campaign) -> Fold:
     return folds[name]
 
 
-def _networks(model: Family, name: str, fits: Path, fold: str) -> Fits:
+def _networks(model: Family, name: str, fits: Path, fold: str) -> Sequence[DetachmentNetwork]:
     if name not in model.members:
         raise BadInput(f"explained: unknown {name}, must be one of {', '.join(model.members)}")
     found = model.members[name].read(fits / name)
-    if not isinstance(found, Fits):
-        raise BadInput(f"explained: {name} is no network")
-    if fold not in found.networks:
+    if not found.explainable:
+        raise BadInput(f"explained: {name} is no network of the measured signals alone")
+    if fold not in found.explainable:
         raise BadInput(f"{fits / name}: was fitted on the folds {', '.join(found.folds)}, not on {fold}")
-    return found
+    return found.explainable[fold]
 
 
 def _shares(network: DetachmentNetwork, sequences: Sequences, chosen: Choice, repeat: int) -> Tables:
-    found = deep_shap(network, sequences.of_runs(chosen.runs), sequences.of_runs(chosen.references))
+    runs = sequences.of_runs(chosen.runs)
+    found = deep_shap(network, runs, sequences.of_runs(chosen.references))
     made = {
         "shares": tables.run_shares(found),
         "overall": tables.overall_shares(found),
         "accuracy": tables.accuracies(found),
     }
+    made |= {"points": tables.points(found, runs, EVERY)} if repeat == 0 else {}
     return {kind: table.assign(repeat=repeat) for kind, table in made.items()}
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
-from pipeline.chapters.labels import label, mean_extreme, unwrapped
+from pipeline.cam_follower.labels import label, mean_extreme, unwrapped
 from pipeline.recordings.rawlogs import ROWS, RawLogs
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track

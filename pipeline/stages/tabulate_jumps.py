@@ -19,7 +19,7 @@ from unmodelled.evaluation.splits import Split
 from unmodelled.logs.trajectory import Campaign
 
 PREDICTED = ("runs", "repeats", "examples")
-EXPLAINED = ("shares", "overall", "accuracy", "phi", "explained", "exact", "agreement")
+EXPLAINED = ("shares", "overall", "accuracy", "phi", "explained", "points", "exact", "agreement")
 
 
 @verb()
@@ -46,8 +46,8 @@ def tabulate_jumps(
     - examples: exp, label, t (s), measured, predicted, low and high of the repeats (m): Fig. 5.15 and 5.21.
 
     Those of attributions are of the fold 30% and described in `attribute`: phi and explained (Fig. 5.22, the
-    runs of examples, step k at time t = 0.01 k), shares and overall (Fig. 5.23), accuracy, exact and
-    agreement.
+    runs of examples, step k at time t = 0.01 k), shares and overall (Fig. 5.23), points (Fig. 5.23.2),
+    accuracy, exact and agreement.
 
     Args:
         features: store written by featurize.

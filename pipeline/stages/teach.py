@@ -23,14 +23,13 @@ from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.evaluation.held_out import free_runs
 from unmodelled.evaluation.splits import Fold
 from unmodelled.learning.augmented import AugmentedRecipe
-from unmodelled.learning.windows import Progress, Training, finished
+from unmodelled.learning.held_out import free_runs
+from unmodelled.learning.windows import Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import read_columns
-from unmodelled.models.rollout import Measured
 from unmodelled.models.structures import Structure
 from unmodelled.systems.equations import equations
 from unmodelled.systems.model import System
@@ -144,11 +143,8 @@ def _pendulum(
     folds = [Fold(f"repeat {k + 1}", explored[:trained], test) for k in range(repeats)]
     errors, forecasts = [], []
     for name, recipe in recipes.items():
-        problem = recipe.problem(known, Measured.of(logs), logs.period, [fold.train for fold in folds], seed)
-        stack = [Progress.start(problem.model, member) for member in range(repeats)]
-        for _ in recipe.windows.train(problem, stack):
-            pass
-        runs = free_runs(finished(problem.model, stack), logs, folds, 1, problem.how)
+        fit = recipe.fit(known, logs, folds, seed=seed)
+        runs = free_runs(fit.model, logs, {fold.name: fold.test for fold in folds}, 1, fit.integration)
         errors.append(runs.errors[runs.errors["state"] == "theta"].assign(model=name))
         forecasts.append(runs.examples.assign(model=name))
     region = chapter2.Region(logs.x[np.isin(logs.owner, explored[:trained])])

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.chapters.reported import read_judged, read_refit, read_truth
+from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import SYSTEM, TRUTH, campaigns_in, cases_in
 from pipeline.withheld.judging import judged
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.channels import parameter_channels
 from unmodelled.systems.reader import read_system
 
 

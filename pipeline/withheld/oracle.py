@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from pipeline.withheld.channels import parameter_channels
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.deviation import errors
@@ -18,7 +19,6 @@ from unmodelled.diagnosis.fitting.judged_models import values_per_experiment
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
-from unmodelled.evaluation.channels import parameter_channels
 from unmodelled.evaluation.gap import shrink
 from unmodelled.systems.model import System
 

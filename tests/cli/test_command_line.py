@@ -68,7 +68,9 @@ def test_unknown_model() -> None:
 
 
 def test_missing_features(tmp_path: Path) -> None:
-    assert_refused(run("train", f"features={tmp_path}/none", f"out={tmp_path}/fit"), "none", "no such file")
+    assert_refused(
+        run("train", f"model.features={tmp_path}/none", f"out={tmp_path}/fit"), "none", "no such file"
+    )
     assert not (tmp_path / "fit").exists()
 
 

@@ -16,8 +16,10 @@ from tests.conftest import stages
 
 ROOT = CONF.parent
 #: What models have in common; not a choice on the command line.
-SHARED = "training"
-GROUPS = [f"{group}={name}" for group, names in PROGRAM.groups().items() if group != SHARED for name in names]
+SHARED = ("training", "detachment")
+GROUPS = [
+    f"{group}={name}" for group, names in PROGRAM.groups().items() if group not in SHARED for name in names
+]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
 #: Sweeps, and what reads them, are no part of the graph, nor is what writes a file of the program.
@@ -59,6 +61,8 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
 #: Stages that train models of systems, and of the detachment.
 TRAINED = {
     "sequence": ("train_jumps", "evaluate_jumps", "attribute"),
+    "detachment": ("train_jumps", "evaluate_jumps", "attribute"),
+    "drivetrain": ("train", "evaluate", "tune"),
     "one_step": (
         "train_slider_crank",
         "evaluate_slider_crank",
@@ -69,21 +73,29 @@ TRAINED = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / SHARED).glob("*.yaml")))
+@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "training").glob("*.yaml")))
 def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
-    assert any(f"/{SHARED}@_here_: {name}\n" in p.read_text() for p in (CONF / "model").glob("*.yaml"))
+    files = [*(CONF / "model").glob("*.yaml"), *(CONF / "detachment").glob("*.yaml")]
+    assert any(f"/training@_here_: {name}\n" in p.read_text() for p in files)
     for stage in TRAINED.get(name, TRAINED["one_step"]):
-        assert f"conf/{SHARED}/{name}.yaml" in STAGES[stage].get("do", STAGES[stage])["deps"]
+        assert f"conf/training/{name}.yaml" in STAGES[stage].get("do", STAGES[stage])["deps"]
 
 
 def test_models_and_splits_of_jumps_exist_and_their_change_reruns_them() -> None:
     for split, family in PARAMS["jumps"].items():
         assert split in PROGRAM.groups()["split"]
         entries = yaml.safe_load((CONF / "model" / f"{family}.yaml").read_text())["defaults"]
-        members = {entry.split("@")[0] for entry in entries if "@" in entry}
+        members = {
+            name
+            for e in entries
+            if isinstance(e, dict)
+            for at, name in e.items()
+            if at.startswith("/detachment")
+        }
+        assert members
         for stage in ("train_jumps", "evaluate_jumps"):
             declared = {next(iter(p)) for p in STAGES[stage]["do"]["params"]}
-            assert {f"conf/model/{member}.yaml" for member in members} <= declared
+            assert {f"conf/detachment/{member}.yaml" for member in members} <= declared
 
 
 @pytest.mark.parametrize("kind", ["models", "tuned", "splits", "mechanisms", "hybrids", "campaigns"])

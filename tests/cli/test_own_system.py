@@ -27,7 +27,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (here / "pendulum.yaml").write_text(SYSTEM[1])
     said = ""
     for line in COMMANDS[1].splitlines():
-        command = [sys.executable, *shlex.split(line, comments=True)[1:]]
+        words = shlex.split(line, comments=True)
+        command = [sys.executable, *(["-m", *words] if words[0] == "unmodelled" else words[1:])]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         result = subprocess.run(command, cwd=here, capture_output=True, text=True, env=environment)
         assert result.returncode == 0, (line, result.stderr)

@@ -159,7 +159,7 @@ def test_an_unknown_launcher_is_refused(cart: Path) -> None:
 def test_optuna_minimises_what_tune_returns(tmp_path: Path, small_campaign: Campaign) -> None:
     small_campaign.write(tmp_path / "features")
     words = ["hydra/sweeper=hidden_units", "hydra.sweeper.n_trials=3", "hydra.sweep.dir=search"]
-    small = ["features=features", "model.fit.steps=3", "profile.repeats=2"]
+    small = ["model.features=features", "model.fit.steps=3", "profile.repeats=2"]
     result = call(tmp_path, "tune", "-m", *words, *small, OMP_NUM_THREADS="1")
     assert result.returncode == 0, result.stderr
     found = yaml.safe_load((tmp_path / "search" / "optimization_results.yaml").read_text())

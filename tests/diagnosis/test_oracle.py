@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case, Planted
-from pipeline.rigs.withheld.writing import write
 from pipeline.withheld.oracle import Judged, Known, oracle
 from pipeline.withheld.sparse_regression import Term, largest_term
 from unmodelled.diagnosis.data.study import Study

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case
-from pipeline.rigs.withheld.writing import write
 from tests.diagnosis.benches import Bench, exact, pendulum
 from tests.diagnosis.found import BENCH, HORIZON, as_given, friction
 from unmodelled.diagnosis.answer.figure_tables import write_tables

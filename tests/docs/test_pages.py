@@ -15,10 +15,12 @@ import pytest
 from pipeline.__main__ import CONF, PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
+from unmodelled.__main__ import PROGRAM as LIBRARY
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.systems.reader import read_system
 
 ROOT = CONF.parent
+PROGRAMS = {"python -m pipeline": PROGRAM, "unmodelled": LIBRARY}
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
 LINK = re.compile(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -38,11 +40,14 @@ def anchors(path: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-def commands() -> list[str]:
+def commands() -> list[tuple[str, str]]:
+    """Program, and verb with keys, of all commands that are complete as they stand."""
     lines = [line for page in PAGES for text in blocks(page, "sh") for line in text.splitlines()]
-    found = [line.split(" # ")[0].strip() for line in lines if line.startswith("python -m pipeline ")]
-    # what is completed by the reader
-    return sorted({line for line in found if not re.search(r"\.\.\.|<|\$|--|-m |\\$", line[19:])})
+    found = [
+        (p, line.split(" # ")[0].strip()) for p in PROGRAMS for line in lines if line.startswith(f"{p} ")
+    ]
+    calls = {(program, line.removeprefix(program).strip()) for program, line in found}
+    return sorted((p, call) for p, call in calls if not re.search(r"\.\.\.|<|\$|--|-m |\\$", call))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
@@ -56,12 +61,12 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not anchor or anchor in anchors(found), target
 
 
-@pytest.mark.parametrize("command", commands())
-def test_commands_have_a_configuration(command: str) -> None:
-    verb, *rest = shlex.split(command)[3:]
-    assert verb in PROGRAM.verbs
+@pytest.mark.parametrize(("program", "call"), commands())
+def test_commands_have_a_configuration(program: str, call: str) -> None:
+    verb, *rest = shlex.split(call)
+    assert verb in PROGRAMS[program].verbs
     overrides = [word for word in rest if "=" in word]
-    assert PROGRAM.compose(verb, overrides)["_target_"] == PROGRAM.target(verb)
+    assert PROGRAMS[program].compose(verb, overrides)["_target_"] == PROGRAMS[program].target(verb)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)

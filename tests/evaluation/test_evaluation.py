@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.cam_follower import metrics
-from pipeline.chapters import boundary, labels
+from pipeline.cam_follower import labels, metrics
+from pipeline.chapters import boundary
 from unmodelled.base.errors import BadInput
 from unmodelled.evaluation import splits
 

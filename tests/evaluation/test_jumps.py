@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.chapters.jumps import Observed, example_rows, judge, threshold
-from pipeline.chapters.labels import mean_extreme
+from pipeline.cam_follower.jumps import Observed, example_rows, judge, threshold
+from pipeline.cam_follower.labels import mean_extreme
 from unmodelled.base.errors import BadInput
 from unmodelled.evaluation import splits
 from unmodelled.evaluation.splits import Fold

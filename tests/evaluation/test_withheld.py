@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 
 from pipeline.withheld import scores as scored
+from pipeline.withheld.channels import parameter_channels
 from pipeline.withheld.folders import campaigns_in, cases_in
 from pipeline.withheld.judging import judged
 from tests.evaluation.withheld_cases import ACTS_AT, Content, diagnosis, effect, refit, truth
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.channels import parameter_channels
 from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems" / "withheld"

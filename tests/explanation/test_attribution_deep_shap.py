@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from pipeline.attribution import deep_shap as module
-from pipeline.attribution.deep_shap import contributions, deep_shap
-from pipeline.attribution.multipliers import multipliers
+from pipeline.attribution.deep_shap import contributions, deep_shap, multipliers
 from pipeline.attribution.recurrent import Recurrent, Trace
 from pipeline.cam_follower.sequences import Sequences
 from tests.explanation.attribution_problems import (

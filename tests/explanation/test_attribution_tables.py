@@ -9,6 +9,7 @@ import pytest
 from pipeline.attribution import tables
 from pipeline.attribution.choice import Choice
 from pipeline.attribution.deep_shap import deep_shap
+from pipeline.attribution.explanation import explanation
 from pipeline.attribution.groups import players
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
 from unmodelled.base.errors import BadInput
@@ -74,6 +75,21 @@ def test_tables_hold_the_attributions() -> None:
     exact, agreement = tables.against_exact(network, runs, background, {"pair": ["x0", "x1"]})
     assert set(exact["feature"]) == {"pair", "x2", "q0"} and set(exact["method"]) == {"deep_shap", "exact"}
     assert agreement["exp"].tolist() == list(runs.runs) and agreement["shares"].between(-1, 1).all()
+
+
+def test_an_explanation_of_shap_holds_the_attributions() -> None:
+    inputs = inputs_of(3, 1)
+    runs, background = random_runs(inputs, [6, 4], 1), random_runs(inputs, [7, 5], 2)
+    found = deep_shap(random_network(inputs, 0), runs, background)
+    made = explanation(tables.points(found, runs, every=1), 1e3)
+    np.testing.assert_array_equal(made.values, 1e3 * np.concatenate([a.phi.T for a in found]))
+    outputs = np.concatenate([a.output for a in found])
+    np.testing.assert_allclose(made.base_values + made.values.sum(1), 1e3 * outputs, rtol=1e-12)
+    assert made.feature_names == ["x0", "x1", "x2", "q0"]
+    np.testing.assert_array_equal(made.data[:6, :3], runs.features[0])
+    np.testing.assert_array_equal(made.data[6:, 3], np.full(4, runs.settings[1, 0]))
+    few = tables.points(found, runs, every=4)
+    assert few[few["feature"] == "x0"]["step"].tolist() == [0, 4, 0]
 
 
 def test_an_attribution_of_nothing_has_no_shares() -> None:

@@ -7,11 +7,21 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pandas as pd
+import yaml
+from hydra.utils import get_method
 from matplotlib.figure import Figure
 
 from unmodelled.report.figures.style import save
 
 Draw = Callable[[Path], Figure]
+CONF = Path(__file__).parents[2] / "conf"
+
+
+def figures_of(*parts: str) -> list[Draw]:
+    """The functions that conf/draw.yaml names in these files and folders of pipeline/figures."""
+    config = yaml.safe_load((CONF / "draw.yaml").read_text())
+    targets = [entry["_target_"] for entry in config["figures"].values()]
+    return [get_method(target) for target in targets if target.split(".")[2] in parts]
 
 
 def write_tables(folder: Path, chapter: str, tables: Mapping[str, pd.DataFrame]) -> Path:

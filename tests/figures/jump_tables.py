@@ -85,12 +85,14 @@ def predicted(rng: np.random.Generator) -> Content:
 
 def explained(rng: np.random.Generator) -> Content:
     """Contributions of the inputs to what four networks say of three jumps."""
-    phi, outputs, overall, exact, agreement = [], [], [], [], []
+    phi, outputs, overall, exact, agreement, points = [], [], [], [], [], []
     step = np.arange(STEPS)
     for (model, names), exp in product(INPUTS.items(), (2, 4, 6)):
         parts = {name: 1e-3 * rng.normal() * np.sin(0.05 * step) for name in names}
         for name, own in parts.items():
             phi.append(pd.DataFrame({"model": model, "exp": exp, "step": step, "feature": name, "phi": own}))
+            dots = {"phi": own, "value": np.cos(step) + 0.1 * exp, "base": 1e-5}
+            points.append(pd.DataFrame({"model": model, "exp": exp, "step": step, "feature": name, **dots}))
         base = np.full(STEPS, 1e-5)
         output = base + sum(parts.values())
         outputs.append(
@@ -112,6 +114,7 @@ def explained(rng: np.random.Generator) -> Content:
         "overall": pd.concat(overall, ignore_index=True),
         "exact": pd.concat(exact, ignore_index=True),
         "agreement": pd.DataFrame(agreement),
+        "points": pd.concat(points, ignore_index=True),
     }
 
 
@@ -132,6 +135,6 @@ def networks_only(content: Content) -> Content:
     less = {name: table[~table["model"].str.contains("bounce")] for name, table in content.items()}
     for name in ("runs", "examples"):
         less[name] = less[name][less[name]["split"] != "factors"]
-    for name in ("phi", "explained", "overall", "exact", "agreement"):
+    for name in ("phi", "explained", "overall", "exact", "agreement", "points"):
         less[name] = less[name][less[name]["model"] != "tau4"]
     return less

@@ -12,16 +12,17 @@ import pytest
 from matplotlib.figure import Figure
 
 from pipeline.figures.tutorial import flexibility, forecast, motor
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of, write_tables
+from tests.figures.checks import (
+    Draw,
+    check_caption,
+    check_file,
+    check_rendered,
+    figures_of,
+    name_of,
+    write_tables,
+)
 
-FIGURES: list[Draw] = [
-    motor.physical_parameters,
-    flexibility.flexibility,
-    motor.network_beyond_the_data,
-    forecast.physics_forecast,
-    forecast.black_box_forecast,
-    forecast.hybrid_forecast,
-]
+FIGURES = figures_of("tutorial")
 FORECASTS = {"physics": FIGURES[3], "black_box": FIGURES[4], "hybrid": FIGURES[5]}
 ABOUT = {"lowest": 4.0, "highest": 15.0, "noise": 0.01, "voltage": 200.0, "penalty": 1.0}
 ABOUT |= {"resistance": 5.0, "friction": 0.006}

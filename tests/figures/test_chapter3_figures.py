@@ -8,31 +8,13 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.clutch import accuracy, data, densities, engagement, example, identification, matching
+from pipeline.figures.clutch import identification
 from pipeline.stages.draw import draw as draw_stage
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, figures_of, name_of
 from tests.figures.clutch_tables import Content, make_tables, users_own, write
 from unmodelled.base.errors import BadInput
 
-FIGURES: list[Draw] = [
-    example.transformed_density,
-    example.chaos_moments,
-    example.fitted_densities,
-    data.current_signals,
-    data.deterministic_times,
-    densities.propagated_uncertainty,
-    matching.density_estimates,
-    densities.gaussian_optimum,
-    densities.maximum_entropy_optimum,
-    identification.profile_likelihoods,
-    identification.profile_pairs,
-    identification.estimates_of_data_sets,
-    accuracy.individual_likelihoods,
-    accuracy.mean_distances,
-    accuracy.sample_density,
-    engagement.filling,
-    engagement.torques_and_speeds,
-]
+FIGURES = figures_of("clutch")
 
 
 @pytest.fixture(scope="module")

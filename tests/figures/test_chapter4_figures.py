@@ -9,27 +9,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.slider_crank import closed_form, data, force, horizon, inputs, parameters, sensitivity
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
+from pipeline.figures.slider_crank import inputs, sensitivity
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, figures_of, name_of
 from tests.figures.slider_crank_tables import Tables, make_tables, write
 
-FIGURES: list[Draw] = [
-    data.spring_characteristic,
-    data.torque_signals,
-    data.collected_data,
-    inputs.network_inputs,
-    inputs.region_of_operations,
-    horizon.horizon_length,
-    horizon.multistep_prediction,
-    parameters.convergence,
-    parameters.ambiguous_pair,
-    force.network_surface,
-    force.learned_force,
-    force.split_force,
-    closed_form.closed_form,
-    sensitivity.sensitivities,
-    sensitivity.correlations,
-]
+FIGURES = figures_of("slider_crank")
 
 
 @pytest.fixture(scope="module")

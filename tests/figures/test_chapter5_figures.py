@@ -10,28 +10,12 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 
 from pipeline.cam_follower.cam import TURN, cycloid
-from pipeline.figures import campaign, cams, detachment, examples, panels, trajectories
+from pipeline.figures import examples, panels
+from tests.figures.checks import figures_of
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.report.figures import style
 
-FIGURES: list[Callable[[Path], Figure]] = [
-    cams.cam_shapes,
-    cams.displacement_functions,
-    cams.pitch_curve,
-    cams.pitch_curve_against_measurement,
-    trajectories.detachment_over_time,
-    trajectories.detachment_over_angle,
-    trajectories.example_trajectories,
-    trajectories.nominal_and_bouncing_motion,
-    campaign.label_map,
-    campaign.sequence_lengths,
-    campaign.bifurcation_map,
-    detachment.force_examples,
-    detachment.minimal_force_of_two_runs,
-    detachment.mean_minimal_force_map,
-    detachment.force_against_detachment,
-    detachment.minimal_force_map,
-]
+FIGURES = figures_of("cams", "trajectories", "campaign", "detachment")
 names = pytest.mark.parametrize("draw", FIGURES, ids=lambda f: f.__name__)
 
 

@@ -15,21 +15,11 @@ from matplotlib.figure import Figure
 from pipeline.chapters import boundary
 from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
-from tests.figures.checks import Draw, check_caption
+from tests.figures.checks import Draw, check_caption, figures_of
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.report.figures.style import save
 
-FIGURES: list[Draw] = [
-    simulation.hidden_units,
-    simulation.simulation_drift,
-    simulation.interpolation_errors,
-    simulation.extrapolation_errors,
-    exploration.direct_extrapolation,
-    exploration.predicted_contact_force,
-    exploration.boundary_repeats,
-    exploration.boundary_grid,
-    exploration.boundary_errors,
-]
+FIGURES = figures_of("simulation", "exploration")
 #: Quality of the made-up models: error of the contact force per subset away from the training runs, N.
 MODELS = {"lls": 1.2, "f_bb": 0.8, "f_h1": 0.4, "f_h2": 0.3, "motor": 0.05, "best": 0.03}
 ONLY_ONCE = ("lls", "motor")

@@ -9,23 +9,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from pipeline.figures.jumps import contributions, errors, example, maxima, settings, trajectories
+from pipeline.figures.jumps import contributions
 from pipeline.stages.draw import draw as draw_stage
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of
+from tests.figures.checks import Draw, check_caption, check_file, check_rendered, figures_of, name_of
 from tests.figures.jump_tables import Content, make_tables, networks_only, write
 from unmodelled.base.errors import BadInput
 
-FIGURES: list[Draw] = [
-    trajectories.predicted_detachment,
-    errors.error_quartiles,
-    errors.errors_by_label,
-    maxima.mean_maxima,
-    settings.without_settings,
-    example.jump_with_inputs,
-    example.contributions_over_time,
-    contributions.relative_contributions,
-    contributions.agreement_with_exact,
-]
+FIGURES = figures_of("jumps")
 
 
 @pytest.fixture(scope="module")

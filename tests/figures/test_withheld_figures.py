@@ -8,19 +8,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.figures.withheld import calibration, confusion, detection, run_time, shrink
+from pipeline.figures.withheld import calibration, confusion, detection, shrink
 from pipeline.figures.withheld.tables import FINDERS, MACHINES
 from pipeline.withheld import scores
 from tests.evaluation.test_withheld import table
-from tests.figures.checks import Draw, check_caption, check_file, check_rendered, name_of, write_tables
+from tests.figures.checks import (
+    Draw,
+    check_caption,
+    check_file,
+    check_rendered,
+    figures_of,
+    name_of,
+    write_tables,
+)
 
-FIGURES: list[Draw] = [
-    confusion.confusion_matrix,
-    detection.amplitude_detection,
-    calibration.calibration_curve,
-    shrink.shrink_against_oracle,
-    run_time.run_time,
-]
+FIGURES = figures_of("withheld")
 
 
 def write(folder: Path, cases: pd.DataFrame) -> Path:

@@ -6,7 +6,6 @@ import io
 import json
 import zipfile
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,7 +20,7 @@ from pipeline.cam_follower.bounce_fitting import START
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.linear import Linear
-from pipeline.cam_follower.recipe import Recipe, load
+from pipeline.cam_follower.recipe import load
 from pipeline.cam_follower.sequence.fits import read_fits
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.training import Training
@@ -41,7 +40,7 @@ from unmodelled.cli.sweep.runs import OVERRIDES, read_run
 from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
-from unmodelled.learning.fitting import Members, fit, load_fit
+from unmodelled.learning.fit import Fit
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
@@ -72,6 +71,7 @@ def plain_cases(folder: Path) -> dict[str, Case]:
     (logs / "provenance.json").write_bytes(text({"data": "virtual"}))
     packed = write_folder(folder / "packed", {"a": run(60), "b": run(60)}, "parquet")
     read_logs(logs, motor()).write(folder / "store")
+    read_logs(logs, motor()).to_hdf5(folder / "container" / "campaign.h5", motor())
     pd.DataFrame({"id": ["a", "b"], "y": [1.0, 2.0]}).to_csv(folder / "y.csv", index=False)
     system = {"hoist.yaml": HOIST.encode(), "converter.csv": CONVERTER.encode()}
     clutch = {"clutch.yaml": (SYSTEMS / "clutch.yaml").read_bytes()}
@@ -82,6 +82,10 @@ def plain_cases(folder: Path) -> dict[str, Case]:
     sweep = {OVERRIDES.as_posix(): overrides, "fit.json": text({"seconds": 1.0})}
     system_of = motor()
     names = ("experiments.csv", "a.csv", "b.csv", "provenance.json")
+
+    def hdf5(folder: Path) -> object:  # processes of their own read it, within a second
+        return read_logs(folder / "campaign.h5", system_of)
+
     packed_names, stored = ("b.parquet",), ("experiments.parquet", "signals.parquet", "provenance.json")
     return {
         "system": Case(system, ("hoist.yaml",), lambda f: read_system(f / "hoist.yaml")),
@@ -90,6 +94,7 @@ def plain_cases(folder: Path) -> dict[str, Case]:
         "logs": _checked(Case.of(logs, names, lambda f: read_logs(f, system_of))),
         "parquet": _checked(Case.of(packed, packed_names, lambda f: read_logs(f, system_of))),
         "store": _checked(Case.of(folder / "store", stored, lambda f: read_logs(f, system_of))),
+        "hdf5": replace(_checked(Case.of(folder / "container", ("campaign.h5",), hdf5)), share=0.2),
         "observations": Case(
             {"y.csv": (folder / "y.csv").read_bytes()},
             ("y.csv",),
@@ -150,25 +155,21 @@ def _published(folder: Path, name: str) -> Case:
 def checkpoint_cases(folder: Path, drives: Campaign, jumps: Campaign) -> dict[str, Case]:
     """Readers of fitted models."""
     dataset = Dataset.of(drives, CamFollower())
-    model = Recipe(Linear, lambda dynamics, data, folds, seed: dynamics(bench=data.bench, batch=1))
     (folder / "linear").mkdir()
-    save(model.train(dataset, [np.arange(5)], 0), folder / "linear" / "model.pt", {"folds": ["a"]})
+    save(Linear(bench=dataset.bench, batch=1), folder / "linear" / "model.pt", {"folds": ["a"]})
 
     system = read_system(SYSTEMS / "pendulum.yaml")
     PendulumCampaign(runs=2, duration=1.0).write(folder / "swings", 0)
     swings = read_logs(folder / "swings", system)
-    folds = leave_one_out(swings.experiments)
-    members = Members.of([f.name for f in folds], [f.train for f in folds], 1)
-    recipe = AugmentedRecipe(partial(one_per_port, hidden=4), Windows(5, 1, batch=64), method="rk4", hold=1.0)
-    fit(recipe, system, swings, members, 0, None, "cpu", folder / "hybrid")
+    recipe = AugmentedRecipe(one_per_port(hidden=4), Windows(5, 1, batch=64), method="rk4", hold=1.0)
+    recipe.fit(system, swings, leave_one_out(swings.experiments)).save(folder / "hybrid")
 
     inputs = SequenceInputs(("F_dagger",), ("m",))
     sequence = SequenceRecipe(inputs, Training(batch=6, updates=4, most=4), hidden=4, head=4, samples=60)
     sequence.fit(jumps, {"half": np.arange(1, 40, 2)}, 1, 0, folder / "lstm", 1)
     return {
-        "linear": Case.of(
-            folder / "linear", ("model.pt",), lambda f: load(f / "model.pt", model.dynamics, dataset)
-        ),
-        "hybrid": Case.of(folder / "hybrid", ("model.pt",), lambda f: load_fit(recipe, system, f)),
+        "linear": Case.of(folder / "linear", ("model.pt",), lambda f: load(f / "model.pt", Linear, dataset)),
+        "hybrid": Case.of(folder / "hybrid", ("model.pt",), lambda f: recipe.load(system, f)),
+        "fit": Case.of(folder / "hybrid", ("model.pt", "system.yaml", "history.parquet"), Fit.load),
         "lstm": Case.of(folder / "lstm", ("00_00.pt", "fits.json"), read_fits),
     }

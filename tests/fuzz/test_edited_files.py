@@ -10,7 +10,7 @@ import pytest
 from tests.fuzz.inputs import Case, complaint, draws, edited
 
 NAMES = [
-    *("system", "table", "events", "logs", "parquet", "store", "observations", "sweep"),
+    *("system", "table", "events", "logs", "parquet", "hdf5", "store", "observations", "sweep"),
     *("diagnosis", "judged", "truth", "refit", "bounce", "archive", "recording", "linear", "hybrid", "lstm"),
     *("xl330", "so101", "ur10e_joint", "cascaded_tanks"),
 ]

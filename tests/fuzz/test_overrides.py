@@ -27,8 +27,8 @@ RUNS = {
     "identifiability": ["system=system.yaml", "logs=logs"],
     "ingest": ["system=system.yaml", "raw=logs"],
     "acquire": ["source=pendulum", "source.runs=1", "source.duration=0.3"],
-    "train": ["features=features", "model=lls", "split=interpolation"],
-    "tune": ["features=features", "model=f_h2", "hidden=4", "model.fit.steps=1", "profile.repeats=1"],
+    "train": ["model.features=features", "model=lls", "split=interpolation"],
+    "tune": ["model.features=features", "model=f_h2", "hidden=4", "model.fit.steps=1", "profile.repeats=1"],
     "compare": ["runs=sweep"],
 }
 
@@ -123,7 +123,7 @@ def _code(arguments: list[str]) -> object:
 CODE = [
     "+x={_target_: os.system, command: touch hacked}",
     "model.dynamics._target_=os.system",
-    "features=${python:open('hacked','w')}",
+    "model.features=${python:open('hacked','w')}",
     "seed='!!python/object/apply:os.system [touch hacked]'",
     "seed=__import__('os').system('touch hacked')",
 ]
@@ -134,6 +134,6 @@ def test_no_value_is_executed(
     change: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
-    assert _code(["train", "features=features", "out=out", change]) == 2
+    assert _code(["train", "model.features=features", "out=out", change]) == 2
     assert len(capfd.readouterr().err.splitlines()) == 1
     assert not (folder / "hacked").exists()

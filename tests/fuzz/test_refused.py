@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -282,6 +283,17 @@ def bomb_table() -> bytes:
     return buffer.getvalue()
 
 
+def bomb_hdf5() -> bytes:
+    """Four million zeros a dataset, of which an HDF5 file holds one chunk in some kB."""
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        group = file.create_group("a")
+        group.attrs["m"] = 0.5
+        for name in ("t", "angle", "voltage"):
+            group.create_dataset(name, shape=(4 * 10**6,), dtype=np.float64, compression="gzip")
+    return buffer.getvalue()
+
+
 def bomb_texts() -> bytes:
     """Ten thousand times the same long text, which a Parquet file holds once."""
     long = pa.array(["x" * 10_000]).take(pa.array(np.zeros(10**4, np.int32)))
@@ -330,6 +342,7 @@ def bomb_json() -> bytes:
 
 BOMBS = [
     ("parquet", "b.parquet", bomb_table),
+    ("hdf5", "campaign.h5", bomb_hdf5),
     ("store", "signals.parquet", bomb_table),
     ("store", "experiments.parquet", bomb_texts),
     ("archive", "campaign.zip", bomb_archive),

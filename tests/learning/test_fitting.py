@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +20,11 @@ from omegaconf import OmegaConf
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.held_out import free_runs
-from unmodelled.evaluation.splits import Fold, leave_one_out
+from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning import fitting
 from unmodelled.learning.augmented import AugmentedRecipe
-from unmodelled.learning.fitting import Members, fit, load_fit
+from unmodelled.learning.fit import Fit
+from unmodelled.learning.held_out import free_runs, learned_efforts
 from unmodelled.learning.on_device import train_on
 from unmodelled.learning.windows import Progress, Windows
 from unmodelled.logs.folder import read_logs
@@ -58,9 +57,14 @@ def pendulum(tmp_path_factory: pytest.TempPathFactory) -> tuple[System, Logs]:
     return system, read_logs(folder, system)
 
 
-def members(logs: Logs, repeats: int = 1) -> tuple[list[Fold], Members]:
-    folds = leave_one_out(logs.experiments)
-    return folds, Members.of([f.name for f in folds], [f.train for f in folds], repeats)
+def fitted_to(recipe: AugmentedRecipe, data: tuple[System, Logs], out: Path, seed: int = 0) -> Fit:
+    """Fit to all but one experiment, with a checkpoint beside `out` as the command line keeps it."""
+    system, logs = data
+    checkpoint = out.with_name(f".{out.name}.checkpoint")
+    found = recipe.fit(system, logs, leave_one_out(logs.experiments), seed=seed, checkpoint=checkpoint)
+    found.save(out)
+    checkpoint.unlink(missing_ok=True)
+    return found
 
 
 def recipe_of(name: str) -> AugmentedRecipe:
@@ -73,12 +77,11 @@ def recipe_of(name: str) -> AugmentedRecipe:
 
 
 def fitted(recipe: AugmentedRecipe, data: tuple[System, Logs], out: Path, seed: int = 0) -> pd.DataFrame:
-    system, logs = data
-    fit(recipe, system, logs, members(logs)[1], seed, None, "cpu", out)
+    fitted_to(recipe, data, out, seed)
     return pd.read_parquet(out / "history.parquet").drop(columns="seconds")
 
 
-PLAIN = AugmentedRecipe(partial(one_per_port, hidden=8), Windows(5, 6, batch=64), method="rk4", hold=1.0)
+PLAIN = AugmentedRecipe(one_per_port(hidden=8), Windows(5, 6, batch=64), method="rk4", hold=1.0)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -89,13 +92,15 @@ def test_every_model_trains_saves_loads_and_simulates(
     history = fitted(recipe, slider, tmp_path)
     assert np.isfinite(history["loss"]).all()
     assert len(history) == 4 * recipe.windows.epochs
-    model, about = load_fit(recipe, system, tmp_path)
-    folds, _ = members(logs)
+    model, about = recipe.load(system, tmp_path)
+    folds = leave_one_out(logs.experiments)
     assert about["folds"] == [f.name for f in folds]
-    results = free_runs(model, logs, folds, 1, recipe.integration(logs.period))
-    assert set(results.errors["state"]) == {"theta", "omega"}
-    assert np.isfinite(results.errors["rmse"]).all()
-    assert len(results.efforts) == logs.offsets[-1]
+    tests = {fold.name: fold.test for fold in folds}
+    errors = free_runs(model, logs, tests, 1, recipe.integration(logs.period)).errors
+    assert set(errors["state"]) == {"theta", "omega"}
+    assert np.isfinite(errors["rmse"]).all()
+    efforts = learned_efforts(model, logs, {fold.name: fold.train for fold in folds}, 1)
+    assert len(efforts) == logs.offsets[-1]
 
 
 def test_friction_that_the_model_leaves_out_is_learned_and_damping_identified(
@@ -106,12 +111,11 @@ def test_friction_that_the_model_leaves_out_is_learned_and_damping_identified(
     wrong = system.with_values({"J": 0.026, "b": 0.015})
     recipe = replace(
         PLAIN,
-        networks=partial(one_per_port, hidden=16, inputs=["omega"]),
+        networks=one_per_port(hidden=16, inputs=["omega"]),
         windows=Windows(20, 40, rate=0.01, physics_rate=0.01),
         identify=("J",),
     )
-    fit(recipe, wrong, logs, members(logs)[1], 0, None, "cpu", tmp_path)
-    model, _ = load_fit(recipe, wrong, tmp_path)
+    model = fitted_to(recipe, (wrong, logs), tmp_path).model
     J = model.physics()[:, 0].detach().numpy()
     np.testing.assert_allclose(J, 0.02, rtol=0.03)
     omega = torch.tensor([[-3.0], [-1.0], [1.0], [3.0]]).double().expand(len(J), -1, -1)
@@ -185,7 +189,7 @@ def test_torch_on_a_device_trains_like_the_compiled_loop(pendulum: tuple[System,
     system, logs = pendulum
     recipe = replace(PLAIN, identify=("b", "J"), spread=0.3, windows=Windows(3, 1, batch=1000))
     data = Measured.of(logs)
-    runs = members(logs)[1].runs
+    runs = [fold.train for fold in leave_one_out(logs.experiments)]
     stacks = []
     for device in (None, "cpu"):
         problem = recipe.problem(system, data, logs.period, runs, 3)
@@ -202,24 +206,23 @@ def test_torch_on_a_device_trains_like_the_compiled_loop(pendulum: tuple[System,
         np.testing.assert_allclose(other.weights, one.weights, atol=1e-6)
 
 
-def test_bad_requests_are_refused_in_one_line(pendulum: tuple[System, Logs], tmp_path: Path) -> None:
+def test_bad_requests_are_refused_in_one_line(pendulum: tuple[System, Logs]) -> None:
     system, logs = pendulum
-    stack = members(logs)[1]
+    folds = leave_one_out(logs.experiments)
     cases: list[tuple[AugmentedRecipe, str, str]] = [
         (replace(PLAIN, identify=("mass",)), "cpu", "unknown parameter 'mass'"),
         (replace(PLAIN, windows=Windows(10_000, 1)), "cpu", "no training experiment has more than 10000"),
         (PLAIN, "abacus", "device abacus: cannot be used"),
-        (replace(PLAIN, networks=partial(one_per_port, hidden=4, inputs=["speed"])), "cpu", "speed"),
+        (replace(PLAIN, networks=one_per_port(hidden=4, inputs=["speed"])), "cpu", "speed"),
     ]
     for recipe, device, words in cases:
         with pytest.raises(BadInput, match=words) as caught:
-            fit(recipe, system, logs, stack, 0, None, device, tmp_path / "fit")
+            recipe.fit(system, logs, folds, device=device)
         assert "\n" not in str(caught.value)
-        assert not (tmp_path / "fit").exists()
 
 
 def test_a_start_from_another_model_is_refused(pendulum: tuple[System, Logs], tmp_path: Path) -> None:
-    system, logs = pendulum
-    fitted(replace(PLAIN, networks=physics_only), pendulum, tmp_path / "physics")
+    system, _ = pendulum
+    fitted(replace(PLAIN, networks=physics_only()), pendulum, tmp_path / "physics")
     with pytest.raises(BadInput, match="does not fit the configured model"):
-        fit(PLAIN, system, logs, members(logs)[1], 0, tmp_path / "physics", "cpu", tmp_path / "more")
+        PLAIN.load(system, tmp_path / "physics")

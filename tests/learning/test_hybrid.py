@@ -15,13 +15,14 @@ from pipeline.cam_follower.bounce_fitting import START
 from pipeline.cam_follower.bounce_gate import with_bounce
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.detachment import Family
+from pipeline.cam_follower.jumps import Observed
 from pipeline.cam_follower.sequence.hybrid import BounceHybrid
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, shortened
-from pipeline.chapters.jumps import Observed
 from unmodelled.base.errors import BadInput
+from unmodelled.evaluation.splits import Fold, Split
 from unmodelled.logs.trajectory import Campaign
 
 MECHANISM = CamFollower()
@@ -35,7 +36,7 @@ NETWORK = SequenceRecipe(
 )
 HYBRID = BounceHybrid(BOUNCE, NETWORK)
 TRUE = BounceParameters(0.6, 4e-6, 1e-2, 0.8, 9.0)
-ROWS = np.arange(1, 40, 2)
+ROWS, OTHERS = np.arange(1, 40, 2), np.arange(0, 40, 2)
 FOLDS = {"half": ROWS, "few": np.array([9, 19, 29, 39])}
 
 
@@ -110,14 +111,16 @@ def test_a_second_fit_keeps_the_first(bouncing: Campaign, tmp_path: Path) -> Non
 
 
 def test_a_family_keeps_its_members_apart(bouncing: Campaign, tmp_path: Path) -> None:
-    family = Family({"a": BOUNCE, "b": replace(BOUNCE, members=2)})
-    family.fit(bouncing, {"few": FOLDS["few"]}, 1, 0, tmp_path)
-    one, two = (recipe.read(tmp_path / name) for name, recipe in family.members.items())
+    bouncing.write(tmp_path / "features")
+    recipes = {"a": BOUNCE, "b": replace(BOUNCE, members=2)}
+    family = Family(recipes, tmp_path / "features", MECHANISM)
+    split, out = Split(lambda experiments: [Fold("few", FOLDS["few"], OTHERS)]), tmp_path / "fits"
+    family.train(None, None, split, {"repeats": 1}, None, "cpu", 0, out)
+    one, two = (recipe.read(out / name) for name, recipe in recipes.items())
     assert one.ensemble.members == 1 and two.ensemble.members == 2
-    single = Family.of(BOUNCE)
-    single.fit(bouncing, {"few": FOLDS["few"]}, 1, 0, tmp_path / "alone")
-    assert BOUNCE.read(tmp_path / "alone").parameters == one.parameters
-    assert Family.of(family) is family
+    tables = family.evaluate(None, None, out, split)
+    assert set(tables) == {"runs", "repeats", "examples"}
+    assert tables["runs"].groupby("model").size().to_dict() == {"a": len(OTHERS), "b": len(OTHERS)}
 
 
 def test_the_same_window_is_asked_for() -> None:

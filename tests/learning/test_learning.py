@@ -9,15 +9,17 @@ import hydra
 import numpy as np
 import pytest
 import torch
-from omegaconf import OmegaConf
+from hydra import compose, initialize_config_dir
+from numpy.typing import NDArray
 
 from pipeline.cam_follower import free_run, one_step
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.conditions import Bench
 from pipeline.cam_follower.dataset import Dataset
+from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.held_out import explore, simulate_tests
 from pipeline.cam_follower.motor import Motor
-from pipeline.cam_follower.recipe import Recipe, load
+from pipeline.cam_follower.recipe import DrivetrainRecipe, load
 from pipeline.cam_follower.relu_ode import Hybrid
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.errors import BadInput
@@ -27,21 +29,24 @@ from unmodelled.learning.checkpoint import save
 from unmodelled.logs.trajectory import Campaign
 
 CONF = Path(__file__).parents[2] / "conf"
-MODELS = sorted(p.stem for p in (CONF / "model").glob("*.yaml") if "recipe.Recipe" in p.read_text())
+MODELS = sorted(
+    p.stem for p in (CONF / "model").glob("*.yaml") if "/training@_here_: drivetrain\n" in p.read_text()
+)
 TRUTH = np.array([0.0045, 0.29, 0.075, 0.85, 0.2, 6.0])
 
 
-def recipe(name: str, steps: int = 20) -> Recipe:
-    config = OmegaConf.create(
-        {
-            "profile": {"steps": steps, "hybrid_steps": 5},
-            "model": OmegaConf.load(CONF / "model" / f"{name}.yaml"),
-        }
-    )
-    OmegaConf.resolve(config)
+def recipe(name: str, steps: int = 20) -> DrivetrainRecipe:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        small = [f"profile.steps={steps}", "profile.hybrid_steps=5"]
+        config = compose("train", [f"model={name}", *small])
     result = hydra.utils.instantiate(config["model"])
-    assert isinstance(result, Recipe)
+    assert isinstance(result, DrivetrainRecipe)
     return result
+
+
+def trained(name: str, dataset: Dataset, folds: list[NDArray[np.int64]], seed: int) -> Dynamics:
+    found = recipe(name)
+    return found.fit(found.dynamics, dataset, folds, seed)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +75,7 @@ def test_every_model_trains_saves_loads_and_simulates(
 ) -> None:
     folds = splits.interpolation(small_campaign.experiments, folds=2)
     stack = [f.train for f in folds for _ in range(2)]
-    model = recipe(name).train(planted, stack, seed=0)
+    model = trained(name, planted, stack, seed=0)
     save(model, tmp_path / "model.pt", {"folds": ["a"], "repeats": 2})
     again, about = load(tmp_path / "model.pt", recipe(name).dynamics, planted)
     assert about == {"folds": ["a"], "repeats": 2}
@@ -87,7 +92,7 @@ def test_every_model_trains_saves_loads_and_simulates(
 @pytest.mark.parametrize("name", MODELS)
 def test_a_stack_equals_its_members(name: str, planted: Dataset) -> None:
     """A batched simulation gives what each model gives alone."""
-    model = recipe(name).train(planted, [np.arange(10), np.arange(10, 25)], seed=0)
+    model = trained(name, planted, [np.arange(10), np.arange(10, 25)], seed=0)
     theta, omega = planted.initial_state(torch.arange(4).expand(2, -1))
     q = planted.conditions[torch.arange(4)]
     together = model.acceleration(theta + 1.0, omega + 5.0, q)
@@ -100,7 +105,7 @@ def test_a_stack_equals_its_members(name: str, planted: Dataset) -> None:
 @pytest.mark.parametrize("name", ["f_h2", "motor", "best"])
 def test_the_same_seed_gives_the_same_model(name: str, planted: Dataset) -> None:
     folds = [np.arange(12)]
-    first, second = (recipe(name).train(planted, folds, seed=3).state_dict() for _ in range(2))
+    first, second = (trained(name, planted, folds, seed=3).state_dict() for _ in range(2))
     for key, value in first.items():
         assert torch.equal(value, second[key]), key
 
@@ -185,7 +190,7 @@ def test_a_damaged_checkpoint(content: bytes, planted: Dataset, tmp_path: Path) 
 
 
 def test_a_checkpoint_of_another_model(planted: Dataset, tmp_path: Path) -> None:
-    model = recipe("f_h1").train(planted, [np.arange(5)], seed=0)
+    model = trained("f_h1", planted, [np.arange(5)], seed=0)
     save(model, tmp_path / "model.pt", {})
     with pytest.raises(BadInput, match="is a checkpoint of SoftHybrid, another model"):
         load(tmp_path / "model.pt", recipe("f_h2").dynamics, planted)

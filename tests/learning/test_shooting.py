@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -76,7 +75,7 @@ def data() -> Measured:
 
 
 def problem_of(training: Training, system: System, data: Measured, members: int = 1) -> Problem:
-    networks = partial(one_per_port, hidden=8, inputs=["omega"])
+    networks = one_per_port(hidden=8, inputs=["omega"])
     recipe = AugmentedRecipe(networks, training, identify=("J",), method="rk4", hold=1.0)
     runs = [np.delete(np.arange(RUNS), m) if members > 1 else np.arange(RUNS) for m in range(members)]
     return recipe.problem(system, data, PERIOD, runs, 0)
@@ -137,7 +136,7 @@ def test_a_gap_has_its_price(system: System) -> None:
     t = PERIOD * np.arange(SAMPLES, dtype=np.float64)
     data = Measured(x, u[:, None], t, np.empty((1, 0)), zero, np.array([0, SAMPLES]))
     runs = [np.array([0])]
-    recipe = AugmentedRecipe(partial(one_per_port, hidden=8), SHOOTING, method="rk4", hold=1.0)
+    recipe = AugmentedRecipe(one_per_port(hidden=8), SHOOTING, method="rk4", hold=1.0)
     exact = recipe.problem(system.with_values(TRUTH), data, PERIOD, runs, 0)
     cut = Segments.of(data, runs[0], 25)
     nodes = torch.from_numpy(data.x[cut.starts])

@@ -111,7 +111,10 @@ LOGS: dict[str, tuple[str | bytes, list[str]]] = {
     "zip": (zipped("b.csv"), ["is a zip archive, not a CSV table: unpack it"]),
     "xlsx": (zipped("[Content_Types].xml"), ["is an Excel file, not a CSV table: save it as CSV"]),
     "mat": (mat(), ["is a MAT file, not a CSV table: save it as CSV, in MATLAB with writetable"]),
-    "mat since 7.3": (b"\x89HDF\r\n\x1a\n", ["is an HDF5 file, not a CSV table: save it as CSV or Parquet"]),
+    "HDF5 that breaks off": (
+        b"\x89HDF\r\n\x1a\n",
+        ["not an HDF5 file, or damaged (Unable to synchronously open file (bad byte number in an address))"],
+    ),
     "UTF-16": (TEXT.encode("utf-16"), ["is UTF-16 text, not a CSV table: save it as UTF-8"]),
     "Latin-1": (
         "\n".join([HEADER, *LINES[:3], "0,0,µ,0"]).encode("latin-1"),
@@ -153,6 +156,7 @@ def table(content: str | bytes) -> Callable[[Path], object]:
         (table("id,file,M\na,a.csv,1\n"), "row 1: column m is missing; there is 'M': rename it"),
         (table("id,file,m\nb,B.csv,1\n"), "row 2: column file: 'B.csv': no such file; there is 'b.csv'"),
         (table(parquet()), "is a Parquet file, not a CSV table: save it as CSV"),
+        (table(b"\x89HDF\r\n\x1a\n"), "is an HDF5 file, not a CSV table: give it as logs=<file>"),
         (rename("experiments.csv", "Experiments.csv"), "no such file; there is 'Experiments.csv': rename it"),
         (rename("experiments.csv", "list"), "no such file; write one with a row (id, file) per log"),
     ],

@@ -38,22 +38,22 @@ def all_trained(system: System) -> tuple[str, ...]:
 
 
 def alone(system: System) -> Augmented:
-    return physics_only(system, all_trained(system)).structure
+    return physics_only()(system, all_trained(system)).structure
 
 
 def with_networks(system: System) -> Augmented:
     inputs = None if all(p.position or p.velocity for p in system.ports) else names_of(system)
-    return one_per_port(system, system.uncertain, 5, inputs).structure
+    return one_per_port(5, inputs)(system, system.uncertain).structure
 
 
 def split(system: System) -> Augmented:
     if not all(p.position and p.velocity for p in system.ports):
         pytest.skip("a port has no position or velocity")
-    return conservative_and_dissipative(system, system.uncertain[:1], 19, 0.1).structure
+    return conservative_and_dissipative(19, 0.1)(system, system.uncertain[:1]).structure
 
 
 def without_physics(system: System) -> Augmented:
-    return black_box(system, (), 4, names_of(system)).structure
+    return black_box(4, names_of(system))(system, ()).structure
 
 
 @pytest.mark.parametrize("build", [alone, with_networks, split, without_physics])
@@ -172,7 +172,7 @@ def test_integration_converges_in_the_order_of_its_method() -> None:
 def test_inputs_are_held_or_go_straight_to_the_next_sample() -> None:
     """Euler with two substeps of omega' = torque/J and nothing else."""
     system = built_in("pendulum").with_values({"b": 0.0, "mgl": 0.0, "J": 1.0})
-    structure = physics_only(system, ()).structure
+    structure = physics_only()(system, ()).structure
     nothing = torch.empty(1, 0)
     model = Nnap(structure, torch.tensor([system.values]), torch.empty(0), nothing, nothing, nothing)
     u = np.array([[1.0], [3.0], [-5.0]])

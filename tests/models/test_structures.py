@@ -25,7 +25,7 @@ def coordinates(system: System) -> list[tuple[sp.Expr, ...]]:
 
 @every
 def test_physics_only(system: System) -> None:
-    plan = physics_only(system, system.uncertain)
+    plan = physics_only()(system, system.uncertain)
     assert plan.structure.system is system
     assert (plan.structure.networks, plan.penalties, plan.structure.size) == ((), (), 0)
     values = [system.values[k] for k in plan.structure.index]
@@ -36,7 +36,7 @@ def test_physics_only(system: System) -> None:
 def test_one_per_port(system: System) -> None:
     if not all(coordinates(system)):
         pytest.skip("a port has neither position nor velocity")
-    plan = one_per_port(system, system.uncertain, 6)
+    plan = one_per_port(6)(system, system.uncertain)
     networks = plan.structure.networks
     assert [n.port for n in networks] == list(system.port_names)
     assert [n.label for n in networks] == [p.effort for p in system.ports]
@@ -49,7 +49,7 @@ def test_one_per_port(system: System) -> None:
 @every
 def test_one_per_port_with_other_inputs(system: System) -> None:
     state = system.states[0].name
-    plan = one_per_port(system, (), 3, [state, f"sin({state})**2"])
+    plan = one_per_port(3, [state, f"sin({state})**2"])(system, ())
     x = symbol(state)
     assert all(n.inputs == (x, sp.sin(x) ** 2) for n in plan.structure.networks)
     assert len(plan.structure.networks) == len(system.ports)
@@ -59,9 +59,9 @@ def test_one_per_port_with_other_inputs(system: System) -> None:
 def test_conservative_and_dissipative(system: System) -> None:
     if not all(port.position and port.velocity for port in system.ports):
         with pytest.raises(BadInput, match="must have position and velocity"):
-            conservative_and_dissipative(system, (), 4, 0.5)
+            conservative_and_dissipative(4, 0.5)(system, ())
         return
-    plan = conservative_and_dissipative(system, (), 4, 0.5)
+    plan = conservative_and_dissipative(4, 0.5)(system, ())
     networks = plan.structure.networks
     expected = [q for both in coordinates(system) for q in (both[:1], both)]
     assert [n.inputs for n in networks] == expected
@@ -72,7 +72,7 @@ def test_conservative_and_dissipative(system: System) -> None:
 @every
 def test_black_box(system: System) -> None:
     names = [s.name for s in (*system.states, *system.inputs)]
-    structure = black_box(system, system.uncertain, 8, names).structure
+    structure = black_box(8, names)(system, system.uncertain).structure
     unknown = [s.name for s, f in zip(system.states, system.dynamics, strict=True) if f not in system.x]
     assert [n.port for n in structure.networks] == list(structure.system.port_names) == unknown
     assert structure.trainable == ()
@@ -99,8 +99,8 @@ PENDULUM = built_in("pendulum")
 )
 def test_bad_inputs_are_named(inputs: list[str], words: str) -> None:
     for build in (
-        lambda: one_per_port(PENDULUM, (), 3, inputs),
-        lambda: black_box(PENDULUM, (), 3, inputs),
+        lambda: one_per_port(3, inputs)(PENDULUM, ()),
+        lambda: black_box(3, inputs)(PENDULUM, ()),
     ):
         with pytest.raises(BadInput, match=words) as raised:
             build()
@@ -113,10 +113,10 @@ def test_bad_inputs_are_named(inputs: list[str], words: str) -> None:
 def test_ports_without_coordinates(missing: dict[str, None]) -> None:
     system = replace(PENDULUM, ports=(replace(PENDULUM.ports[0], **missing),))
     with pytest.raises(BadInput, match="port joint must have position and velocity"):
-        conservative_and_dissipative(system, (), 3, 0.1)
+        conservative_and_dissipative(3, 0.1)(system, ())
     if len(missing) == 2:
         with pytest.raises(BadInput, match="port joint has no position or velocity"):
-            one_per_port(system, (), 3)
+            one_per_port(3)(system, ())
     else:
-        (network,) = one_per_port(system, (), 3).structure.networks
+        (network,) = one_per_port(3)(system, ()).structure.networks
         assert len(network.inputs) == 1

@@ -119,7 +119,7 @@ def test_position_of_the_port_is_the_slider_and_starts_closest_to_the_shaft() ->
 
 def free_run(s: System, x0: Array, steps: int, period: float) -> Array:
     """(windows, steps + 1, 2) without torque and load, by the compiled kernel."""
-    structure = physics_only(s, ()).structure
+    structure = physics_only()(s, ()).structure
     p = torch.tensor([s.values])
     nothing = torch.empty(1, 0)
     model = Nnap(structure, p, torch.empty(0), nothing, nothing, nothing)

@@ -101,7 +101,7 @@ def test_what_is_missing_shows_as_missing(folder: Path, tmp_path: Path) -> None:
     text = page_of(folder, tmp_path / "out", effects=[local], where=factors, parameters={}, notes=[])
     for part in (
         "where m is 1.5",
-        "one for each of 1 experiments",
+        "one value for each of 1 experiments",
         "theta as it is shown",
         "Nothing to note.",
     ):

@@ -14,8 +14,9 @@ import yaml
 from numpy.typing import NDArray
 
 from pipeline.rigs.slider_crank import SliderCrankRig
+from pipeline.rigs.withheld.campaign import write
 from pipeline.rigs.withheld.cases import Case, Planted
-from pipeline.rigs.withheld.effect import Plan, Plantable, Port
+from pipeline.rigs.withheld.effects.effect import Plan, Plantable, Port
 from pipeline.rigs.withheld.effects.friction import Coulomb
 from pipeline.rigs.withheld.effects.play import LooseInertia
 from pipeline.rigs.withheld.experiments import run
@@ -25,7 +26,6 @@ from pipeline.rigs.withheld.machines import MACHINES
 from pipeline.rigs.withheld.pendulum import Pendulum
 from pipeline.rigs.withheld.slider_crank import SliderCrank
 from pipeline.rigs.withheld.stepping import move
-from pipeline.rigs.withheld.writing import write
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system

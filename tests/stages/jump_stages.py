@@ -45,7 +45,14 @@ def call(verb: str, *overrides: str, **paths: Path) -> None:
 def train(root: Path, model: str, split: str, *overrides: str, out: Path | None = None) -> None:
     """Fit a model on the features below `root`."""
     place = out or root / "fits" / model / split
-    call("train", f"model={model}", f"split={split}", *overrides, features=root / "features", out=place)
+    call(
+        "train",
+        f"model={model}",
+        f"split={split}",
+        f"model.features={root / 'features'}",
+        *overrides,
+        out=place,
+    )
 
 
 def evaluate(root: Path, model: str, split: str, *overrides: str, out: Path | None = None) -> None:
@@ -55,8 +62,8 @@ def evaluate(root: Path, model: str, split: str, *overrides: str, out: Path | No
         "evaluate",
         f"model={model}",
         f"split={split}",
+        f"model.features={root / 'features'}",
         *overrides,
-        features=root / "features",
         fits=fits,
         out=place,
     )
@@ -65,7 +72,8 @@ def evaluate(root: Path, model: str, split: str, *overrides: str, out: Path | No
 def attribute(root: Path, *overrides: str, out: Path | None = None) -> None:
     """Explain the networks below `root`."""
     fits = root / "fits" / "detachment" / BOTH
-    call("attribute", *overrides, features=root / "features", fits=fits, out=out or root / "attributions")
+    features = f"model.features={root / 'features'}"
+    call("attribute", features, *overrides, fits=fits, out=out or root / "attributions")
 
 
 def tabulate(root: Path, *overrides: str, out: Path | None = None) -> None:

@@ -77,7 +77,7 @@ def test_exact_values_have_the_angle_as_one_player(root: Path) -> None:
     assert "theta" not in set(exact.loc[exact["model"] == "tau4", "feature"])
 
 
-def test_a_single_model_needs_no_family(root: Path, tmp_path: Path) -> None:
+def test_a_model_alone_is_the_same_as_among_others(root: Path, tmp_path: Path) -> None:
     train(root, "tau4", "scarce", out=root / "fits/tau4/scarce")
     evaluate(root, "tau4", "scarce", out=tmp_path / "prediction")
     alone = pd.read_parquet(tmp_path / "prediction/runs.parquet")

@@ -89,7 +89,8 @@ def test_a_bad_campaign_is_refused(
     [
         (["fold=20%"], "fold: unknown 20%, must be one of 5%, 30%"),
         (["explained=[tau9]"], "explained: unknown tau9, must be one of tau1"),
-        (["model=tau4"], "model must be a family"),
+        (["model=tau4"], "explained: unknown tau1, must be one of tau4"),
+        (["model=f_h2"], "model must be of the follower's detachment"),
         (
             ["+groups.other=['sin(theta)']"],
             "groups: sin\\(theta\\) is in theta and in other",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +24,8 @@ def settings(raw: Path, out: Path) -> dict[str, Any]:
     return {
         **{"raw": raw, "system": SYSTEM, "out": out / "tables" / "tutorial", "reports": out / "reports"},
         "models": {
-            "physics": physics_only,
-            "black_box": partial(black_box, hidden=8, inputs=["theta", "omega", "torque"]),
+            "physics": physics_only(),
+            "black_box": black_box(hidden=8, inputs=["theta", "omega", "torque"]),
         },
         "windows": Windows(10, 3, 200, 0.01, 0.01),
         **{"trained": 2, "repeats": 2, "hidden": [1, 32], "penalty": 1.0, "seeds": 2, "seed": 0},

@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -87,7 +87,7 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
         def run(*args: P.args, **kwargs: P.kwargs) -> R:
             given = signature.bind(*args, **kwargs).arguments
             found = {name: Path(given[name]) for name in paths if given.get(name) is not None}
-            inputs = {name: path for name, path in found.items() if name not in OUTPUTS}
+            inputs = {name: path for name, path in found.items() if name not in OUTPUTS} | _carried(given)
             own = found["out"].absolute() if "out" in found and place.out is Out.FOLDER else None
             token = _RUNNING.set(_Running(function.__name__, place, own, inputs))
             try:
@@ -101,6 +101,17 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
         return run
 
     return decorate
+
+
+def _carried(given: Mapping[str, Any]) -> dict[str, Path]:
+    """Paths in the attributes of arguments, such as the data of a model, by their dotted names."""
+    return {
+        f"{name}.{attribute.name}": path
+        for name, value in given.items()
+        if is_dataclass(value) and not isinstance(value, type)
+        for attribute in fields(value)
+        if isinstance(path := getattr(value, attribute.name), Path)
+    }
 
 
 def path_arguments(parameters: Mapping[str, inspect.Parameter]) -> list[str]:

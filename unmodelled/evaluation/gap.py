@@ -36,12 +36,15 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class FreeRun:
-    """Simulated outputs, row by row beside those of the logs.
+    """Simulated outputs, row by row beside the measured ones.
 
     Attributes:
-        y: (M, outputs); nan where nothing is simulated, not finite either where the simulation diverged.
-        counted: (M, outputs) whether the value is a prediction, and not the start of a simulation or nothing.
-        window: (M,) number of the window that ends at or holds the sample, from 0 in every experiment.
+        y: simulated outputs, shape (samples, outputs), in their units; nan where nothing is simulated, not
+            finite either where the simulation diverged.
+        counted: True where the value is a prediction, and not the start of a simulation or nothing, shape
+            (samples, outputs).
+        window: number of the window that ends at or holds the sample, from 0 in every experiment, shape
+            (samples,).
     """
 
     y: Array
@@ -51,13 +54,14 @@ class FreeRun:
 
 @dataclass(frozen=True)
 class Off:
-    """How far the simulated output lies from the measured one: root mean square errors in its unit.
+    """Distance of the simulated output from the measured one: root mean square errors in its unit.
 
     Attributes:
-        unit: of the output.
-        at_horizon: at the last sample of the windows; shorter ones count where an experiment has no other.
-        whole_run: over all samples of experiments that are simulated from their first state to their end.
-            None, like `at_horizon`, where the simulation diverges.
+        unit: unit of the output.
+        at_horizon: error at the last sample of the windows; shorter windows count where an experiment has no
+            other. None where the simulation diverges.
+        whole_run: error over all samples of experiments that are simulated from their first state to their
+            end. None where the simulation diverges.
     """
 
     unit: str
@@ -68,7 +72,11 @@ class Off:
         """Say both errors in words.
 
         Args:
-            seconds: the horizon, s.
+            seconds: horizon of the windows, s.
+
+        Examples:
+            >>> Off("rad", 0.0123, None).says(0.1)
+            '0.012 rad off after 0.1 s, diverges over whole runs'
         """
         near, far = (_amount(value, self.unit) for value in (self.at_horizon, self.whole_run))
         return ", ".join(
@@ -88,20 +96,21 @@ def _amount(value: float | None, unit: str) -> str:
 
 @dataclass(frozen=True)
 class Gap:
-    """How far free runs lie from measured outputs, in standard deviations of the outputs.
+    """Distance of free runs from measured outputs, in standard deviations of the outputs.
 
     Attributes:
         value: root mean square over outputs, windows and samples; the first sample of an experiment, which
             is no prediction, does not count.
-        per_experiment, per_output: the same by id and by name of the output.
-        floor: the noise floor, what the noise of the sensors alone would leave of the gap; what the noise of
-            the states at the starts of the windows passes on is part of it.
-        floors: the same by id.
-        scale: standard deviation of every output, in its unit; see `output_scale`.
+        per_experiment: the same by id of the experiment.
+        per_output: the same by name of the output.
+        floor: noise floor, the gap that the noise of the sensors alone would leave; the noise of the states
+            at the starts of the windows is part of it.
+        floors: noise floor by id of the experiment.
+        scale: standard deviation of every output by its name, in its unit; see `output_scale`.
         units: errors by name of the output, in its unit.
         substeps: integration steps per sample.
-        run: the simulated outputs; an error beyond `LARGEST_ERROR` is cut there.
-        notes: what a reader of the number must know.
+        run: simulated outputs; an error beyond `LARGEST_ERROR` is cut there.
+        notes: sentences that a reader of the number must know.
     """
 
     value: float
@@ -117,12 +126,18 @@ class Gap:
 
 
 def output_scale(logs: Logs) -> Array:
-    """Standard deviation of every output within the experiments, (outputs,), in its unit.
+    """Return the standard deviation of every output within the experiments.
 
     The deviation is that from the mean of each experiment, pooled over all samples of all experiments,
     whichever of them are simulated: an offset of one experiment does not change it. No experiment counts with
     more than `WILD` times the median experiment's. An output that is constant within every experiment has the
     largest magnitude it takes as its scale, and 1 if it is always zero.
+
+    Args:
+        logs: measured experiments.
+
+    Returns:
+        Standard deviations, shape (outputs,), in the units of the outputs.
     """
     each = np.array([_within(logs.y[logs.rows(i)]) for i in range(len(logs))])
     usual = np.median(each, axis=0)
@@ -145,7 +160,11 @@ def _within(y: Array) -> Array:
 
 
 def steps_of(horizon: float, logs: Logs) -> int:
-    """The number of samples closest to `horizon` seconds: at least one, at most the longest experiment.
+    """Return the number of samples closest to a horizon: at least one, at most the longest experiment.
+
+    Args:
+        horizon: length of the free-run windows, s.
+        logs: measured experiments.
 
     Raises:
         BadInput: when `horizon` is not a positive number.
@@ -158,10 +177,19 @@ def steps_of(horizon: float, logs: Logs) -> int:
 
 
 def shrink(reidentified: float, model: float, floor: float) -> float:
-    """Share of the squared gap above the floor that a model explains, from 0 to 1; 0 where there is none.
+    """Return the share of the squared gap above the noise floor that a model explains, from 0 to 1.
 
     Args:
-        reidentified: the gap of the re-identified physics. model: that of the model. floor: of the noise.
+        reidentified: gap of the known physics with identified parameters, in standard deviations.
+        model: gap of the model.
+        floor: noise floor of the gap.
+
+    Returns:
+        Share; 0 where there is no gap above the floor.
+
+    Examples:
+        >>> shrink(0.5, 0.3, 0.1)
+        0.66...
     """
     whole = reidentified**2 - floor**2
     return min(1.0, max(0.0, (reidentified**2 - model**2) / whole)) if whole > 0.0 else 0.0

@@ -19,9 +19,13 @@ class Fold:
     """One division of the experiments.
 
     Attributes:
-        name: what the tables call it.
-        train: rows of the experiments table that a model may see.
-        test: rows that it is judged on; disjoint from `train`.
+        name: name of the fold in tables.
+        train: rows of the experiments table that a model may see, shape (training experiments,).
+        test: rows that the model is judged on, shape (test experiments,); disjoint from `train`.
+
+    Raises:
+        ValueError: when a row is in both.
+        BadInput: when there are no rows to train or to test on.
     """
 
     name: str
@@ -37,11 +41,11 @@ class Fold:
 
 @dataclass(frozen=True)
 class Split:
-    """What a file of conf/split/ says.
+    """Way of dividing the experiments: the content of a file of conf/split/.
 
     Attributes:
-        folds: divides the experiments table.
-        explore: whether the models are also run on the whole grid of settings, to find the boundary Q.
+        folds: function that divides the experiments table.
+        explore: True to run the models also on the whole grid of settings, to find the boundary Q.
     """
 
     folds: Callable[[pd.DataFrame], list[Fold]]
@@ -49,11 +53,14 @@ class Split:
 
 
 def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]:
-    """The contact runs sorted by falling minimal contact force, in `count` subsets I_1, I_2, ... (6.5).
+    """Sort the contact runs by falling minimal contact force, in subsets I_1, I_2, ... (6.5).
 
     Args:
-        experiments: with columns `label` and `f_min`.
+        experiments: table with columns `label` and `f_min`, a row per experiment.
         count: number of subsets.
+
+    Returns:
+        Rows of the table, an array of shape (experiments,) per subset.
 
     Raises:
         BadInput: when there are fewer contact runs than subsets.
@@ -66,7 +73,12 @@ def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]
 
 
 def interpolation(experiments: pd.DataFrame, folds: int = 5) -> list[Fold]:
-    """Each fold leaves two neighbouring subsets out, {I_1, I_2}, {I_3, I_4}, ... (6.5.1)."""
+    """Leave two neighbouring subsets out in each fold, {I_1, I_2}, {I_3, I_4}, ... (6.5.1).
+
+    Args:
+        experiments: table with columns `label` and `f_min`, a row per experiment.
+        folds: number of folds.
+    """
     subsets = nominal_subsets(experiments, 2 * folds)
     return [
         Fold(
@@ -79,7 +91,12 @@ def interpolation(experiments: pd.DataFrame, folds: int = 5) -> list[Fold]:
 
 
 def extrapolation(experiments: pd.DataFrame, levels: int = 8) -> list[Fold]:
-    """Train on the most stable 10 %, 20 %, ... and test on I_9 and I_10, next to the boundary (6.5.2)."""
+    """Train on the most stable 10 %, 20 %, ... and test on I_9 and I_10, next to the boundary (6.5.2).
+
+    Args:
+        experiments: table with columns `label` and `f_min`, a row per experiment.
+        levels: number of folds.
+    """
     subsets = nominal_subsets(experiments, 10)
     return [
         Fold(f"{10 * (k + 1)}%", np.concatenate(subsets[: k + 1]), np.concatenate(subsets[8:]))
@@ -88,9 +105,13 @@ def extrapolation(experiments: pd.DataFrame, levels: int = 8) -> list[Fold]:
 
 
 def inner_extrapolation(experiments: pd.DataFrame, share: float = 0.7) -> list[Fold]:
-    """Inside I_1 alone: train on its most stable `share`, test on the rest.
+    """Train on the most stable part of I_1 and test on the rest of it.
 
     This is where hyperparameters are chosen: it asks the question of the extrapolation without its answers.
+
+    Args:
+        experiments: table with columns `label` and `f_min`, a row per experiment.
+        share: share of I_1 to train on.
     """
     first = nominal_subsets(experiments, 10)[0]
     cut = round(share * len(first))
@@ -98,7 +119,13 @@ def inner_extrapolation(experiments: pd.DataFrame, share: float = 0.7) -> list[F
 
 
 def tuning(experiments: pd.DataFrame, share: float = 0.3, seed: int = 0) -> list[Fold]:
-    """A random `share` of the contact runs to train on, the rest to validate: Fig. 6.16."""
+    """Train on a random share of the contact runs, validate on the rest: Fig. 6.16.
+
+    Args:
+        experiments: table with a column `label`, a row per experiment.
+        share: share of the contact runs to train on.
+        seed: seed of the random generator.
+    """
     nominal = np.flatnonzero(experiments["label"].to_numpy() == "contact")
     order = np.random.default_rng(seed).permutation(nominal)
     cut = max(1, round(share * len(nominal)))
@@ -111,9 +138,9 @@ def uniform(experiments: pd.DataFrame, shares: Sequence[float], seed: int = 0) -
     A larger share contains the smaller ones.
 
     Args:
-        experiments: with column `label`.
-        shares: one fold each, between 0 and 1.
-        seed: of the draw.
+        experiments: table with a column `label`, a row per experiment.
+        shares: shares to train on, between 0 and 1, one fold each.
+        seed: seed of the random generator.
 
     Raises:
         BadInput: when a share is not between 0 and 1.
@@ -129,13 +156,13 @@ def uniform(experiments: pd.DataFrame, shares: Sequence[float], seed: int = 0) -
 
 
 def alternate_levels(experiments: pd.DataFrame, factors: Sequence[str]) -> list[Fold]:
-    """One fold a factor: train on its 1st, 3rd, ... level, test on the 2nd, 4th, ...: Fig. 5.16, right.
+    """Train on the 1st, 3rd, ... level of a factor and test on the 2nd, 4th, ...: Fig. 5.16, right.
 
     The text says that whole cams or masses are left out, not which; levels are sorted. Stalls are left out.
 
     Args:
-        experiments: with column `label` and those of the factors.
-        factors: names of columns.
+        experiments: table with a column `label` and those of the factors, a row per experiment.
+        factors: names of columns, one fold each.
 
     Raises:
         BadInput: when there is no such column.
@@ -151,16 +178,27 @@ def alternate_levels(experiments: pd.DataFrame, factors: Sequence[str]) -> list[
 
 
 def joined(experiments: pd.DataFrame, parts: Mapping[str, Split]) -> list[Fold]:
-    """The folds of several splits, one after the other; their names must differ."""
+    """Return the folds of several splits, one after the other.
+
+    Args:
+        experiments: table with a row per experiment.
+        parts: splits by name; the names of their folds must differ.
+    """
     return [fold for part in parts.values() for fold in part.folds(experiments)]
 
 
 def inner_uniform(
     experiments: pd.DataFrame, share: float = 0.05, folds: int = 5, seed: int = 0
 ) -> list[Fold]:
-    """Cross-validation inside the training runs of the fold `share` of `uniform`.
+    """Cross-validate inside the training runs of the fold `share` of `uniform`.
 
     This is where the training of recurrent networks is chosen: no run that they are judged on plays a part.
+
+    Args:
+        experiments: table with a column `label`, a row per experiment.
+        share: share of the runs that the fold of `uniform` trains on.
+        folds: number of folds.
+        seed: seed of the random generator.
     """
     train = uniform(experiments, [share], seed)[0].train
     parts = np.array_split(np.random.default_rng(seed).permutation(train), folds)
@@ -175,7 +213,16 @@ def _running(experiments: pd.DataFrame) -> Indices:
 
 
 def leave_one_out(experiments: pd.DataFrame) -> list[Fold]:
-    """Each fold leaves one experiment out, or one group of them where the log folder names groups (4.4)."""
+    """Leave one experiment out in each fold, or one group where the log folder names groups (4.4).
+
+    Args:
+        experiments: table with a column `id` or `group`, a row per experiment.
+
+    Examples:
+        >>> import pandas as pd
+        >>> [fold.test.tolist() for fold in leave_one_out(pd.DataFrame({"id": ["a", "b", "c"]}))]
+        [[0], [1], [2]]
+    """
     members = (experiments["group"] if "group" in experiments else experiments["id"]).astype(str).to_numpy()
     rows = np.arange(len(members))
     return [Fold(name, rows[members != name], rows[members == name]) for name in dict.fromkeys(members)]
@@ -185,8 +232,8 @@ def slower_half(experiments: pd.DataFrame, speed: str) -> list[Fold]:
     """Train on the slower half, test on the faster one: the region of operations of section 4.4.2.
 
     Args:
-        experiments: one row each.
-        speed: the column that says how fast an experiment is.
+        experiments: table with a row per experiment.
+        speed: name of the column that says how fast an experiment is.
 
     Raises:
         BadInput: when there is no such column.

@@ -1,33 +1,34 @@
-"""What a file of conf/model/ says about a hybrid model of a system: which networks, which parameters, fitted
-how.
-"""
+"""Hybrid models of a system file: which networks, which trained parameters, and how they are trained."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration, Method
+from unmodelled.evaluation.splits import Fold, Split
+from unmodelled.learning.evaluation import judged
+from unmodelled.learning.fit import Fit, load_stack
+from unmodelled.learning.fitting import fit, start_from
+from unmodelled.learning.held_out import surfaces
+from unmodelled.learning.initial import initial_parameters, initial_weights, scales
+from unmodelled.learning.recipe import Tables, check_folds, required
 from unmodelled.learning.windows import Problem, Training
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured
 from unmodelled.models.structures import Plan, Structure
 from unmodelled.systems.model import System
-from unmodelled.systems.reference import torch_equations
+from unmodelled.systems.reader import read_system
 
-Array = NDArray[np.float64]
-
-#: Samples over which a measured slope is taken to estimate the size of the missing effort; one is too noisy.
-LAG = 10
-#: Samples that tell these scales well enough.
-ENOUGH = 4000
 Indices = NDArray[np.int64]
 
 
@@ -36,12 +37,15 @@ class AugmentedRecipe:
     """A hybrid model of a system and its training.
 
     Attributes:
-        networks: which networks sit where: a function of `unmodelled.models.structures`.
-        windows: how it is trained.
-        identify: parameters that are trained too; None: those that the system file marks.
-        spread: their starts are drawn from 1 +- spread times their value, within their bounds.
-        spread_of_fixed: the parameters that are not trained are drawn from 1 +- this times their value.
-        method, substeps, hold: of the integration, see `Integration`.
+        networks: structure of the model: which networks sit where, see `unmodelled.models.structures`.
+        windows: settings of the training.
+        identify: names of the parameters that are trained too; None: those that the system file marks.
+        spread: largest relative deviation from which training starts, of every parameter that is trained;
+            within its bounds; default 0.
+        spread_of_fixed: largest relative deviation of the other parameters; default 0.
+        method: integration method of the free run, euler or rk4; default euler.
+        substeps: number of integration steps per sampling period; default 1.
+        hold: interpolation of the inputs between samples, 0 (held) to 1 (linear); default 0.
     """
 
     networks: Structure
@@ -54,10 +58,16 @@ class AugmentedRecipe:
     hold: float = 0.0
 
     def plan(self, system: System) -> Plan:
-        """The structure for `system`.
+        """Return the structure of the model for a system.
+
+        Args:
+            system: known physics.
+
+        Returns:
+            Physics, networks and trained parameters, and the penalty of every network.
 
         Raises:
-            BadInput: when a parameter to identify does not exist.
+            BadInput: when a parameter to identify does not exist, or a network does not suit the system.
         """
         names = [p.name for p in system.parameters]
         trained = system.uncertain if self.identify is None else tuple(self.identify)
@@ -67,7 +77,14 @@ class AugmentedRecipe:
         return self.networks(system, trained)
 
     def integration(self, period: float) -> Integration:
-        """The integration of samples `period` seconds apart."""
+        """Return the integration of the free runs.
+
+        Args:
+            period: sampling period, s.
+
+        Raises:
+            BadInput: when the method is unknown.
+        """
         if self.method not in ("euler", "rk4"):
             raise BadInput(f"method must be euler or rk4, got {self.method}")
         return Integration(period, self.method, self.substeps, self.hold)
@@ -75,117 +92,121 @@ class AugmentedRecipe:
     def problem(
         self, system: System, data: Measured, period: float, runs: list[Indices], seed: int
     ) -> Problem:
-        """A stack of untrained models, one per entry of `runs`, and what they are fitted to.
+        """Return a stack of untrained models and the data that they are fitted to.
 
-        Scales come from each member's own training experiments.
+        Args:
+            system: known physics.
+            data: measured samples.
+            period: sampling period, s.
+            runs: training experiments of every model of the stack, each (experiments,); scales come from a
+                model's own training experiments.
+            seed: seed of the random generators; a model starts the same whatever the size of the stack.
+
+        Raises:
+            BadInput: when the recipe does not suit the system.
         """
         plan = self.plan(system)
         structure = plan.structure
         # a member's own source, so that it starts the same whatever the size of the stack
         sources = [np.random.default_rng([seed, member]) for member in range(len(runs))]
-        p = np.stack([_start(self, structure, rng) for rng in sources])
+        p = np.stack([initial_parameters(structure, self.spread, self.spread_of_fixed, r) for r in sources])
         values = {q.name: q for q in structure.system.parameters}
         unit = np.array([abs(values[n].value) or 1.0 for n in structure.trainable])
         bounds = np.array([values[n].limits for n in structure.trainable]).reshape(-1, 2)
-        scale, gain = _scales(structure, data, runs, torch.from_numpy(p), period)
-        weights = np.stack([_initial_weights(structure, rng) for rng in sources])
+        scale, gain = scales(structure, data, runs, torch.from_numpy(p), period)
+        weights = np.stack([initial_weights(structure, rng) for rng in sources])
         tensors = (torch.from_numpy(a) for a in (p, unit, scale, gain, weights))
         penalties = np.asarray(plan.penalties, np.float64)
         how = self.integration(period)
         return Problem(Nnap(structure, *tensors), data, runs, bounds, penalties, how, seed)
 
+    def fit(
+        self,
+        system: System,
+        logs: Logs,
+        folds: list[Fold],
+        repeats: int = 1,
+        seed: int = 0,
+        start: Nnap | None = None,
+        device: str = "cpu",
+        checkpoint: Path | None = None,
+    ) -> Fit:
+        """Fit one model per fold and repeat to the training experiments of the fold.
 
-def check_pairing(model: object, system: Path | None, logs: Path | None) -> None:
-    """A hybrid model of a system comes with a system and its logs, another model without.
+        Args:
+            system: known physics.
+            logs: measured experiments.
+            folds: division of the experiments into training and test experiments.
+            repeats: number of models per fold, which differ in their random start; default 1.
+            seed: seed of the random generators; default 0.
+            start: fitted stack of the same structure and size to continue from; default: from scratch.
+            device: `cpu` for the compiled kernels (default), or a device of torch such as `cuda`.
+            checkpoint: file that keeps the state of the training until it is done; default: none.
 
-    Raises:
-        BadInput: when it does not.
-    """
-    if (system is None) != (logs is None):
-        raise BadInput("system and logs must be given together")
-    if isinstance(model, AugmentedRecipe) != (system is not None):
-        raise BadInput(
-            "a hybrid model of a system (hybrid, nnap, ...) must have system= and logs=, another must not"
-        )
+        Returns:
+            The fitted stack.
 
+        Raises:
+            BadInput: when the recipe does not suit the system, the data or the stack to start from.
+        """
+        runs = [np.asarray(fold.train, np.int64) for fold in folds for _ in range(repeats)]
+        problem = self.problem(system, Measured.of(logs), logs.period, runs, seed)
+        if start is not None:
+            start_from(problem, start)
+        ids = {fold.name: tuple(logs.ids[run] for run in fold.train.tolist()) for fold in folds}
+        return fit(problem, self.windows, ids, device, checkpoint)
 
-def start_from(problem: Problem, fitted: Nnap) -> None:
-    """Begin where `fitted`, a stack of the same structure, ended.
+    def load(self, system: System, fits: Path) -> tuple[Nnap, dict[str, Any]]:
+        """Read the stack that was fitted with this recipe.
 
-    Raises:
-        BadInput: when it has another number of models or another structure.
-    """
-    model = problem.model
-    if (fitted.batch, fitted.weights.shape) != (model.batch, model.weights.shape):
-        raise BadInput(
-            f"the fit to start from must have {model.batch} models of {model.weights.shape[1]} weights, "
-            f"got {fitted.batch} of {fitted.weights.shape[1]}"
-        )
-    model.load_state_dict(fitted.state_dict())
+        Args:
+            system: known physics.
+            fits: folder of the fit.
 
+        Returns:
+            The fitted stack, and what its file says about it: `folds`, `repeats`, `seed`, ...
 
-def _start(recipe: AugmentedRecipe, structure: Augmented, rng: np.random.Generator) -> Array:
-    """(parameters,) where one member starts."""
-    start = np.array(structure.system.values)
-    for k, parameter in enumerate(structure.system.parameters):
-        trained = parameter.name in structure.trainable
-        spread = recipe.spread if trained else recipe.spread_of_fixed
-        start[k] *= 1.0 + spread * rng.uniform(-1.0, 1.0)
-        if trained:
-            start[k] = np.clip(start[k], *parameter.limits)
-    return start
+        Raises:
+            BadInput: when the fit is missing, damaged, or belongs to another recipe.
+        """
+        return load_stack(self.plan(system).structure, fits / "model.pt")
 
+    def train(
+        self,
+        system: Path | None,
+        logs: Path | None,
+        split: Split,
+        profile: Mapping[str, Any],
+        start: Path | None,
+        device: str,
+        seed: int,
+        out: Path,
+    ) -> None:
+        """Fit the model to the experiments of a log folder, see `unmodelled.learning.recipe.Recipe`."""
+        system, logs = required(system, logs)
+        known = read_system(system)
+        measured = read_logs(logs, known)
+        folds = split.folds(measured.experiments_with_speed())
+        before = self.load(known, start)[0] if start is not None else None
+        checkpoint = out.with_name(f".{out.name}.checkpoint")
+        found = self.fit(known, measured, folds, profile["system_repeats"], seed, before, device, checkpoint)
+        found.save(out)
+        checkpoint.unlink(missing_ok=True)
+        print(found)
 
-def _initial_weights(structure: Augmented, rng: np.random.Generator) -> Array:
-    """Glorot uniform; hidden biases uniform, so that the kinks do not all lie at zero."""
-    parts = []
-    for network in structure.networks:
-        ni, nh = len(network.inputs), network.hidden
-        inner, outer = np.sqrt(6.0 / (ni + nh)), np.sqrt(6.0 / (nh + 1))
-        parts += [rng.uniform(-inner, inner, ni * nh), rng.uniform(-1.0, 1.0, nh)]
-        parts += [rng.uniform(-outer, outer, nh), np.zeros(1)]
-    return np.concatenate(parts) if parts else np.empty(0)
-
-
-def _scales(
-    structure: Augmented, data: Measured, runs: list[Indices], p: Tensor, period: float
-) -> tuple[Array, Array]:
-    """1 / standard deviation of every network input (eq. 4.4), and every network's gain, per member.
-
-    The gain is the size of the effort that the physics misses: least squares of the measured acceleration's
-    residual on the port's influence.
-    """
-    scale = np.ones((len(runs), len(structure.inputs)))
-    gain = np.ones((len(runs), len(structure.networks)))
-    if not structure.networks:
-        return scale, gain
-    system = structure.system
-    names = system.port_names
-    f, q = torch_equations(system, system.closed), torch_equations(system, structure.inputs)
-    for m, members in enumerate(runs):
-        lag = LAG if len(data.window_starts(members, LAG)) else 1
-        first = data.window_starts(members, lag)
-        first = first[:: -(-len(first) // ENOUGH)]
-        now = first + lag // 2
-        x, u, t = (torch.from_numpy(a[now]) for a in (data.x, data.u, data.t))
-        c = torch.from_numpy(data.c[data.owner[now]])
-        e = torch.zeros(len(now), len(names), dtype=torch.float64, requires_grad=True)
-        values = q(t, x, u, e, p[m], c).detach().numpy()
-        deviation = values.std(axis=0)
-        scale[m] = 1.0 / np.where(deviation > 0.0, deviation, 1.0)
-        known = f(t, x, u, e, p[m], c)
-        slope = (data.x[first + lag] - data.x[first]) / (lag * period)
-        missing = torch.from_numpy(slope) - known.detach()
-        size = missing.square().mean(0).sqrt().clamp(min=1e-30)
-        influence = torch.stack(
-            [
-                torch.autograd.grad(known[:, i].sum(), e, retain_graph=True)[0] / size[i]
-                for i in range(x.shape[1])
-            ],
-            1,
-        )
-        projected = torch.einsum("sie,si->se", influence, missing / size)
-        power = influence.square().sum(1)
-        found = (projected.square().sum(0) / power.square().sum(0).clamp(min=1e-300)).sqrt().numpy()
-        gain[m] = [found[names.index(n.port)] or 1.0 for n in structure.networks]
-    return scale, gain
+    def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
+        """Simulate the held-out experiments, see `unmodelled.learning.recipe.Recipe`."""
+        system, logs = required(system, logs)
+        known = read_system(system)
+        measured = read_logs(logs, known)
+        fitted, about = self.load(known, fits)
+        folds = split.folds(measured.experiments_with_speed())
+        check_folds(folds, about["folds"], fits / "model.pt")
+        trained, tests = ({fold.name: getattr(fold, kind) for fold in folds} for kind in ("train", "test"))
+        how = self.integration(measured.period)
+        found = judged(fitted, measured, trained, tests, about["repeats"], how)
+        # the first model as it was before training
+        data, first = Measured.of(measured), [folds[0].train]
+        initial = self.problem(known, data, measured.period, first, about["seed"]).model
+        print(found)
+        return found.tables() | {"surface": surfaces({"initial": initial, "converged": fitted}, measured)}

@@ -1,4 +1,4 @@
-"""Weights of fitted stacks on disk; nothing in a file is executed."""
+"""Write and read the weights of fitted models; nothing in a file is executed."""
 
 from __future__ import annotations
 
@@ -16,12 +16,25 @@ from unmodelled.base.limits import check_file, check_memory
 
 
 def save(model: nn.Module, path: Path, about: dict[str, Any]) -> None:
-    """Write the weights of a fitted stack and the facts `about` it (plain types only)."""
+    """Write the weights of fitted models.
+
+    Args:
+        model: module of torch with the weights.
+        path: file of the checkpoint.
+        about: facts about the fit, of plain types only.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
     write_checkpoint(path, {"class": type(model).__name__, "state": model.state_dict(), "about": about})
 
 
 def write_checkpoint(path: Path, content: dict[str, Any]) -> None:
-    """Write class, state and about.
+    """Write a checkpoint of any content.
+
+    Args:
+        path: file of the checkpoint.
+        content: values by the keys `class` (name of what was saved), `state` (tensors) and `about` (facts).
 
     Raises:
         BadInput: when the file cannot be written.
@@ -33,7 +46,13 @@ def write_checkpoint(path: Path, content: dict[str, Any]) -> None:
 
 
 def read_checkpoint(path: Path) -> dict[str, Any]:
-    """What `write_checkpoint` wrote: class, state, about; nothing in the file is executed.
+    """Read a checkpoint; nothing in the file is executed.
+
+    Args:
+        path: file of the checkpoint.
+
+    Returns:
+        Values by the keys `class`, `state` and `about`.
 
     Raises:
         BadInput: when the file is missing, damaged or too large.
@@ -71,10 +90,26 @@ def _check_sums(path: Path) -> None:
 
 
 def restore(model: nn.Module, content: dict[str, Any], path: Path) -> None:
-    """Put the weights of a checkpoint into `model`.
+    """Put the weights of a checkpoint into a module.
+
+    Args:
+        model: module of torch, which is changed in place.
+        content: content of the checkpoint, as `read_checkpoint` returns it.
+        path: file of the checkpoint, for messages.
 
     Raises:
-        BadInput: when they belong to another model.
+        BadInput: when the weights belong to another model.
+
+    Examples:
+        >>> import tempfile
+        >>> path = Path(tempfile.mkdtemp()) / "model.pt"
+        >>> save(nn.Linear(2, 1), path, {"seed": 0})
+        >>> content = read_checkpoint(path)
+        >>> content["class"], content["about"]
+        ('Linear', {'seed': 0})
+        >>> restore(nn.Linear(2, 3), content, Path("model.pt"))
+        Traceback (most recent call last):
+        unmodelled.base.errors.BadInput: model.pt: does not fit the configured model (...)
     """
     if content["class"] != type(model).__name__:
         raise BadInput(

@@ -1,6 +1,4 @@
-"""The same training as in `windows`, by torch on any device: the whole stack in one operation after the
-other.
-"""
+"""Train on windows as `windows` does, by torch on any device: every operation is one of the whole stack."""
 
 from __future__ import annotations
 
@@ -16,10 +14,16 @@ from unmodelled.learning.windows import Problem, Progress, Training, Windows, dr
 
 
 def train_on(device: str, problem: Problem, windows: Training, stack: list[Progress]) -> None:
-    """Train every member of `stack` to the end on `device`, "cuda" for instance.
+    """Train a stack to the end on a device of torch.
+
+    Args:
+        device: name of the device, such as `cuda`.
+        problem: models and data.
+        windows: settings of the training, which must be `Windows`.
+        stack: state of the training of every model, which is changed in place.
 
     Raises:
-        BadInput: when there is no such device, or the training is not one over windows.
+        BadInput: when there is no such device, or the training is not one on windows.
     """
     if not isinstance(windows, Windows):
         raise BadInput(f"device {device}: this training runs on the cpu only; device must be cpu")
@@ -86,7 +90,7 @@ class _Trainer:
         return loss.detach()
 
     def _loss(self, starts: Tensor) -> Tensor:
-        """Eq. 4.9 of every member, (members,), with the price of the networks' efforts."""
+        """Eq. 4.9 of every member, (members,), with the penalties of the networks' efforts."""
         steps = torch.arange(self.windows.horizon + 1, device=starts.device)
         at = starts[..., None] + steps
         X, Z = self.model.simulate(

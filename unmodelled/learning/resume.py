@@ -1,4 +1,4 @@
-"""Where a killed training stands, so that it goes on to the same result."""
+"""Keep the state of a training on disk, so that a training that was killed continues to the same result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,15 @@ _ARRAYS = ("p", "xi", "weights", "moments_p", "moments_W", "nodes")
 
 
 def identity(problem: Problem, windows: Training) -> str:
-    """Digest of everything that decides the result: data, folds, structure, start, settings, seed."""
+    """Return a digest of everything that decides the result of a training.
+
+    Args:
+        problem: models and data: structure, initial values, training experiments, seed.
+        windows: settings of the training.
+
+    Returns:
+        SHA-256 in hexadecimal digits.
+    """
     model, data = problem.model, problem.data
     digest = hashlib.sha256()
     for array in (data.x, data.u, data.c, data.offsets, problem.bounds, problem.penalties, *problem.runs):
@@ -30,7 +38,16 @@ def identity(problem: Problem, windows: Training) -> str:
 
 
 def save_progress(path: Path, stack: list[Progress], name: str) -> None:
-    """Write where every member of the stack stands; `name` is the training's `identity`."""
+    """Write the state of a training.
+
+    Args:
+        path: file of the checkpoint.
+        stack: state of the training of every model.
+        name: `identity` of the training.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
     state = {}
     for m, progress in enumerate(stack):
         state[str(m)] = {key: torch.from_numpy(getattr(progress, key).copy()) for key in _ARRAYS} | {
@@ -43,8 +60,14 @@ def save_progress(path: Path, stack: list[Progress], name: str) -> None:
 
 
 def load_progress(path: Path, name: str) -> list[Progress] | None:
-    """The stack that `save_progress` wrote for the same training; None if there is none or it is
-    another's.
+    """Read the state that `save_progress` wrote of the same training.
+
+    Args:
+        path: file of the checkpoint.
+        name: `identity` of the training.
+
+    Returns:
+        State of the training of every model; None if there is no checkpoint, or one of another training.
     """
     if not path.exists():
         return None

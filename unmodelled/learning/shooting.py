@@ -1,5 +1,7 @@
-"""Training of hybrid models by multiple shooting, which section 7.2.1 suggests: a free run in segments whose
-first states are trained too, and which are pulled together until they are one trajectory.
+"""Train hybrid models by multiple shooting (section 7.2.1).
+
+A free run is cut into segments whose first states are trained too. Gaps between the segments are penalised
+more and more, until the segments form one trajectory.
 """
 
 from __future__ import annotations
@@ -25,28 +27,29 @@ from unmodelled.models.rollout import Measured, rollout
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Stands for a loss that is not finite, so that a line search turns back; a usual loss is below one.
+#: Loss in place of one that is not finite, so that a line search turns back; a usual loss is below one.
 BLOWN_UP = 1e10
-#: Scales the first states against the weights, for L-BFGS: the square root of the loss's curvature by one.
+#: Scale of the first states relative to the weights, for L-BFGS: the square root of the loss's curvature.
 NODE_SCALE = 0.3
-#: Steps that L-BFGS remembers.
+#: Number of steps that L-BFGS remembers.
 MEMORY = 30
 
 
 @dataclass(frozen=True)
 class Shooting:
-    """How a stack is trained: `warm_up`, then `stages` in which a gap between segments costs more and more.
+    """Settings of multiple shooting: a warm-up, then stages with a growing penalty of the gaps.
 
-    An epoch is one of the warm-up, then one iteration of L-BFGS over all segments. A stage starts L-BFGS
-    afresh, so that a killed training repeats no more than a stage.
+    An epoch is one of the warm-up, then one iteration of L-BFGS over all segments. Every stage restarts
+    L-BFGS, so that a training that was killed repeats no more than one stage.
 
     Attributes:
-        horizon: steps N of a segment.
-        iterations: over all stages. stages: how many.
-        warm_up: training from measured states before.
-        first_price, last_price: of the mean squared gap, relative to the misfit; the stages' prices are a
-            geometric series.
-        workers: members of the stack that are trained side by side.
+        horizon: number of samples N of a segment.
+        iterations: number of iterations of L-BFGS over all stages.
+        warm_up: settings of the training on windows before the first stage.
+        stages: number of stages; default 10.
+        first_price: penalty of the mean squared gap in the first stage, relative to the misfit; default 0.1.
+        last_price: penalty in the last stage; those between form a geometric series; default 10.
+        workers: number of models of a stack that are trained side by side; default 2.
     """
 
     horizon: int
@@ -59,17 +62,21 @@ class Shooting:
 
     @property
     def epochs(self) -> int:
-        """Of the warm-up and of shooting together."""
+        """Number of epochs of the warm-up and of shooting together."""
         return self.warm_up.epochs + self.iterations
 
     def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
-        """Train `stack` to the end; it may be saved between.
+        """Train a stack to the end.
+
+        Args:
+            problem: models and data.
+            stack: state of the training of every model, which is changed in place.
 
         Yields:
-            Epochs done over all members.
+            Number of epochs done over all models; the stack may be saved whenever it is yielded.
 
         Raises:
-            BadInput: when a member has no experiment as long as the horizon.
+            BadInput: when no training experiment of a model is as long as the horizon.
         """
         cuts = [Segments.of(problem.data, runs, self.horizon) for runs in problem.runs]
         yield from self.warm_up.train(problem, stack)
@@ -90,7 +97,18 @@ class Shooting:
         return [m for m, s in enumerate(stack) if s.epoch < self.epochs and not s.diverged]
 
     def stage(self, epoch: int) -> tuple[int, float]:
-        """Last epoch of the stage that follows after `epoch` epochs, and its price of a gap."""
+        """Return the stage that follows after a number of epochs.
+
+        Args:
+            epoch: number of finished epochs.
+
+        Returns:
+            Last epoch of the stage, and its penalty of the mean squared gap.
+
+        Examples:
+            >>> Shooting(50, 20, Windows(1, 10), stages=2).stage(15)
+            (20, 0.1)
+        """
         ends = [self.warm_up.epochs + self.iterations * (k + 1) // self.stages for k in range(self.stages)]
         k = next(k for k, end in enumerate(ends) if end > epoch)
         share = k / max(1, self.stages - 1)
@@ -99,12 +117,13 @@ class Shooting:
 
 @dataclass(frozen=True)
 class Segments:
-    """Experiments in segments of equal length, which overlap a little where it does not divide an experiment.
+    """Experiments in segments of equal length, which overlap where this length does not divide an experiment.
 
     Attributes:
-        steps: of every segment. starts: (segments,) their first samples.
-        joined: (joints,) segments that another one of their experiment follows.
-        after: (joints,) steps from their start to that of the next.
+        steps: number of samples of every segment.
+        starts: first samples of the segments, (segments,).
+        joined: numbers of the segments that another segment of the same experiment follows, (joints,).
+        after: number of samples from the start of such a segment to that of the next, (joints,).
     """
 
     steps: int
@@ -114,10 +133,15 @@ class Segments:
 
     @classmethod
     def of(cls, data: Measured, runs: Indices, steps: int) -> Segments:
-        """The experiments `runs`; those shorter than a segment are left out.
+        """Cut experiments into segments; experiments shorter than a segment are left out.
+
+        Args:
+            data: measured samples.
+            runs: numbers of the experiments, (experiments,).
+            steps: number of samples of a segment.
 
         Raises:
-            BadInput: when none is left.
+            BadInput: when no experiment is as long as a segment.
         """
         starts: list[Indices] = []
         for first, end in zip(data.offsets[runs], data.offsets[runs + 1], strict=True):
@@ -133,10 +157,13 @@ class Segments:
 
 
 class Objective:
-    """The loss of one member by everything that is trained; its gradient by back-propagation through time.
+    """The loss of one model as a function of everything that is trained, with its gradient.
 
     Args:
-        price: of a mean squared gap.
+        problem: models and data.
+        member: number of the model in the stack.
+        cut: segments of the training experiments.
+        price: penalty of the mean squared gap, relative to the misfit.
     """
 
     def __init__(self, problem: Problem, member: int, cut: Segments, price: float) -> None:
@@ -155,26 +182,50 @@ class Objective:
         self.unit = NODE_SCALE * torch.sqrt(len(cut.starts) / (1.0 + 2.0 * price) / self.C)
 
     def pack(self, state: Progress) -> Array:
-        """Weights, xi and scaled first states, one after the other."""
+        """Return weights, scaled parameters and scaled first states as one vector.
+
+        Args:
+            state: state of the training.
+
+        Returns:
+            Vector, (size + trained + segments * states,).
+        """
         nodes = (torch.from_numpy(state.nodes) - self.measured[:, 0]) / self.unit
         return np.concatenate([state.weights, state.xi, nodes.numpy().ravel()])
 
     def unpack(self, z: Array) -> tuple[Array, Array, Array]:
-        """Weights, xi and first states (segments, states); the inverse of `pack`."""
+        """Split a vector of `pack` into weights (size,), scaled parameters (trained,) and first states.
+
+        Args:
+            z: vector as `pack` makes it, (size + trained + segments * states,).
+
+        Returns:
+            Weights (size,), scaled parameters (trained,), first states (segments, states) SI.
+        """
         size, trained = self.model.weights.shape[1], self.model.xi.shape[1]
         weights, xi, nodes = np.split(z, [size, size + trained])
         scaled = torch.from_numpy(nodes).view(len(self.cut.starts), -1)
         return weights, xi, (self.measured[:, 0] + self.unit * scaled).numpy()
 
     def bounds(self) -> Array:
-        """(entries of `pack`, 2); only the parameters have any."""
+        """Return lower and upper bounds of a vector of `pack`, (size + trained + segments * states, 2).
+
+        Only the parameters have bounds.
+        """
         low_high = self.problem.bounds / self.model.unit.numpy()[:, None]
         free = np.array([[-np.inf, np.inf]])
         size, nodes = self.model.weights.shape[1], self.measured[:, 0].numel()
         return np.concatenate([free.repeat(size, 0), low_high, free.repeat(nodes, 0)])
 
     def loss(self, nodes: Tensor) -> Tensor:
-        """Misfit of all samples (eq. 4.9), plus the price of the gaps, weighted alike, and of the efforts."""
+        """Return the misfit of all samples (eq. 4.9) plus the penalties of gaps and of efforts.
+
+        Args:
+            nodes: first states of the segments, (segments, states) SI.
+
+        Returns:
+            Loss, a scalar that torch can differentiate.
+        """
         X, Z = rollout(
             self.model, 0, self.problem.data, nodes, self.cut.starts, self.cut.steps, self.problem.how
         )
@@ -186,7 +237,14 @@ class Objective:
         return self.C @ (misfit + self.price * gap) + efforts
 
     def __call__(self, z: Array) -> tuple[float, Array]:
-        """Loss and gradient at what `pack` makes."""
+        """Return loss and gradient at a vector of `pack`.
+
+        Args:
+            z: vector as `pack` makes it, (size + trained + segments * states,).
+
+        Returns:
+            Loss, and its gradient in the shape of `z`; `BLOWN_UP` and zeros where they are not finite.
+        """
         weights, xi, nodes = self.unpack(z)
         with torch.no_grad():
             self.model.weights[0] = torch.from_numpy(weights)

@@ -1,6 +1,4 @@
-"""Training of hybrid models over windows of free run: eq. 4.9 with N = 1 (feedforward) or more
-(recurrent).
-"""
+"""Train hybrid models on short windows of free run: eq. 4.9 with N = 1 (feedforward) or more (recurrent)."""
 
 from __future__ import annotations
 
@@ -26,10 +24,11 @@ Indices = NDArray[np.int64]
 
 
 class Training(Protocol):
-    """How a stack is trained: a frozen dataclass whose `repr` holds all that decides the result.
+    """Settings of a training: a frozen dataclass whose `repr` holds everything that decides the result.
 
     Attributes:
-        horizon: steps of free run that the loss looks ahead. epochs: of every member.
+        horizon: number of samples of free run that the loss looks ahead.
+        epochs: number of passes over the training data, of every model of a stack.
     """
 
     @property
@@ -39,21 +38,35 @@ class Training(Protocol):
     def epochs(self) -> int: ...
 
     def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
-        """Train `stack` to the end; it may be saved whenever the epochs done over all members are yielded."""
+        """Train a stack to the end.
+
+        Args:
+            problem: models and data.
+            stack: state of the training of every model, which is changed in place.
+
+        Yields:
+            Number of epochs done over all models; the stack may be saved whenever it is yielded.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class Windows:
-    """How a stack is trained.
+    """Settings of a training on windows that start at measured states.
 
     Attributes:
-        horizon: steps N that a window is simulated from its measured first state.
-        epochs: passes over all windows. batch: windows per mini-batch.
-        rate: of Adam at the start, for the weights; it falls to zero along a cosine.
-        physics_rate: the same for the scaled parameters.
-        clip: largest norm of the gradient of one mini-batch.
-        workers: members of the stack that are trained side by side.
+        horizon: number of samples N that a window is simulated.
+        epochs: passes over all windows.
+        batch: windows per mini-batch.
+        rate: learning rate of Adam for the weights at the start; it falls to zero along a cosine; default
+            0.003.
+        physics_rate: learning rate of the scaled parameters at the start; default 0.003.
+        clip: largest norm of the gradient of one mini-batch; default 10.
+        workers: number of models of a stack that are trained side by side; default 2.
+
+    Examples:
+        >>> Windows(horizon=20, epochs=100)
+        Windows(horizon=20, epochs=100, batch=200, rate=0.003, physics_rate=0.003, clip=10.0)
     """
 
     horizon: int
@@ -65,10 +78,17 @@ class Windows:
     workers: int = field(default=2, repr=False)
 
     def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
-        """Train `stack` to the end, every member a few epochs at a time; `stack` may be saved between.
+        """Train a stack to the end, every model a few epochs at a time.
+
+        Args:
+            problem: models and data.
+            stack: state of the training of every model, which is changed in place.
 
         Yields:
-            Epochs done over all members.
+            Number of epochs done over all models; the stack may be saved whenever it is yielded.
+
+        Raises:
+            BadInput: when no training experiment of a model is as long as the horizon.
         """
         chunk = 1
         while any(s.epoch < self.epochs and not s.diverged for s in stack):
@@ -81,14 +101,21 @@ class Windows:
 
 @dataclass
 class Progress:
-    """Where the training of one member stands; everything that a checkpoint needs.
+    """State of the training of one model: everything that a checkpoint needs.
 
     Attributes:
-        p: (parameters,) SI. xi: (trained,). weights: (size,). moments_p, moments_W: of Adam, (2, ...).
-        epoch: finished epochs. batches: finished mini-batches. losses: mean loss of every epoch.
-        history: (trained,) parameters after every epoch, SI. seconds: spent on each epoch.
-        diverged: training met a loss that is not finite, and stopped with the weights of the epoch before.
-        nodes: (segments, states) first states of segments, where they are trained.
+        p: parameters of the system, (parameters,) SI.
+        xi: trained parameters, scaled to order one, (trained,).
+        weights: weights of all networks, (size,).
+        moments_p: moments of Adam for the trained parameters, (2, trained).
+        moments_W: moments of Adam for the weights, (2, size).
+        epoch: number of finished epochs.
+        batches: number of finished mini-batches.
+        losses: mean loss of every epoch.
+        history: trained parameters after every epoch, each (trained,) SI.
+        seconds: duration of every epoch, s.
+        diverged: whether a loss was not finite; the training then ended with the weights of the epoch before.
+        nodes: trained first states of segments, (segments, states) SI; empty where none are trained.
     """
 
     p: Array
@@ -106,7 +133,12 @@ class Progress:
 
     @classmethod
     def start(cls, model: Nnap, member: int) -> Progress:
-        """Nothing trained yet."""
+        """Return the state before training.
+
+        Args:
+            model: stack of untrained models.
+            member: number of the model in the stack.
+        """
         p, xi, weights = (
             a[member].detach().double().cpu().numpy().copy()
             for a in (model.physics(), model.xi, model.weights)
@@ -116,13 +148,17 @@ class Progress:
 
 @dataclass(frozen=True)
 class Problem:
-    """What is fitted to what: shared by all members of a stack.
+    """A stack of models and the data that they are fitted to.
 
     Attributes:
-        model: the stack as it starts. data: measured samples.
-        runs: training experiments of every member. bounds: (trained, 2) of the parameters, SI.
-        penalties: (networks,) price of their mean squared effort.
-        how: integration. seed: of the mini-batches.
+        model: stack of untrained models.
+        data: measured samples.
+        runs: numbers of the training experiments of every model, each (experiments,).
+        bounds: lower and upper bounds of the trained parameters, (trained, 2) SI.
+        penalties: weight of the mean squared effort of every network in the loss, (networks,), per squared
+            unit of the effort.
+        how: integration of the free runs.
+        seed: seed of the mini-batches.
     """
 
     model: Nnap
@@ -135,8 +171,17 @@ class Problem:
 
 
 def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
-    """(states,) diagonal of C, eq. 4.9: the loss is the share of the change over a window that is not
-    explained.
+    """Return the weights of the states in the loss: the diagonal of C, eq. 4.9.
+
+    With these weights the loss is the share of the change over a window that the model does not explain.
+
+    Args:
+        data: measured samples.
+        runs: numbers of the training experiments, (experiments,).
+        horizon: number of samples of a window.
+
+    Returns:
+        1 / mean squared change of every state over a window, (states,), per squared unit of the state.
     """
     starts = data.window_starts(runs, horizon)
     if not len(starts):
@@ -147,7 +192,14 @@ def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
 
 
 def train_epochs(problem: Problem, windows: Windows, stack: list[Progress], epochs: int) -> None:
-    """Train every member by up to `epochs` more epochs, `windows.workers` of them side by side."""
+    """Train every model of a stack by a few more epochs, `windows.workers` models side by side.
+
+    Args:
+        problem: models and data.
+        windows: settings of the training.
+        stack: state of the training of every model, which is changed in place.
+        epochs: largest number of further epochs.
+    """
     kernel(problem.model.structure)  # generated once, not by every thread
     with threads_of(windows.workers) as pool:
         jobs = [pool.submit(_member, problem, windows, stack[m], m, epochs) for m in range(len(stack))]
@@ -176,12 +228,21 @@ def _member(problem: Problem, windows: Windows, state: Progress, member: int, ep
 
 
 def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -> Indices:
-    """First samples of the windows of one epoch, (batches, windows per batch).
+    """Draw the mini-batches of one epoch.
 
-    Drawn from the epoch's own seed, so that a resumed training sees the same mini-batches.
+    They are drawn from the epoch's own seed, so that a resumed training sees the same mini-batches.
+
+    Args:
+        problem: models and data.
+        windows: settings of the training.
+        member: number of the model in the stack.
+        epoch: number of the epoch, from 0.
+
+    Returns:
+        First samples of the windows, (batches, windows per batch).
 
     Raises:
-        BadInput: when no experiment is as long as the horizon.
+        BadInput: when no training experiment is as long as the horizon.
     """
     starts = problem.data.window_starts(problem.runs[member], windows.horizon)
     if not len(starts):
@@ -193,7 +254,20 @@ def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -
 
 
 def fall(windows: Windows, epoch: int, count: int) -> Array:
-    """(count,) learning rate of the mini-batches of an epoch, as a share of the first one: a cosine."""
+    """Return the learning rates of the mini-batches of an epoch, relative to the first one: a cosine.
+
+    Args:
+        windows: settings of the training.
+        epoch: number of the epoch, from 0.
+        count: number of mini-batches.
+
+    Returns:
+        Relative learning rates, (count,), 1 at the start of the training and 0 after its end.
+
+    Examples:
+        >>> fall(Windows(horizon=1, epochs=2), epoch=1, count=2).round(3).tolist()
+        [0.5, 0.146]
+    """
     done = (epoch + np.arange(count) / count) / windows.epochs
     return np.asarray(0.5 * (1.0 + np.cos(np.pi * done)))
 
@@ -217,7 +291,15 @@ def _epoch(problem: Problem, windows: Windows, state: Progress, member: int, C_x
 
 
 def finished(model: Nnap, stack: list[Progress]) -> Nnap:
-    """`model` with the weights and parameters that training reached."""
+    """Put the weights and parameters that training reached into a stack.
+
+    Args:
+        model: stack of models, which is changed in place.
+        stack: state of the training of every model.
+
+    Returns:
+        The same stack.
+    """
     with torch.no_grad():
         for m, state in enumerate(stack):
             model.weights[m] = torch.from_numpy(state.weights)

@@ -27,6 +27,9 @@ UNITS = {"milliseconds": 1e3, "microseconds": 1e6}  # in a second
 def check_time(log: Columns) -> None:
     """Check column `t` of a log.
 
+    Args:
+        log: columns of one log, `t` in s among them.
+
     Raises:
         BadInput: when the log is too short, time does not increase, or there is a gap.
     """
@@ -56,7 +59,10 @@ def check_time(log: Columns) -> None:
 
 
 def common_period(logs: Sequence[Columns]) -> float:
-    """The sampling period of a campaign, s: the median over experiments.
+    """Return the sampling period of a campaign, s: the median over experiments.
+
+    Args:
+        logs: columns of all logs, `t` in s among them.
 
     Raises:
         BadInput: when the median sampling periods of two experiments differ by more than 1 %.
@@ -117,15 +123,21 @@ def _resolution(t: Array) -> float:
 
 
 def uniform_clock(t: Array, period: float) -> tuple[Array, float]:
-    """Instants at which to read a log so that it is uniform, and how far samples moved.
+    """Return the instants at which to read a log so that its samples are uniform, and how far samples moved.
 
     Args:
-        t: (n,) logged time, s.
-        period: s.
+        t: logged time, shape (samples,), s.
+        period: sampling period, s.
 
     Returns:
-        (N,) logged times of the uniform samples, s: `t` itself if it is uniform already; the largest distance
-        of a logged sample from the nearest uniform one, in periods.
+        Logged times of the uniform samples, shape (uniform samples,), s, `t` itself if it is uniform already;
+        the largest distance of a logged sample from the nearest uniform one, in periods.
+
+    Examples:
+        >>> import numpy as np
+        >>> instants, moved = uniform_clock(np.array([0.0, 0.0104, 0.02, 0.03]), 0.01)
+        >>> instants.round(4).tolist(), round(moved, 3)
+        ([0.0, 0.01, 0.02, 0.03], 0.04)
     """
     if _uniform(t, period):
         return t, 0.0
@@ -135,10 +147,19 @@ def uniform_clock(t: Array, period: float) -> tuple[Array, float]:
 
 
 def read_at(t: Array, values: Array, instants: Array, kind: Kind) -> Array:
-    """Values (n,) logged at times `t` (n,) read at `instants` (N,), held beyond the ends.
+    """Read logged values at other instants, held beyond the ends.
 
     A cubic spline keeps the motion of an output, which is smooth; straight lines keep an input, which jumps,
     within what was commanded.
+
+    Args:
+        t: logged time, shape (samples,), s or samples.
+        values: logged values, shape (samples,).
+        instants: instants of interest, shape (instants,), in the unit of `t`.
+        kind: interpolation between samples, "cubic" or "linear".
+
+    Returns:
+        Values at the instants, shape (instants,), in their unit.
     """
     if instants is t:
         return values
@@ -152,11 +173,20 @@ def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[flo
     """Return uniform samples after a delay of every column, held beyond the ends of every experiment.
 
     Args:
-        values: samples of all experiments one after the other, (samples, columns).
-        offsets: first samples of the experiments, and the number of all, (experiments + 1,).
+        values: samples of all experiments one after the other, shape (samples, columns).
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
         period: sampling period, s.
-        delays: delay of every column, (columns,), s; a negative one reads the column ahead.
+        delays: delay of every column, s; a negative one reads the column ahead.
         kind: interpolation between samples, "linear" for inputs and "cubic" for outputs and states.
+
+    Returns:
+        Delayed samples, shape (samples, columns), in the units of `values`.
+
+    Examples:
+        >>> import numpy as np
+        >>> ramp = np.array([[0.0], [1.0], [2.0], [3.0]])
+        >>> delayed(ramp, np.array([0, 4]), 0.1, [0.05], "linear")[:, 0].tolist()
+        [0.0, 0.5, 1.5, 2.5]
     """
     found = values.copy()
     for j, delay in enumerate(delays):

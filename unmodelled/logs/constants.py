@@ -11,20 +11,25 @@ from unmodelled.systems.model import Constant, System
 
 
 def logged(system: System) -> list[str]:
-    """Names of the constants that are columns of experiments.csv."""
+    """Return the names of the constants that are columns of experiments.csv.
+
+    Args:
+        system: system whose operating point is read.
+    """
     return [constant.name for constant in system.operating_point if constant.values is None]
 
 
 def with_constants(
     system: System, experiments: pd.DataFrame, places: Sequence[str]
 ) -> tuple[pd.DataFrame, list[str]]:
-    """The table of the n experiments with a column for every constant that `system` has values of.
+    """Return the table of experiments with a column for every constant that the system file gives.
 
-    It takes the place of a column of that name.
+    The column takes the place of a column of that name.
 
     Args:
-        system: whose constants. experiments: with `id`.
-        places: (n,) how an error message about an experiment begins: its file, row and column.
+        system: system whose constants are wanted.
+        experiments: table with the column `id`, a row per experiment.
+        places: beginnings of error messages about the experiments: file, row and column, one per experiment.
 
     Returns:
         The table, and notes on experiments that the system file does not name.

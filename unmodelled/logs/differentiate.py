@@ -23,17 +23,24 @@ PLATEAU, PLATEAUS, LEVELS, AT_ONCE = 100.0, 10, 4, 2
 
 
 def noise(y: Array) -> float:
-    """Standard deviation of the white or quantisation noise on one smooth signal.
+    """Estimate the standard deviation of the white or quantisation noise on one smooth signal.
 
     Differences of order k remove a smooth signal and multiply the variance of white noise by C(2k, k). The
     order with the lowest estimate is taken; the median makes it robust to corners and jumps. A quantised
     signal has at least the noise of its quantum, quantum / sqrt(12).
 
     Args:
-        y: (n,) at least ten samples.
+        y: samples of one experiment, shape (samples,), at least ten of them.
 
     Returns:
-        In the unit of `y`; 0 for a constant.
+        Standard deviation, in the unit of `y`; 0 for a constant.
+
+    Examples:
+        >>> import numpy as np
+        >>> t = np.linspace(0.0, 1.0, 2000)
+        >>> y = np.sin(5.0 * t) + 0.01 * np.random.default_rng(0).standard_normal(2000)
+        >>> print(f"{noise(y):.3f}")
+        0.010
     """
     difference, estimates = np.diff(y), []
     for order in range(2, 9):
@@ -43,12 +50,25 @@ def noise(y: Array) -> float:
 
 
 def resolution(parts: Sequence[Array]) -> float:
-    """The smallest quantum that the samples (n,) of any experiment show; 0 if there is none."""
+    """Return the smallest quantum that any experiment shows; 0 if there is none.
+
+    Args:
+        parts: samples of every experiment, each of shape (samples,).
+    """
     return min(filter(None, map(quantum, parts)), default=0.0)
 
 
 def quantum(y: Array) -> float:
-    """The step that separates the levels of a visibly quantised signal (n,); 0 if there is none."""
+    """Return the step that separates the levels of a visibly quantised signal; 0 if there is none.
+
+    Args:
+        y: samples of one experiment, shape (samples,).
+
+    Examples:
+        >>> import numpy as np
+        >>> print(f"{quantum(np.round(np.sin(np.linspace(0.0, 6.0, 1000)), 1)):.3g}")
+        0.1
+    """
     levels = np.unique(y)
     rounding = max(1e-9 * float(levels[-1] - levels[0]), 4.0 * EPSILON * float(np.max(np.abs(levels))))
     step = 0.0
@@ -89,7 +109,7 @@ def _plateau_step(y: Array, rounding: float) -> float:
 
 
 def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tuple[Array, Array, int]:
-    """Position and velocity of sampled positions by the filter of Savitzky and Golay.
+    """Estimate position and velocity from sampled positions by the filter of Savitzky and Golay.
 
     One width serves all experiments, so that the estimator is the same everywhere: the one with the smallest
     expected square error of the velocity, the noise that passes the filter plus the bias. The bias of a width
@@ -98,12 +118,21 @@ def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tu
     the same way for one-sided windows.
 
     Args:
-        y: (M,) positions, the experiments' samples one after the other.
-        offsets: (n + 1,) experiment `i` owns the samples `offsets[i]:offsets[i + 1]`, at least ten.
+        y: positions, the experiments' samples one after the other, shape (samples,).
+        offsets: first samples of the experiments, at least ten each, and the number of all samples, shape
+            (experiments + 1,).
         period: sampling period, s.
 
     Returns:
-        (M,) smoothed position, (M,) velocity, width in samples.
+        Smoothed position and velocity, both of shape (samples,), in the unit of `y` and per second; the width
+        of the filter, in samples.
+
+    Examples:
+        >>> import numpy as np
+        >>> t = 0.01 * np.arange(200)
+        >>> _, velocity, _ = smooth_derivative(np.sin(t), np.array([0, 200]), 0.01)
+        >>> bool(np.abs(velocity - np.cos(t)).max() < 1e-3)
+        True
     """
     parts = [y[a:b] for a, b in pairwise(offsets)]
     some = parts[:: max(1, round(len(y) / ENOUGH))]

@@ -24,17 +24,19 @@ ROUNDING = 1e-9
 
 
 def event_times(logs: Logs, system: System, event: str) -> pd.DataFrame:
-    """When the event first happened in each experiment.
+    """Find when the event first happened in each experiment.
 
-    The event's expression is evaluated on what the outputs show. A parabola is fitted to its first lasting
-    fall through zero, broken off at zero where the model holds it there afterwards (locked shafts).
+    The event's expression is evaluated on the states that the outputs show. A parabola is fitted to its first
+    lasting fall through zero, broken off at zero where the model holds it there afterwards (locked shafts).
 
     Args:
-        logs: measured experiments. system: theirs, with the event. event: its name.
+        logs: measured experiments, prepared for `system`.
+        system: system with the event.
+        event: name of the event.
 
     Returns:
-        One row per experiment: id, time (s since its start), deviation (s; standard error of the time, from
-        the residuals of the fit).
+        Table with a row per experiment: id, time (s since its start), deviation (s; standard error of the
+        time, from the residuals of the fit).
 
     Raises:
         BadInput: when there is no such event, when its expression needs a state that no output shows or a

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -11,9 +12,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults, nearest
+from unmodelled.base.limits import check_file
 from unmodelled.base.shapes import ORIGIN, read_shaped
 from unmodelled.logs.clock import Kind, check_time, common_period, read_at, uniform_clock
 from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.hdf5 import Address, is_hdf5, read_campaign, read_hdf5
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.logs.recognition import NUMBER, foreign
@@ -35,37 +38,40 @@ TURN = 2.0 * np.pi  # rad
 
 
 def read_logs(folder: Path, system: System) -> Logs:
-    """The experiments in `folder`, a log folder or a store that `Logs.write` wrote.
+    """Read the experiments of a log folder, of an HDF5 file, or of a store that `Logs.write` wrote.
 
     Args:
-        folder: with experiments.csv (one row per experiment: `id`, `file`, the operating point where the
-            system file does not give it, optionally `group`, anything else) and the CSV or Parquet files it
-            names, with `t` in s and the columns of inputs and outputs. An optional provenance.json says where
-            the data come from.
+        folder: log folder with experiments.csv (one row per experiment: `id`, `file`, the operating point
+            where the system file does not give it, optionally `group`, anything else) and the CSV, Parquet or
+            HDF5 files it names, with `t` in s and the columns of inputs and outputs. An optional
+            provenance.json says where the data come from. Or an HDF5 file with a group per experiment
+            (`hdf5.read_campaign`).
         system: what the columns mean. A store must have been written for a system with the same inputs and
             outputs.
+
+    Returns:
+        The experiments on one uniform clock.
 
     Raises:
         BadInput: a line for every fault in the folder, which names file, row and column.
     """
-    _check_folder(folder)
-    if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
-        return prepare(system, _stored(folder, system))
-    table, faults = folder / "experiments.csv", Faults()
-    header, rows = read_rows(table, ["id", "file"])
+    check_file(folder)
+    faults = Faults()
+    if folder.is_file() and is_hdf5(folder):
+        table = folder
+        header, rows, provenance = read_campaign(folder, logged(system))
+    else:
+        _check_folder(folder)
+        if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
+            return prepare(system, _stored(folder, system))
+        table = folder / "experiments.csv"
+        header, rows = read_rows(table, ["id", "file"])
     with faults.collected():
         experiments, notes = _experiments(table, header, rows, system)
-    columns = list(
-        dict.fromkeys(["t", *(i.column for i in system.inputs), *(o.column for o in system.outputs)])
-    )
-    named = [(row, cells[header.index("file")]) for row, cells in rows]
-    spare = {path.name for path in folder.iterdir()} - {"experiments.csv", *(file for _, file in named)}
-    logs = []
-    for row, file in named:
+    logs = _logs(table, [(row, cells[header.index("file")]) for row, cells in rows], system, faults)
+    if not folder.is_file():
         with faults.collected():
-            logs.append(_log(_file(table, row, file, sorted(spare)), columns, system))
-    with faults.collected():
-        provenance = _provenance(folder)
+            provenance = _provenance(folder)
     if logs:
         with faults.collected():
             period = common_period(logs)
@@ -138,7 +144,29 @@ def _check_ids(path: Path, rows: Sequence[int], ids: Sequence[str]) -> None:
     faults.check()
 
 
-def _file(path: Path, row: int, file: str, spare: Sequence[str]) -> Path:
+def _logs(table: Path, named: Sequence[tuple[int, str]], system: System, faults: Faults) -> list[Columns]:
+    """The logs that the rows of `table` name, those with a fault left out."""
+    units = {"t": "s"}
+    units |= {i.column: i.unit for i in system.inputs} | {o.column: o.unit for o in system.outputs}
+    files = {file.partition(":/")[0] for _, file in named}
+    spare = sorted({path.name for path in table.parent.iterdir()} - {table.name, *files})
+    packed: dict[Address, None] = {}
+    for row, file in named:
+        with suppress(BadInput):  # is told below, in the order of the rows
+            place = _place(table, row, file, spare)
+            packed |= {place: None} if is_hdf5(place.file) else {}
+    read, logs = read_hdf5(list(packed), units, faults), []
+    for row, file in named:
+        with faults.collected():
+            place = _place(table, row, file, spare)
+            if place in read or place not in packed:
+                log = read[place] if place in packed else read_columns(place.file, list(units))
+                _check_log(log, system)
+                logs.append(log)
+    return logs
+
+
+def _place(path: Path, row: int, file: str, spare: Sequence[str]) -> Address:
     """The log that a row names; refuse what does not lie in the folder, and what is not there.
 
     Files that no row names are `spare`.
@@ -149,26 +177,28 @@ def _file(path: Path, row: int, file: str, spare: Sequence[str]) -> Path:
         raise BadInput(f"{where}: is empty")
     if posix.is_absolute() or windows.anchor or ".." in (*posix.parts, *windows.parts):
         raise BadInput(f"{where}: {file!r} must lie in the folder")
+    name, _, group = file.partition(":/")
     try:
-        found = (path.parent / file).exists() and not (path.parent / file).is_dir()
+        found = (path.parent / name).exists() and not (path.parent / name).is_dir()
     except (OSError, ValueError):
         found = False
     if not found:
-        near = nearest(file, spare)
-        raise BadInput(f"{where}: {file!r}: no such file" + (f"; there is {near!r}" if near else ""))
-    return path.parent / file
+        near = nearest(name, spare)
+        raise BadInput(f"{where}: {name!r}: no such file" + (f"; there is {near!r}" if near else ""))
+    if group and not is_hdf5(path.parent / name):
+        raise BadInput(f"{where}: {name!r} has no group {group!r}: it is not an HDF5 file")
+    return Address(path.parent / name, group)
 
 
-def _log(file: Path, columns: Sequence[str], system: System) -> Columns:
-    """The columns of a log with a usable clock and no dead output."""
-    log, faults = read_columns(file, columns), Faults()
+def _check_log(log: Columns, system: System) -> None:
+    """Refuse a log without a usable clock, or with a dead output."""
+    faults = Faults()
     with faults.collected():
         check_time(log)
     for output in system.outputs:
         with faults.collected():
             _check_alive(log, output.column)
     faults.check()
-    return log
 
 
 def _check_alive(log: Columns, column: str) -> None:

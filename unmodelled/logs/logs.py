@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
 from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System
@@ -36,21 +37,24 @@ class Logs:
     `offsets[i]:offsets[i + 1]`. Units are those of the system file.
 
     Attributes:
-        outputs, inputs, states, constants: names, in the order of the columns of y, u, x and c.
-        ids: names of the experiments, (experiments,).
+        outputs: names of the outputs, in the order of the columns of `y`.
+        inputs: names of the inputs, in the order of the columns of `u`.
+        states: names of the states, in the order of the columns of `x`.
+        constants: names of the constants of the operating point, in the order of the columns of `c`.
+        ids: names of the experiments.
         experiments: table with `id`, `file`, `group` if there is one, the operating point and further
             columns, a row per experiment.
         period: sampling period, s.
-        offsets: first samples of the experiments, and the number of all, (experiments + 1,).
-        t: time since the start of the experiment, (samples,), s.
-        y: measured outputs, angles unwrapped, (samples, outputs).
-        u: inputs after `delays`, (samples, inputs).
-        c: constants of the operating points, (experiments, constants).
-        x: estimated states, (samples, states); there are none before `preparation.prepare`.
-        measured: whether an output shows a state or its position, (states,).
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
+        t: time since the start of the experiment, shape (samples,), s.
+        y: measured outputs, angles unwrapped, shape (samples, outputs).
+        u: inputs after `delays`, shape (samples, inputs).
+        c: constants of the operating points, shape (experiments, constants).
+        x: estimated states, shape (samples, states); there are none before `preparation.prepare`.
+        measured: True per state that an output shows, itself or its position.
         notes: sentences on what was done to the data.
         provenance: origin of the data; `data` is "measured" or "virtual".
-        delays: delays that `u` includes already, (inputs,), s; none where it is empty.
+        delays: delays that `u` includes already, one per input, s; none where it is empty.
     """
 
     outputs: tuple[str, ...]
@@ -76,17 +80,19 @@ class Logs:
 
     @cached_property
     def owner(self) -> NDArray[np.int64]:
-        """(M,) the experiment of every sample."""
+        """Number of the experiment of every sample, shape (samples,)."""
         return np.repeat(np.arange(len(self)), np.diff(self.offsets))
 
     def rows(self, i: int) -> slice:
-        """Rows of experiment `i`."""
+        """Return the rows of one experiment.
+
+        Args:
+            i: number of the experiment.
+        """
         return slice(int(self.offsets[i]), int(self.offsets[i + 1]))
 
     def experiments_with_speed(self) -> pd.DataFrame:
-        """The experiments table with a column rms_<state> for every state: how large it is in each
-        experiment.
-        """
+        """Return the experiments table with a column rms_<state> for every state, its size in each."""
         columns = {
             f"rms_{name}": [float(np.sqrt(np.mean(self.x[self.rows(i), j] ** 2))) for i in range(len(self))]
             for j, name in enumerate(self.states)
@@ -111,8 +117,13 @@ class Logs:
         )
 
     def write(self, folder: Path) -> None:
-        """Write a store that `read_logs` reads back exactly, and for a system with other states, delays and
-        values of constants as well: see `Campaign.write`.
+        """Write a store that `read_logs` reads back exactly.
+
+        It can be read for a system with other states, delays and values of constants as well, see
+        `Campaign.write`.
+
+        Args:
+            folder: folder to be written; replaced as a whole.
         """
         signals = {"t": self.t}
         for kind, group in zip("yux", (self.outputs, self.inputs, self.states), strict=True):
@@ -126,9 +137,36 @@ class Logs:
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
 
+    def to_hdf5(self, path: Path, system: System) -> None:
+        """Write the measurements as one HDF5 file with a group per experiment, which `read_logs` reads back.
+
+        Args:
+            path: file to write or replace.
+            system: system of the logs, for the names and units of their columns.
+
+        Raises:
+            BadInput: when the system has other inputs or outputs or delays its inputs, when an id cannot be
+                the name of a group, or when the file cannot be written.
+        """
+        outputs, inputs, _, _ = names(system)
+        if (self.outputs, self.inputs) != (outputs, inputs) or any(self.delays):
+            raise BadInput(
+                f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
+            )
+        columns = {"t": self.t}
+        columns |= {item.column: self.y[:, j] for j, item in enumerate(system.outputs)}
+        columns |= {item.column: self.u[:, j] for j, item in enumerate(system.inputs)}
+        units = {o.column: o.unit for o in system.outputs} | {i.column: i.unit for i in system.inputs}
+        samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
+        write_hdf5(path, self.experiments, samples, {"t": "s", **units}, self.provenance)
+
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:
         """Read what `write` wrote, without states: see `preparation.prepare`.
+
+        Args:
+            folder: folder that `write` wrote.
+            system: system with the same inputs, outputs and constants.
 
         Raises:
             BadInput: when it is damaged, was written for a system with other inputs, outputs or constants, or
@@ -176,14 +214,19 @@ class Logs:
         provenance: Mapping[str, Any],
         delays: tuple[float, ...] = (),
     ) -> Logs:
-        """Return what was measured, without states: see `preparation.prepare`.
+        """Return measurements without states: see `preparation.prepare`.
 
         Args:
             system: system whose names the columns have.
-            experiments: table of the experiments with `id` and the operating point, (experiments rows).
+            experiments: table with `id` and the operating point, a row per experiment.
             period: sampling period, s.
-            offsets, t, y, u, notes, provenance: see `Logs`.
-            delays: delays after which `u` acts, (inputs,), s; none of them are applied yet unless given.
+            offsets: first samples of the experiments, and the number of all, shape (experiments + 1,).
+            t: time since the start of the experiment, shape (samples,), s.
+            y: measured outputs, shape (samples, outputs), in the units of the system file.
+            u: inputs after `delays`, shape (samples, inputs), in the units of the system file.
+            notes: sentences on what was done to the data.
+            provenance: origin of the data.
+            delays: delays that `u` includes already, one per input, s; none unless given.
         """
         outputs, inputs, _, constants = names(system)
         return cls(
@@ -231,7 +274,11 @@ def _written_for(system: System, header: Mapping[str, Any]) -> bool:
 
 
 def names(system: System) -> tuple[Names, Names, Names, Names]:
-    """Names of outputs, inputs, states and constants of `system`."""
+    """Return the names of the outputs, inputs, states and constants of a system.
+
+    Args:
+        system: system with the names.
+    """
     return (
         tuple(item.name for item in system.outputs),
         tuple(item.name for item in system.inputs),

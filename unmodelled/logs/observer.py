@@ -21,11 +21,11 @@ SUBSTEPS = (4, 32)
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """An integration of hidden states, driven by the inputs and then by the other states in their order.
+    """Integration of hidden states, driven by the inputs and then by the other states in their order.
 
     Attributes:
         program: program of the register machine whose outputs are the hidden states.
-        initial: values at the start of every experiment, (hidden states,), in their units.
+        initial: values at the start of every experiment, shape (hidden states,), in their units.
     """
 
     program: Program
@@ -33,7 +33,12 @@ class Observer:
 
     @classmethod
     def of(cls, system: System, hidden: Sequence[int]) -> Observer:
-        """Return the observer of the states `hidden` (indices) of `system`."""
+        """Return the observer of some states of a system.
+
+        Args:
+            system: system with the known laws of its ports.
+            hidden: indices of the states that no output shows.
+        """
         shown = [system.x[k] for k in hidden]
         imposed = [x for x in system.x if x not in shown]
         rates = [system.dynamics[k] for k in hidden]
@@ -51,13 +56,13 @@ class Observer:
 
         Args:
             windows: whole experiments; columns of `windows.u` are the inputs, then the imposed states.
-            at: windows (rows,) and samples since their start (rows,) at which the states are wanted.
-            p: parameters, (experiments, sets, parameters), SI.
-            c: constants of the operating points, (experiments, constants), SI.
+            at: rows of interest: their windows, and their samples since the start, shape (rows,) each.
+            p: parameters, shape (experiments, sets, parameters), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
             period: sampling period, s.
 
         Returns:
-            States (rows, sets, hidden states); not finite where the integration diverges.
+            States, shape (rows, sets, hidden states), SI; not finite where the integration diverges.
         """
         x0 = np.broadcast_to(self.initial, (len(windows.start), p.shape[1], len(self.initial)))
         for substeps in SUBSTEPS:

@@ -12,12 +12,14 @@ from unmodelled.systems.model import System
 
 @dataclass(frozen=True)
 class Reading:
-    """A state that an output shows as gain * state + offset, or that is the derivative of such a state.
+    """State that an output shows as gain * state + offset, or that is the derivative of such a state.
 
     Attributes:
-        state, output: their numbers.
-        gain, offset: in terms of parameters and constants of the operating point.
-        slope: whether the state is the time derivative of what the output shows.
+        state: index of the state.
+        output: index of the output.
+        gain: factor in front of the state, in terms of parameters and constants of the operating point.
+        offset: constant beside it, in the same terms.
+        slope: True where the state is the time derivative of what the output shows.
     """
 
     state: int

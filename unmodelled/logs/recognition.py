@@ -17,7 +17,7 @@ FORMATS = (
     (b"\x28\xb5\x2f\xfd", "a zstd file", "unpack it with unzstd"),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "unpack it"),
     (b"MATLAB ", "a MAT file", "save it as CSV, in MATLAB with writetable"),
-    (b"\x89HDF", "an HDF5 file", "save it as CSV or Parquet"),
+    (b"\x89HDF", "an HDF5 file", "give it as logs=<file>"),
     (b"MDF     ", "an MDF file", "save it as CSV"),
     (b"TDSm", "a TDMS file", "save it as CSV"),
     (b"\x93NUMPY", "a NumPy file", "save it as CSV or Parquet"),
@@ -85,12 +85,28 @@ def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> N
         found = f"the columns are separated by {SEPARATORS[separator]}"
         faults.add(f"{place}: {found}{_commas(separator, rows[1:])}")
     cells = _cells(",".join(header), separator)
-    spare = {_plain(cell): cell for cell in cells if cell and cell not in wanted}
-    for name in wanted:
-        if name not in cells:
-            near = _near(name, spare)
-            found = f"there is {spare[near]!r}: rename it" if near else f"the header has {_listed(cells)}"
-            faults.add(f"{place}: column {name} is missing; {found}")
+    with faults.collected():
+        refuse_missing(place, "the header", cells, wanted)
+    faults.check()
+
+
+def refuse_missing(place: str, holder: str, names: Sequence[str], wanted: Sequence[str]) -> None:
+    """Refuse a table that lacks some of the columns `wanted`, saying which name it may have instead.
+
+    Args:
+        place: file, and row or group in it, with which the message begins.
+        holder: what has the names of the columns: the header, or the group.
+        names: columns of the table.
+
+    Raises:
+        BadInput: with one line for every column that is missing.
+    """
+    faults = Faults()
+    spare = {_plain(name): name for name in names if name and name not in wanted}
+    for name in (name for name in wanted if name not in names):
+        near = _near(name, spare)
+        found = f"there is {spare[near]!r}: rename it" if near else f"{holder} has {_listed(names)}"
+        faults.add(f"{place}: column {name} is missing; {found}")
     faults.check()
 
 

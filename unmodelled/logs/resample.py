@@ -17,13 +17,14 @@ def resample(t: Array, signals: Array, period: float, cutoff_share: float = 0.8)
     Nyquist frequency.
 
     Args:
-        t: (n,) logged time, s, increasing.
-        signals: (k, n) what to resample.
-        period: the new sampling period, s.
+        t: logged time, shape (samples,), s, increasing.
+        signals: signals to resample, shape (signals, samples).
+        period: new sampling period, s.
         cutoff_share: cut-off frequency over the new Nyquist frequency, in (0, 1].
 
     Returns:
-        (N,) new time from t[0], s; (k, N) resampled signals.
+        New time from t[0], shape (new samples,), s; resampled signals, shape (signals, new samples), in their
+        units.
 
     Raises:
         ValueError: when the new period is not longer than the old one.

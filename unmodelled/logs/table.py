@@ -39,19 +39,19 @@ class Columns:
     Attributes:
         path: of the file.
         values: name -> (n,) finite numbers.
-        parquet: whether the file is a Parquet file, which has no header row.
+        header: whether row 1 of the file names the columns, as in CSV files.
     """
 
     path: Path
     values: Mapping[str, Array]
-    parquet: bool
+    header: bool
 
     def __len__(self) -> int:
         return next((len(v) for v in self.values.values()), 0)
 
     def row(self, i: int) -> int:
-        """The row of sample `i`: counted from 1, in a CSV file with the header and blank lines."""
-        if self.parquet:
+        """Return the row of sample `i`: counted from 1, in a CSV file with the header and blank lines."""
+        if not self.header:
             return i + 1
         lines = self.path.read_bytes().splitlines()
         return [number for number, line in enumerate(lines, 1) if line][i + 1]
@@ -73,7 +73,7 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
         raise BadInput(f"{path}: {_reason(error)}") from None
     if not parquet:
         check_file(path, NUMBERS)
-    return Columns(path, _parquet(path, wanted) if parquet else _csv(path, wanted), parquet)
+    return Columns(path, _parquet(path, wanted) if parquet else _csv(path, wanted), not parquet)
 
 
 def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
@@ -279,11 +279,26 @@ def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> Array:
         raise _no_number(path, 1, name, cell, len(column))
     values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
     bad = np.flatnonzero(~(np.abs(values) < LARGEST))
-    if len(bad):
-        cell = column[int(bad[0])].as_py()
-        shown = "an empty cell" if cell is None else str(cell)
-        raise _no_number(path, int(bad[0]) + 1, name, shown, len(bad))
+    if len(bad) and column[int(bad[0])].as_py() is None:
+        raise _no_number(path, int(bad[0]) + 1, name, "an empty cell", len(bad))
+    check_finite(path, name, values)
     return values
+
+
+def check_finite(path: Path, column: str, values: Array) -> None:
+    """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
+
+    Args:
+        path: file, for the message.
+        column: name of the column.
+        values: (n,) its numbers.
+
+    Raises:
+        BadInput: naming the row of the first of them, and how many more there are.
+    """
+    bad = np.flatnonzero(~(np.abs(values) < LARGEST))
+    if len(bad):
+        raise _no_number(path, int(bad[0]) + 1, column, str(values[bad[0]]), len(bad))
 
 
 def _shown(text: str) -> str:

@@ -22,13 +22,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Campaign:
-    """All experiments of one campaign, immutable.
+    """All experiments of one measurement campaign, frozen.
 
     Attributes:
-        experiments: (n rows) one row per experiment: `exp` (its id), factors and labels.
-        signals: name -> (total samples,) the experiments' samples one after the other.
-        offsets: (n + 1,) experiment `i` owns the samples `offsets[i]:offsets[i + 1]`.
-        provenance: where the data come from; travels with the data to every page of the report.
+        experiments: table with a row per experiment: `exp` (its id), factors and labels.
+        signals: samples by name of the signal, each of shape (samples,), the experiments one after the other,
+            in SI units.
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
+        provenance: origin of the data; it travels with the data to every page of the report.
     """
 
     experiments: pd.DataFrame
@@ -58,7 +59,11 @@ class Campaign:
         return (self[i] for i in range(len(self)))
 
     def write(self, folder: Path) -> None:
-        """Write `folder` with signals.parquet, experiments.parquet and provenance.json, atomically."""
+        """Write signals.parquet, experiments.parquet and provenance.json, all or none of them.
+
+        Args:
+            folder: folder to be written; replaced as a whole.
+        """
         lengths = np.diff(self.offsets)
         ids = np.repeat(self.experiments["exp"].to_numpy(), lengths)
         with replacing_folder(folder) as temporary:
@@ -69,7 +74,11 @@ class Campaign:
 
     @classmethod
     def read(cls, folder: Path, columns: list[str] | None = None) -> Campaign:
-        """Read what `write` wrote; `columns` limits the signals.
+        """Read what `write` wrote.
+
+        Args:
+            folder: folder of the campaign.
+            columns: names of the signals that are wanted; all unless given.
 
         Raises:
             BadInput: when a file is missing, damaged or the two tables disagree.

@@ -1,4 +1,4 @@
-"""When an event happens in measured experiments, says the model: the shifting times Y_l of section 3.3."""
+"""Compute event times of measured experiments from a model: the shifting times Y_l of section 3.3."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from unmodelled.systems.phases import event_named
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Starts that lie within so many standard deviations of the noise of their mean are one.
+#: Starts that lie within so many standard deviations of the noise of their mean count as equal.
 SAME = 6.0
 
 
@@ -29,15 +29,24 @@ def event_response(
     step: float | None = None,
     threads: int | None = None,
 ) -> EventTimes:
-    """Event times as a function of the uncertain parameters, one output per experiment of `logs`.
+    """Return the event times as a function of the uncertain parameters, one output per experiment.
 
-    Every experiment has its own input, operating point and measured start. States that follow the input,
-    whatever the operating point, start alike in experiments with the same input: at the mean of their starts,
-    if these differ by no more than noise.
+    Every experiment has its own input, operating point and measured start. States that depend on the input
+    only
+    start alike in experiments with the same input: at the mean of their starts, if these differ by no more
+        than
+    noise.
 
     Args:
-        system: of the logs. event: its name. uncertain: names of parameters.
-        step, threads: see `EventTimes.of`.
+        system: system of the logs.
+        event: name of the event in the system file.
+        uncertain: names of the uncertain parameters.
+        logs: measured experiments with states.
+        step: integration step, s; default: see `EventTimes.of`.
+        threads: number of threads; default: see `EventTimes.of`.
+
+    Returns:
+        Function of the uncertain parameters, with one event time (s) per experiment.
 
     Raises:
         BadInput: see `EventTimes.of`.
@@ -54,9 +63,17 @@ def event_response(
 
 
 def inputs(logs: Logs) -> tuple[Array, Indices]:
-    """Inputs (L, T, inputs), all as long as the longest, and the number (L,) of each among the distinct ones.
+    """Return the inputs of all experiments, extended to the length of the longest.
 
-    A log that ends earlier goes on like one that begins alike, if there is one, or else holds its last value.
+    An input that ends earlier is continued by an input that begins alike, if there is one; otherwise it holds
+    its last value.
+
+    Args:
+        logs: measured experiments.
+
+    Returns:
+        Inputs, (experiments, samples, inputs) SI; for every experiment the number of its input among the
+        distinct ones, (experiments,).
     """
     lengths = np.diff(logs.offsets)
     distinct: list[Array] = []
@@ -73,12 +90,33 @@ def inputs(logs: Logs) -> tuple[Array, Indices]:
 
 
 def noise_of(logs: Logs, k: int) -> float:
-    """Standard deviation of the noise on state `k`."""
+    """Estimate the standard deviation of the noise of a state.
+
+    Args:
+        logs: measured experiments with states.
+        k: number of the state.
+
+    Returns:
+        Median over the experiments, in the unit of the state.
+    """
     return float(np.median([noise(logs.x[logs.rows(i), k]) for i in range(len(logs))]))
 
 
 def same_starts(group: Indices, start: Array, deviation: float) -> Array:
-    """Starts (L,), or their mean where they differ by noise only within a group (L,)."""
+    """Replace starts that differ only by noise within a group by their mean.
+
+    Args:
+        group: number of the group of every experiment, (experiments,).
+        start: starts, (experiments,), in the unit of the state.
+        deviation: standard deviation of the noise, in the unit of the state.
+
+    Returns:
+        Starts, (experiments,), in the unit of the state.
+
+    Examples:
+        >>> same_starts(np.array([0, 0, 1, 1]), np.array([1.0, 1.2, 0.0, 5.0]), 0.1).tolist()
+        [1.1, 1.1, 0.0, 5.0]
+    """
     mean = (np.bincount(group, start) / np.bincount(group))[group]
     apart = np.bincount(group, np.abs(start - mean) > SAME * deviation)[group] > 0
     return np.where(apart, start, mean)

@@ -1,4 +1,4 @@
-"""Neural network augmented physics: a system with ReLU networks in its ports (chapter 4)."""
+"""Neural-network-augmented physics: a system with ReLU networks in its ports (chapter 4)."""
 
 from __future__ import annotations
 
@@ -18,15 +18,27 @@ Array = NDArray[np.float64]
 
 
 class Nnap(nn.Module):
-    """A stack of `batch` models that share a structure; each has its own weights and parameters. float64.
+    """A stack of models that share a structure and differ in weights and parameters, in double precision.
 
     Args:
-        structure: physics, networks, trained parameters.
-        p: (batch, parameters) all parameters, SI; the trained ones are where training starts.
-        unit: (trained,) scale of each trained parameter: xi = p / unit is of order one.
-        scale: (batch, inputs of all networks) 1 / standard deviation over the training data, eq. 4.4.
-        gain: (batch, networks) magnitude of the effort that is missing, the unit of a network's output.
-        weights: (batch, structure.size) initial weights.
+        structure: physics, networks and trained parameters.
+        p: parameters of the system, (batch, parameters) SI; training starts at the trained ones.
+        unit: scale of every trained parameter, (trained,) SI: xi = p / unit is of order one.
+        scale: 1 / standard deviation of the networks' inputs over the training data, eq. 4.4, (batch,
+            inputs).
+        gain: magnitude of the missing effort, by which a network's output is multiplied, (batch, networks),
+            in the unit of the effort.
+        weights: initial weights of all networks, (batch, structure.size).
+
+    Examples:
+        >>> from unmodelled.models.structures import one_per_port
+        >>> from unmodelled.systems.reader import read_system
+        >>> structure = one_per_port(2)(read_system("systems/pendulum.yaml"), ("b",)).structure
+        >>> p, one = torch.tensor([[0.02, 0.01, 1.2]]), torch.ones
+        >>> model = Nnap(structure, p, one(1), one(1, 2), one(1, 1), one(1, structure.size))
+        >>> none = torch.zeros(1, 1)
+        >>> model.efforts(torch.zeros(1), torch.zeros(1, 1, 2), none, torch.zeros(1, 0)).tolist()
+        [[[3.0]]]
     """
 
     p: Tensor
@@ -51,14 +63,24 @@ class Nnap(nn.Module):
         return torch_equations(system, system.closed), torch_equations(system, self.structure.inputs)
 
     def physics(self) -> Tensor:
-        """(batch, parameters) all parameters, SI, differentiable by `xi`."""
+        """Return the parameters of the system, (batch, parameters) SI, differentiable by `xi`."""
         p = self.p.clone()
         if self.structure.index:
             p[:, list(self.structure.index)] = self.xi * self.unit
         return p
 
     def network_inputs(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
-        """q of all networks, (batch, ..., inputs)."""
+        """Return the inputs q of all networks.
+
+        Args:
+            t: time since the start of the experiment, (samples,) or (batch, samples), s.
+            x: states, (batch, samples, states) SI.
+            u: inputs of the system, (..., inputs) SI.
+            c: constants of the operating points, (..., constants) SI.
+
+        Returns:
+            Inputs of all networks, one network after the other, (batch, samples, inputs) SI.
+        """
         system = self.structure.system
         none = x.new_zeros(len(system.ports))
         if not self.structure.inputs:
@@ -67,17 +89,27 @@ class Nnap(nn.Module):
         return function(t, x, u, none, self.physics()[:, None], c)  # type: ignore[no-any-return, operator]
 
     def efforts(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> Tensor:
-        """Effort of every network, (batch, samples, networks), eq. 4.4.
+        """Return the effort of every network, eq. 4.4.
 
         Args:
-            t: (samples,) or (batch, samples) s. x: (batch, samples, states). u: (..., inputs). c: (...,
-                constants).
+            t: time since the start of the experiment, (samples,) or (batch, samples), s.
+            x: states, (batch, samples, states) SI.
+            u: inputs of the system, (..., inputs) SI.
+            c: constants of the operating points, (..., constants) SI.
+
+        Returns:
+            Efforts, (batch, samples, networks) SI.
         """
         return self.efforts_of(self.network_inputs(t, x, u, c))
 
     def efforts_of(self, q: Tensor) -> Tensor:
-        """Effort of every network, (batch, samples, networks), from the inputs of all (batch, samples,
-        inputs).
+        """Return the effort of every network for given network inputs, eq. 4.4.
+
+        Args:
+            q: inputs of all networks, one network after the other, (batch, samples, inputs) SI.
+
+        Returns:
+            Efforts, (batch, samples, networks) SI.
         """
         scaled = q * self.scale[:, None]
         parts = []
@@ -96,7 +128,17 @@ class Nnap(nn.Module):
             weight, column = weight + network.size, column + ni
 
     def derivative(self, t: Tensor, x: Tensor, u: Tensor, c: Tensor) -> tuple[Tensor, Tensor]:
-        """x' (batch, samples, states), eq. 4.5, and the networks' efforts (batch, samples, networks)."""
+        """Return the time derivatives of the states, eq. 4.5, and the efforts of the networks.
+
+        Args:
+            t: time since the start of the experiment, (samples,) or (batch, samples), s.
+            x: states, (batch, samples, states) SI.
+            u: inputs of the system, (..., inputs) SI.
+            c: constants of the operating points, (..., constants) SI.
+
+        Returns:
+            Derivatives (batch, samples, states) SI per second, and efforts (batch, samples, networks) SI.
+        """
         z = self.efforts(t, x, u, c)
         names = self.structure.system.port_names
         e = x.new_zeros((*x.shape[:-1], len(names)))
@@ -108,15 +150,18 @@ class Nnap(nn.Module):
     def simulate(
         self, x0: Tensor, u: Tensor, t0: Tensor, c: Tensor, how: Integration
     ) -> tuple[Tensor, Tensor]:
-        """Free run of every model over every window, eq. 4.8: the torch reference.
+        """Simulate every window by every model with torch, eq. 4.8: the reference of the compiled kernels.
 
         Args:
-            x0: (batch, windows, states). u: (batch, windows, steps + 1, inputs). t0: (windows,) s.
-            c: (batch, windows, constants).
+            x0: first states, (batch, windows, states) SI.
+            u: inputs of the system, (batch, windows, steps + 1, inputs) SI.
+            t0: time of the first samples, (windows,) s.
+            c: constants of the operating points, (batch, windows, constants) SI.
+            how: integration of the free runs.
 
         Returns:
-            Trajectory (batch, windows, steps + 1, states); networks' efforts at its samples but the last
-            (batch, windows, steps, networks).
+            Trajectories (batch, windows, steps + 1, states) SI, and efforts of the networks at all samples
+            but the last (batch, windows, steps, networks) SI.
         """
         x, xs = x0, [x0]
         zs: list[Tensor] = []

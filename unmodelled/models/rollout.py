@@ -1,4 +1,4 @@
-"""Free runs through the compiled kernel, as an operation that torch can differentiate."""
+"""Simulate free runs by the compiled kernel, as an operation that torch can differentiate."""
 
 from __future__ import annotations
 
@@ -23,12 +23,21 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Measured:
-    """Experiments one after the other, as kernels read them.
+    """Measured experiments as arrays, one experiment after the other, as kernels read them.
 
     Attributes:
-        x: (samples, states) measured or estimated states. u: (samples, inputs). t: (samples,) s.
-        c: (experiments, constants). owner: (samples,) the experiment of each sample.
-        offsets: (experiments + 1,) experiment i owns offsets[i]:offsets[i + 1].
+        x: measured or estimated states, (samples, states) SI.
+        u: inputs of the system, (samples, inputs) SI.
+        t: time since the start of the experiment, (samples,) s.
+        c: constants of the operating points, (experiments, constants) SI.
+        owner: number of the experiment of every sample, (samples,).
+        offsets: first samples of the experiments, and the number of all samples, (experiments + 1,).
+
+    Examples:
+        >>> t, owner, offsets = np.tile(np.arange(3.0), 2), np.repeat([0, 1], 3), np.array([0, 3, 6])
+        >>> data = Measured(np.zeros((6, 1)), np.zeros((6, 1)), t, np.zeros((2, 0)), owner, offsets)
+        >>> data.window_starts(np.array([0, 1]), horizon=1).tolist()
+        [0, 1, 3, 4]
     """
 
     x: Array
@@ -40,18 +49,37 @@ class Measured:
 
     @classmethod
     def of(cls, logs: Logs) -> Measured:
-        """The samples of a log folder."""
+        """Return the samples of a log folder.
+
+        Args:
+            logs: measured experiments with states.
+        """
         x, u, t, c = (np.array(a, np.float64, order="C") for a in (logs.x, logs.u, logs.t, logs.c))
         return cls(x, u, t, c, logs.owner, np.asarray(logs.offsets, np.int64))
 
     def window_starts(self, runs: Indices, horizon: int) -> Indices:
-        """First samples of all windows of `horizon` steps that lie within one of the experiments `runs`."""
+        """Return the first samples of all windows that lie within one experiment.
+
+        Args:
+            runs: numbers of the experiments, (experiments,).
+            horizon: number of samples that follow the first one.
+
+        Returns:
+            First samples, (windows,).
+        """
         parts = [np.arange(self.offsets[r], self.offsets[r + 1] - horizon) for r in runs]
         return np.concatenate(parts) if parts else np.empty(0, np.int64)
 
 
 def arguments(how: Integration) -> tuple[int, float, float, Array]:
-    """What the kernels' functions want to know about the integration, in their order."""
+    """Return an integration as the arguments of the kernels' functions, in their order.
+
+    Args:
+        how: integration of the free runs.
+
+    Returns:
+        Steps per sample, sampling period (s), interpolation of the inputs, and stages (stages, 3).
+    """
     return how.substeps, how.period, float(how.hold), how.stages
 
 
@@ -100,9 +128,7 @@ def simulate(
 
 
 class CompiledRollout(torch.autograd.Function):
-    """`simulate` with analytic back-propagation through time to x0, the trained parameters and the
-    weights.
-    """
+    """Windows simulated with analytic back-propagation to first states, parameters and weights."""
 
     @staticmethod
     def forward(
@@ -117,7 +143,23 @@ class CompiledRollout(torch.autograd.Function):
         steps: int,
         how: Integration,
     ) -> tuple[Tensor, Tensor]:
-        """x0 (windows, states), xi (trained,), weights (size,) of `member`; see `simulate`."""
+        """Simulate windows, see `simulate`.
+
+        Args:
+            ctx: context of torch.
+            x0: first states, (windows, states) SI.
+            xi: scaled trained parameters of the member, (trained,).
+            weights: weights of the member, (size,).
+            model: stack of models.
+            member: number of the member in the stack.
+            data: measured experiments, whose inputs drive the model.
+            starts: first samples, (windows,).
+            steps: number of samples that follow the first one.
+            how: integration of the free runs.
+
+        Returns:
+            Trajectories (windows, steps + 1, states) and efforts of the networks (windows, steps, networks).
+        """
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
         # the weights of this moment: an optimiser may have moved on when backward is called
         ctx.context = model, data, starts, steps, X[:, :1].copy(), _common(model, member, how)
@@ -125,7 +167,13 @@ class CompiledRollout(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Tensor | None, ...]:
-        """Gradients by x0, xi and weights."""
+        """Return the gradients by first states, scaled trained parameters and weights.
+
+        Args:
+            ctx: context of torch.
+            gradients: gradients by trajectories (windows, steps + 1, states) and efforts (windows, steps,
+                networks).
+        """
         model, data, starts, steps, first, common = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
         k = kernel(model.structure)
@@ -142,8 +190,19 @@ class CompiledRollout(torch.autograd.Function):
 def rollout(
     model: Nnap, member: int, data: Measured, x0: Tensor, starts: Indices, steps: int, how: Integration
 ) -> tuple[Tensor, Tensor]:
-    """Differentiable `simulate`: trajectories (windows, steps + 1, states), efforts (windows, steps,
-    networks).
+    """Simulate windows by one member of a stack, differentiable by torch, see `simulate`.
+
+    Args:
+        model: stack of models.
+        member: number of the member in the stack.
+        data: measured experiments, whose inputs drive the model.
+        x0: first states, (windows, states) SI.
+        starts: first samples, (windows,).
+        steps: number of samples that follow the first one.
+        how: integration of the free runs.
+
+    Returns:
+        Trajectories (windows, steps + 1, states) and efforts of the networks (windows, steps, networks), SI.
     """
     result: tuple[Tensor, Tensor] = CompiledRollout.apply(  # type: ignore[no-untyped-call]
         x0, model.xi[member], model.weights[member], model, member, data, starts, steps, how

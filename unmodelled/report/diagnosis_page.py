@@ -108,7 +108,10 @@ def short(value: float | None) -> str:
 
 def _summary(content: Mapping[str, Any]) -> str:
     if content["verdict"] == "check_logs":
-        return "Nothing was searched or fitted: a model of logs with this fault would explain the fault."
+        return (
+            "No effect was searched or fitted, because it would explain the fault of the logs. Correct the "
+            "logs or the system file, and run the diagnosis again."
+        )
     gap = {name: short(value) for name, value in content["gap"].items() if name in GAPS}
     found = (
         f"In standard deviations of the outputs, the model as given is off by {gap['known']}, with refitted "
@@ -116,8 +119,8 @@ def _summary(content: Mapping[str, Any]) -> str:
     )
     found += f", with the effects found by {gap['augmented']}" if content["effects"] else ""
     errors = " ".join(_error(name, entry, content) for name, entry in content["gap"].get("units", {}).items())
-    held = "These are experiments that took no part in fitting or choosing."
-    return f"{errors} {found}; the noise of the sensors alone leaves {gap['floor']}. {held}".strip()
+    held = "All errors are on held-out experiments, which were not used for fitting or choosing."
+    return f"{errors} {found}; the noise floor of the sensors is {gap['floor']}. {held}".strip()
 
 
 def _error(output: str, entry: Mapping[str, Any], content: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""The tables on the page of a diagnosis, from what diagnosis.json says."""
+"""Build the tables on the page of a diagnosis from the content of diagnosis.json."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table
 
 GAPS = {
-    "known": ("as given", "the system file as it is"),
-    "reidentified": ("re-identified", "the same physics, its uncertain parameters fitted anew"),
-    "augmented": ("with the effects found", "everything fitted together"),
-    "neural": ("with networks", "a network in every port: what a flexible model could still explain"),
-    "floor": ("noise", "what the noise of the sensors alone leaves"),
+    "known": ("as given", "the system file without changes"),
+    "reidentified": ("re-identified", "the system file with its uncertain parameters refitted"),
+    "augmented": ("with the effects found", "with the diagnosed effects, all uncertain parameters refitted"),
+    "neural": ("with networks", "with a network in every port: reference for a flexible model"),
+    "floor": ("noise", "noise floor: the gap that sensor noise alone causes"),
 }
 
 
@@ -25,7 +25,7 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
         rows = []
         for name, entry in effect["parameters"].items():
             value, interval = quantity(entry["value"], _interval(entry["interval"]))
-            note = f"one for each of {len(entry['values'])} experiments" if "values" in entry else ""
+            note = f"one value for each of {len(entry['values'])} experiments" if "values" in entry else ""
             named, range_ = Cell(name, name, note=note), Cell(interval or "–", interval)
             rows.append((named, _value(value, entry["value"]), range_, _unit(entry["unit"])))
         columns = "Number", "Value", "95 % interval", "Unit"
@@ -45,7 +45,7 @@ def gap_table(content: Mapping[str, Any]) -> Table:
     ]
     held = ", ".join(map(str, gap["held_out"]))
     about = f"Root mean square over free-run windows, in standard deviations of the outputs, on {held}."
-    columns = "Model", "Gap", "What it is"
+    columns = "Model", "Gap", "Description"
     return Table("gaps", "Gap on held-out experiments", columns, _numeric("010"), tuple(rows), about)
 
 
@@ -64,7 +64,7 @@ def units_table(content: Mapping[str, Any]) -> Table:
     columns = ("Output", "After", *models.values(), "Unit")
     about = (
         "Root mean square errors on held-out experiments: at the last sample of the free-run windows, and "
-        "over all samples of experiments that are simulated from their first state on."
+        "over all samples of whole experiments, simulated from their first state."
     )
     numeric = _numeric("00" + "1" * len(models) + "0")
     return Table("errors", "Errors of every output", columns, numeric, tuple(rows), about)
@@ -93,17 +93,17 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
         )
         for row in where["factors"]
     ]
-    squares = "Share of the squared gap above the noise, by where it enters."
+    squares = "Share of the squared gap above the noise floor, by the channel where it enters."
     tables = [
         Table("channels", "Channels", ("Channel", "Share"), _numeric("01"), tuple(channels), squares),
         Table(
             *("regions", "Regions", ("Signal", "From", "To", "Unit", "Share"), _numeric("01101")),
             tuple(regions),
-            "Where much more is lacking than samples lie there.",
+            "Regions of a signal with a much larger share of the gap than of the samples.",
         ),
         Table(
             *("factors", "Operating point", ("Factor", "Level", "Share"), _numeric("001"), tuple(factors)),
-            "Levels with more of the gap than of the samples.",
+            "Levels of a factor with a larger share of the gap than of the samples.",
         ),
     ]
     return [table for table in tables if table.rows]
@@ -143,8 +143,8 @@ def candidates_table(content: Mapping[str, Any]) -> Table:
         for row in content["candidates"]
     ]
     about = (
-        "The gap is that on the experiments that the models were fitted to. The evidence is the logarithm "
-        "of the likelihood beside the best one's, complexity counted in."
+        "Gap on the experiments that the models were fitted to. The evidence is the log-likelihood minus "
+        "that of the best model, complexity penalty included."
     )
     columns = "Model", "Gap", "Evidence"
     return Table("models", "Models that were fitted", columns, _numeric("011"), tuple(rows), about)

@@ -112,6 +112,11 @@ class Fits:
         """None."""
         return {}
 
+    @property
+    def explainable(self) -> Mapping[str, list[DetachmentNetwork]]:
+        """Networks of every fold, one per repeat."""
+        return self.networks
+
     def sequences(self, campaign: Campaign) -> Sequences:
         """The runs of a campaign as the networks read them."""
         return Sequences.of(campaign, self.inputs, self.samples)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.bounce_gate import gated, residual
 from pipeline.cam_follower.detachment import Fitted
+from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence.fits import Fits
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
@@ -41,6 +42,11 @@ class HybridFits:
     def parts(self) -> dict[str, Fitted]:
         """The simulation alone."""
         return {PHYSICS: self.physics}
+
+    @property
+    def explainable(self) -> dict[str, list[DetachmentNetwork]]:
+        """Return nothing: the networks read signals of the simulation too."""
+        return {}
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
         """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""

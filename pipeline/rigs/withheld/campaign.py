@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.rigs.withheld.drawing import cases
-from pipeline.rigs.withheld.writing import write
+import numpy as np
+import pandas as pd
+import yaml
+
+from pipeline.rigs.withheld.cases import GROUP, Case
+from pipeline.rigs.withheld.drawing import FAMILIES, cases
+from pipeline.rigs.withheld.effects.effect import Plan
+from pipeline.rigs.withheld.experiments import Experiments, run
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing_folder
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
 
 
@@ -49,3 +57,92 @@ class WithheldCampaign:
             "seed": seed,
             "experiments": len(drawn),
         }
+
+
+SYSTEMS = Path(__file__).parents[3] / "systems" / "withheld"
+SYSTEM, LOGS, TRUTH = "system.yaml", "logs", "truth.json"
+WRONG = 0.05, 0.30  # by which share an uncertain parameter is off
+
+
+def write(case: Case, folder: Path, plan: Plan | None = None) -> dict[str, Any]:
+    """Replace `folder` by system.yaml, logs/ (a log folder) and truth.json; return the truth.
+
+    The system file has its `identify: true` parameters 5 to 30 % off. Nothing in system.yaml or logs/ tells
+    what is planted. The runs are those of the case unless `plan` is given.
+
+    Raises:
+        BadInput: when the folder cannot be written.
+    """
+    made = run(case, plan)
+    system, parameters = _system(case, list(made.outputs))
+    truth = _truth(case, made, parameters)
+    with replacing_folder(folder) as out:
+        (out / SYSTEM).write_text(yaml.safe_dump(system, sort_keys=False, width=110))
+        _write_logs(case, made, out / LOGS)
+        write_json(out / TRUTH, truth)
+    return truth
+
+
+def _system(case: Case, outputs: list[str]) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
+    """The document that is handed over, and true and given values of what it has wrong."""
+    document: dict[str, Any] = yaml.safe_load((SYSTEMS / f"{case.system}.yaml").read_text())
+    rng = np.random.default_rng([case.seed, 5])
+    document["outputs"] = {name: document["outputs"][name] for name in outputs}
+    changed = {}
+    for name, parameter in document["parameters"].items():
+        if parameter.get("identify"):
+            true = float(parameter["value"])
+            off = float(rng.uniform(*WRONG) * rng.choice([-1.0, 1.0]))
+            parameter["value"] = float(f"{true * (1.0 + off):.3g}")
+            changed[name] = {"true": true, "given": parameter["value"]}
+    return document, changed
+
+
+def _write_logs(case: Case, made: Experiments, folder: Path) -> None:
+    folder.mkdir()
+    plan, rng = made.plan, np.random.default_rng([case.seed, 6])
+    packed = bool(rng.uniform() < 0.5)
+    ids = [f"run{i + 1:02d}" for i in range(plan.runs)]
+    files = [f"{name}.{'parquet' if packed else 'csv'}" for name in ids]
+    for i, file in enumerate(files):
+        columns: Mapping[str, Any] = {"t": made.t, case.machine.input: made.u[:, i]}
+        log = pd.DataFrame({**columns, **{name: y[:, i] for name, y in made.outputs.items()}})
+        if packed:
+            write_parquet(log, folder / file)
+        else:
+            log.to_csv(folder / file, index=False, float_format="%.9g", lineterminator="\n")
+    table = pd.DataFrame({"id": ids, "file": files, **plan.conditions})
+    if plan.groups:
+        table[GROUP] = plan.groups
+    table.to_csv(folder / "experiments.csv", index=False, lineterminator="\n")
+    description = f"simulated logs of a virtual {case.system.replace('_', ' ')}, not measurements"
+    write_json(folder / "provenance.json", {"data": "virtual", "description": description})
+
+
+def _truth(case: Case, made: Experiments, parameters: dict[str, dict[str, float]]) -> dict[str, Any]:
+    rows = []
+    for planted, (channel, effect) in zip(case.effects, made.effects, strict=True):
+        form = getattr(effect, "inner", effect)
+        row: dict[str, Any] = {
+            "family": planted.family,
+            "channel": channel,
+            "form": type(form).__name__,
+            "parameters": effect.parameters,
+            "alike": [{"family": f, "channel": c} for f, c in case.offered(planted).alike],
+        }
+        if planted.factor is not None:
+            row |= {"factor": planted.factor, "level": planted.at}
+        rows.append(row)
+    families = {planted.family for planted in case.effects}
+    verdict = ("effect" if families <= FAMILIES else "unknown") if families else "no_gap"
+    return {
+        "schema": "withheld/1",
+        "verdict": verdict,
+        "system": case.system,
+        "level": case.level,
+        "seed": case.seed,
+        "effects": rows,
+        "parameters": parameters,
+        "hold": made.plan.hold,
+        "outputs": list(made.outputs),
+    }

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Effect, Only, Plan, Plantable, PortEffect
+from pipeline.rigs.withheld.effects.effect import Effect, Only, Plan, Plantable, PortEffect
 from pipeline.rigs.withheld.machine import Array, Machine
 from pipeline.rigs.withheld.machines import MACHINES
 from unmodelled.base.errors import BadInput

@@ -8,12 +8,12 @@ from itertools import combinations
 import numpy as np
 
 from pipeline.rigs.withheld.cases import GROUP, Case, Planted
-from pipeline.rigs.withheld.effect import Plantable
+from pipeline.rigs.withheld.effects.effect import Plantable
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
 from unmodelled.base.errors import BadInput
 
-#: The families that a diagnosis can name (shared/contracts/diagnosis.md).
+#: Families of effects that a diagnosis can name and a machine plants; a test compares them with the library.
 FAMILIES = frozenset(
     (
         "viscous_friction",

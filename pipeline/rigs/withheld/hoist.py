@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Plantable as P
-from pipeline.rigs.withheld.effect import Port
 from pipeline.rigs.withheld.effects import (
     actuators,
     changing,
@@ -18,6 +16,8 @@ from pipeline.rigs.withheld.effects import (
     play,
     sensors,
 )
+from pipeline.rigs.withheld.effects.effect import Plantable as P
+from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Sensor
 
 _GRAVITY = 9.81

@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.rigs.withheld.effect import Plantable, Port
+from pipeline.rigs.withheld.effects.effect import Plantable, Port
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]

@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Plantable as P
-from pipeline.rigs.withheld.effect import Port
 from pipeline.rigs.withheld.effects import (
     actuators,
     changing,
@@ -19,6 +17,8 @@ from pipeline.rigs.withheld.effects import (
     play,
     sensors,
 )
+from pipeline.rigs.withheld.effects.effect import Plantable as P
+from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Sensor
 
 _GRAVITY = 9.81

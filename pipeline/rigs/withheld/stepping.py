@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.rigs.withheld.effect import ActuatorEffect, Plan, PortEffect
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Plan, PortEffect
 from pipeline.rigs.withheld.machine import Machine
 
 Array = NDArray[np.float64]

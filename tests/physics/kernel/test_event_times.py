@@ -17,10 +17,9 @@ from scipy.integrate import solve_ivp
 
 from tests.physics.kernel.random_systems import random_structure
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.cascade.cascade import Cascade
+from unmodelled.engine.cascade.cascade import SHARED, Cascade
 from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.cascade.event_times import EventTimes
-from unmodelled.engine.cascade.hoisting import SHARED
 from unmodelled.systems import phases
 from unmodelled.systems.model import TIME, Constant, Event, Parameter, State, System, symbol
 from unmodelled.systems.numeric import numpy_system_function

@@ -2,20 +2,119 @@
 
 For the clutch of appendix 3.8 pressure and piston follow the current alone, whatever the sample and the motor
 speed; the pressure on the plates and the drag of the oil film are the same for every motor speed and brake.
+Parts of expressions are sorted by what they change with, so that each is computed as seldom as it can be. A
+compiler cannot do so (loop-invariant code motion) across functions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Flag, auto
 
 import sympy as sp
 
-from unmodelled.engine.cascade.hoisting import PLACES, RUN, SAMPLED, SCALAR, SHARED, Changes, Hoisting
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.model import TIME, Event, System, symbol
 
 Named = tuple[tuple[sp.Symbol, sp.Expr], ...]
+
+
+class Changes(Flag):
+    """Dependence of a quantity: on nothing, the operating point, the sample, time."""
+
+    NOTHING = 0
+    POINT = auto()  # the operating point
+    SAMPLE = auto()  # the sample of the uncertain parameters
+    TIME = auto()
+
+
+#: Where a value is kept, by what it changes with: of an operating point, of a sample, of both, and at every
+#: moment for all operating points with the same input.
+SCALAR, SAMPLED, RUN, SHARED = (
+    Changes.POINT,
+    Changes.SAMPLE,
+    Changes.POINT | Changes.SAMPLE,
+    Changes.SAMPLE | Changes.TIME,
+)
+PLACES = (SCALAR, SAMPLED, RUN, SHARED)
+
+
+class Hoisting:
+    """Names for the largest parts of expressions that have a place.
+
+    Args:
+        changes: dependence of every symbol; a symbol that is not in there is computed in the innermost loop.
+
+    Attributes:
+        found: symbols by place and part, in the order in which they were met.
+    """
+
+    def __init__(self, changes: Mapping[sp.Symbol, Changes]) -> None:
+        self.changes = dict(changes)
+        self.found: dict[Changes, dict[sp.Expr, sp.Symbol]] = {place: {} for place in PLACES}
+
+    def __call__(self, e: sp.Expr, places: tuple[Changes, ...] = PLACES) -> sp.Expr:
+        """Return an expression with symbols for its parts that have one of some places.
+
+        Args:
+            e: expression.
+            places: places that are taken.
+        """
+        if e.is_number:
+            return e
+        if self._place(e, places) is not None:
+            return self._named(e, places)
+        if isinstance(e, (sp.Add, sp.Mul)):
+            return self._grouped(e, places)
+        return e.func(*(self(a, places) for a in e.args)) if e.args else e
+
+    def without(self, symbols: Collection[sp.Symbol]) -> Hoisting:
+        """Return the same, going on with the same names, where some symbols have no place.
+
+        Args:
+            symbols: symbols without a place.
+        """
+        inner = Hoisting({s: c for s, c in self.changes.items() if s not in symbols})
+        inner.found = self.found
+        return inner
+
+    def _changes(self, e: sp.Expr) -> Changes | None:
+        """What `e` changes with; none if also with what is computed in the innermost loop."""
+        together = Changes.NOTHING
+        for s in e.free_symbols:
+            if s not in self.changes:
+                return None
+            together |= self.changes[s]
+        return together
+
+    def _place(self, e: sp.Expr, places: tuple[Changes, ...]) -> Changes | None:
+        changes = self._changes(e)
+        return None if changes is None else next((place for place in places if changes in place), None)
+
+    def _named(self, e: sp.Expr, places: tuple[Changes, ...]) -> sp.Expr:
+        place, changes = self._place(e, places), self._changes(e)
+        if place is None or changes is None or (place == SAMPLED and e.is_Symbol):
+            return e  # an uncertain parameter has a row already
+        if e.could_extract_minus_sign():
+            return -self._named(-e, places)  # one value serves both signs
+        names = self.found[place]
+        if e not in names:
+            names[e] = sp.Dummy("part", real=True)
+            self.changes[names[e]] = changes
+        return names[e]
+
+    def _grouped(self, e: sp.Expr, places: tuple[Changes, ...]) -> sp.Expr:
+        """A sum or product whose terms come together by place, those that change most first."""
+        left, parts = list(e.args), []
+        for place in reversed(places):
+            taken = [a for a in left if (changes := self._changes(a)) is not None and changes in place]
+            whole = e.func(*taken)
+            if not whole.is_number and self._place(whole, places) == place:
+                left = [a for a in left if a not in taken]
+                parts.append(self._named(whole, places))
+        return e.func(*parts, *(self(a, places) for a in left))
+
 
 #: What the parts of a place may be computed from.
 _LOWER = {SHARED: (SCALAR, SAMPLED), RUN: (SCALAR, SAMPLED), SAMPLED: (SCALAR,), SCALAR: ()}
@@ -23,18 +122,23 @@ _LOWER = {SHARED: (SCALAR, SAMPLED), RUN: (SCALAR, SAMPLED), SAMPLED: (SCALAR,),
 
 @dataclass(frozen=True)
 class Cascade:
-    """The equations that lead to one event, without efforts, cut by what they change with.
+    """Equations that lead to one event, without efforts, cut by what they change with.
+
+    States that do not lead to the event are in no group.
 
     Attributes:
-        driven: indices of states that the input alone drives. shared: of those that depend on the uncertain
-            parameters too, but not on the operating point. own: of the others. States that do not lead to the
-            event are in none of them.
-        uncertain: symbols of the uncertain parameters. clock: time, inputs and driven states, as far as
-            used.
-        parts: of every place, symbols and their expressions in terms of places that change less (and SHARED:
-            of `clock` and the shared states).
-        driven_rates, shared_rates, rates: time derivatives of driven, shared and own states. event: falls
-            through zero.
+        driven: indices of the states that the input alone drives.
+        shared: indices of the states that depend on the uncertain parameters too, but not on the operating
+            point.
+        own: indices of the other states.
+        uncertain: symbols of the uncertain parameters.
+        clock: symbols of time, inputs and driven states, as far as used.
+        parts: symbols and expressions by place, in terms of places that change less (and SHARED: of `clock`
+            and the shared states).
+        driven_rates: time derivatives of the driven states.
+        shared_rates: time derivatives of the shared states.
+        rates: time derivatives of the own states.
+        event: expression that falls through zero.
     """
 
     driven: tuple[int, ...]
@@ -50,7 +154,13 @@ class Cascade:
 
     @classmethod
     def of(cls, system: System, event: Event, uncertain: Sequence[str]) -> Cascade:
-        """The cascade that leads to `event`; `uncertain` are names of parameters."""
+        """Return the cascade that leads to an event.
+
+        Args:
+            system: system with the event.
+            event: event whose time is wanted.
+            uncertain: names of the uncertain parameters.
+        """
         closed, crossing = equations(system, event)
         follows = dependence(system, closed, crossing, uncertain)
         driven = tuple(k for k, changes in follows.items() if changes == Changes.TIME)
@@ -84,13 +194,24 @@ class Cascade:
 
 
 def common_states(system: System, event: Event, uncertain: Sequence[str]) -> tuple[int, ...]:
-    """Indices of the states that follow the input, whatever the operating point: driven and shared ones."""
+    """Return the indices of the states that follow the input, whatever the operating point.
+
+    Args:
+        system: system with the event.
+        event: event whose time is wanted.
+        uncertain: names of the uncertain parameters.
+    """
     follows = dependence(system, *equations(system, event), uncertain)
     return tuple(k for k, changes in follows.items() if changes in SHARED)
 
 
 def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Expr]:
-    """Time derivatives of the states and the event's expression, every unknown effort zero."""
+    """Return time derivatives of the states and the event's expression, every unknown effort zero.
+
+    Args:
+        system: system with the event.
+        event: event whose time is wanted.
+    """
     none = dict.fromkeys(system.e, sp.S.Zero)
     return tuple(f.xreplace(none) for f in system.closed), sanitised(event.expression)
 
@@ -98,7 +219,17 @@ def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Exp
 def dependence(
     system: System, closed: Sequence[sp.Expr], event: sp.Expr, uncertain: Sequence[str]
 ) -> dict[int, Changes]:
-    """What every state that leads to `event` changes with besides its own start, by the state's index."""
+    """Find what every state that leads to an event changes with besides its own start.
+
+    Args:
+        system: system of the states.
+        closed: time derivatives of all states.
+        event: expression of the event.
+        uncertain: names of the uncertain parameters.
+
+    Returns:
+        Dependence by index of the state.
+    """
     index = {s: k for k, s in enumerate(system.x)}
     needed = {index[s] for s in event.free_symbols & set(system.x)}
     before = None

@@ -12,9 +12,8 @@ from itertools import accumulate
 
 import sympy as sp
 
-from unmodelled.engine.cascade.cascade import Cascade
+from unmodelled.engine.cascade.cascade import RUN, SAMPLED, SCALAR, SHARED, Cascade, Changes
 from unmodelled.engine.cascade.cascade_loops import LANES, Places
-from unmodelled.engine.cascade.hoisting import RUN, SAMPLED, SCALAR, SHARED, Changes
 from unmodelled.engine.cascade.lanes import (
     FRACTIONS,
     cells,
@@ -42,7 +41,12 @@ Names = Mapping[sp.Symbol, str]
 
 @dataclass(frozen=True)
 class CascadeSource:
-    """Writes the functions of `cascade_loops.Generated` for one cascade of `system`."""
+    """Writer of the functions of `cascade_loops.Generated` for one cascade.
+
+    Attributes:
+        system: system of the cascade.
+        cascade: equations that lead to the event.
+    """
 
     system: System
     cascade: Cascade
@@ -62,7 +66,7 @@ class CascadeSource:
         return len(self.cascade.parts[SHARED])
 
     def places(self) -> Places:
-        """Where the loops find what."""
+        """Return the places where the loops find the parts of a block."""
         rows, cascade = self.rows, self.cascade
         return Places(
             sample=rows["sample"],
@@ -80,7 +84,7 @@ class CascadeSource:
         )
 
     def text(self) -> str:
-        """The module."""
+        """Return the text of the module."""
         parts = [self._drive(), self._operating(), self._begin(), self._share(), self._prepare()]
         parts += [self._advance(), self._middle()]
         return "\n\n".join([HEAD, *tables(self.system, "\n".join(parts)), *parts])

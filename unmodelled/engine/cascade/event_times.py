@@ -25,7 +25,7 @@ Indices = NDArray[np.int64]
 #: What the generated code depends on besides the model, seen from the folder of the engine.
 _GENERATOR = (
     *(f"compiled/{name}.py" for name in ("layout", "scalars", "source", "printer")),
-    *(f"cascade/{name}.py" for name in ("hoisting", "cascade", "cascade_source", "cascade_loops", "lanes")),
+    *(f"cascade/{name}.py" for name in ("cascade", "cascade_source", "cascade_loops", "lanes")),
     *("../systems/functions.py", "../systems/tables.py"),
 )
 #: Samples that one thread works on at a time.
@@ -41,9 +41,12 @@ class SameInput:
     """Operating points with the same input, whose driven and shared states start alike.
 
     Attributes:
-        members: (Q,) their indices. clock: what is used of time, inputs and driven states, at every half
-            step, one after the other. shared: starts of the shared states. own: (Q, states) starts of the
-            others. c: (Q, constants).
+        members: indices of the operating points, shape (members,).
+        clock: used ones of time, inputs and driven states at every half step, one moment after the other,
+            shape (moments * quantities,), SI.
+        shared: starts of the shared states, shape (shared states,), SI.
+        own: starts of the other states, shape (members, own states), SI.
+        c: constants of the operating points, shape (members, constants), SI.
     """
 
     members: Indices
@@ -55,16 +58,23 @@ class SameInput:
 
 @dataclass(frozen=True)
 class EventTimes:
-    """Compiled event times of one system at L operating points; call it with samples.
+    """Compiled event times of one system at some operating points; call it with samples.
 
     Method of Runge and Kutta of order four. States that the input alone drives are integrated once per input,
     with steps of at most half of `step` and no longer than the sampling period; see `Cascade`.
 
     Attributes:
-        names: of the n uncertain parameters. nominal: (n,) their values. bounds: (n, 2) those of the system,
-            as multiples of the nominal values. p: values of all parameters.
-        inputs: the operating points by input. duration: (L,) s, of the logs. step: s. steps: of the longest
-            log. threads: at work at once. functions, places: the compiled code.
+        names: names of the uncertain parameters.
+        nominal: values of the uncertain parameters, shape (uncertain,), SI.
+        bounds: bounds of the uncertain parameters, shape (uncertain, 2), as multiples of the nominal values.
+        p: values of all parameters, shape (parameters,), SI.
+        inputs: operating points by input.
+        duration: durations of the logs, shape (points,), s.
+        step: integration step, s.
+        steps: number of steps of the longest log.
+        threads: number of threads at work at once.
+        functions: compiled functions.
+        places: rows of the blocks that they work on.
     """
 
     names: tuple[str, ...]
@@ -96,14 +106,17 @@ class EventTimes:
         """Compile (once; kept on disk) and integrate what no sample changes.
 
         Args:
-            system: whose unknown efforts are taken as zero.
+            system: system, whose unknown efforts are taken as zero.
             event: name of the event: the first time that its expression falls through zero.
-            uncertain: names of n parameters. u: (L, T, inputs) every `period` s, straight lines in between.
-            c: (L, constants). x0: (L, states) at the start of each experiment.
-            step: s, a multiple of `period`; by default a long one whose times differ little from those of
-                steps of one period.
-            threads: as many as there are processors by default.
-            duration: (L,) s, after which a log says nothing; by default that of u.
+            uncertain: names of the uncertain parameters.
+            u: inputs every `period` seconds, straight lines in between, shape (points, samples, inputs), SI.
+            period: sampling period, s.
+            c: constants of the operating points, shape (points, constants), SI.
+            x0: states at the start of each experiment, shape (points, states), SI.
+            step: integration step, s, a multiple of `period`; by default a long one whose times differ little
+                from those of steps of one period.
+            threads: number of threads; as many as there are processors by default.
+            duration: time after which a log says nothing, shape (points,), s; by default the length of u.
 
         Raises:
             BadInput: when the event or a parameter is unknown, a parameter is zero, the step is no multiple
@@ -137,10 +150,13 @@ class EventTimes:
         )
 
     def __call__(self, theta: Array) -> Array:
-        """Times (S, L), s; nan where the event does not happen within the log.
+        """Return the event times of samples.
 
         Args:
-            theta: (S, n) multiples of the nominal values: 1 is nominal.
+            theta: multiples of the nominal values, shape (samples, uncertain): 1 is nominal.
+
+        Returns:
+            Times, shape (samples, points), s; nan where the event does not happen within the log.
 
         Raises:
             ValueError: when theta has another shape.

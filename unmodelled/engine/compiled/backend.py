@@ -23,14 +23,14 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Generated:
-    """A backend of `free_run`: a system with networks, compiled for its structure.
+    """System with networks, compiled for its structure: a backend of `free_run`.
 
     Attributes:
         structure: physics and networks.
         observed: expressions of the system's symbols whose values are wanted, without efforts.
-        weights: weights of the networks, (structure.size,).
-        scale: factors on the inputs of the networks, (inputs of all networks,).
-        gain: magnitudes of the efforts, (networks,), in the units of the efforts.
+        weights: weights of the networks, shape (structure.size,).
+        scale: factors on the inputs of the networks, shape (inputs of all networks,).
+        gain: magnitudes of the efforts, shape (networks,), in the units of the efforts.
     """
 
     structure: Augmented
@@ -41,19 +41,35 @@ class Generated:
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Generated:
-        """Return the known physics of `system`, the laws of its ports included, without networks."""
+        """Return the known physics of a system, the laws of its ports included, without networks.
+
+        Args:
+            system: system whose dynamics are integrated.
+            observed: expressions of the system's symbols whose values are wanted.
+        """
         laws = {symbol(port.effort): port.law or sp.S.Zero for port in system.ports}
         seen = tuple(expression.xreplace(laws) for expression in observed)
         return cls(Augmented(system), seen, np.empty(0), np.empty(0), np.empty(0))
 
     @property
     def sizes(self) -> Sizes:
-        """How many states, inputs, parameters and constants the system has."""
+        """Numbers of states, inputs, parameters and constants of the system."""
         system = self.structure.system
         return Sizes(*(len(group) for group in (system.x, system.u, system.p, system.c)))
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
-        """Simulate checked windows; see `free_run`. Windows of one length are simulated together."""
+        """Simulate checked windows; see `free_run`. Windows of one length are simulated together.
+
+        Args:
+            windows: first samples, lengths and inputs of the free runs.
+            p: parameters, shape (experiments, sets, parameters), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
+            x0: states at the first samples, shape (windows, sets, states), SI.
+            how: method, step and course of the inputs between samples.
+
+        Returns:
+            Observed values, shape (windows, sets, most steps + 1, observed).
+        """
         sets, longest = x0.shape[1], int(windows.steps.max(initial=0))
         y = np.full((len(windows.start), sets, longest + 1, len(self.observed)), np.nan)
         same = bool((p == p[:1]).all())
@@ -76,14 +92,15 @@ class Generated:
         Args:
             windows: checked windows, of `steps` samples each.
             b: number of the set, which says what table of inputs is read.
-            p: parameters, (parameters,), SI.
-            c: constants of the operating points, (experiments, constants), SI.
-            x0: states at the first samples, (windows, states), SI.
+            p: parameters, shape (parameters,), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
+            x0: states at the first samples, shape (windows, states), SI.
             steps: number of samples that follow the first one.
             how: method, step and course of the inputs between samples.
 
         Returns:
-            States (windows, steps + 1, states) and efforts of the networks (windows, steps, networks), SI.
+            States, shape (windows, steps + 1, states), and efforts of the networks, shape (windows, steps,
+            networks), SI.
         """
         compiled = kernel(self.structure)
         owner = np.zeros(len(windows.t), np.int64)  # of a sample; the loops ask for those of first samples

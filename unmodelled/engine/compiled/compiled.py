@@ -36,10 +36,12 @@ _GENERATOR = (
 
 @dataclass(frozen=True)
 class Kernel:
-    """The compiled model: arguments of the functions in `loops` and `training`.
+    """Compiled model: arguments of the functions in `loops` and `training`.
 
     Attributes:
-        evaluate, pull: compiled functions of a block and the parameters. layout: of the block.
+        evaluate: compiled function that computes derivatives and efforts of a block of samples.
+        pull: compiled function that propagates gradients through the block.
+        layout: rows of the block.
     """
 
     evaluate: Any
@@ -48,9 +50,10 @@ class Kernel:
 
 
 def cache_folders() -> Iterator[Path]:
-    """Where kernels can be kept: HYBRID_DYNAMICS_CACHE, or the user's cache folder, then a temporary one.
+    """Yield the folders where kernels can be kept, the best one first.
 
-    Kernels are imported, so that a folder to which others may write is not taken.
+    They are HYBRID_DYNAMICS_CACHE, or the user's cache folder, then a temporary one. Kernels are imported, so
+    that a folder to which others may write is not taken.
     """
     chosen = os.environ.get("HYBRID_DYNAMICS_CACHE")
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "unmodelled"
@@ -70,9 +73,13 @@ def cache_folders() -> Iterator[Path]:
 
 
 def generated(name: str, write: Callable[[], str]) -> ModuleType:
-    """The module `name` of a cache folder; `write` gives its text where it is not there yet.
+    """Return a generated module, from the cache folder where it is kept.
 
     Where nothing can be written, as on a full disk, the module is not kept.
+
+    Args:
+        name: name of the module; it says what is generated.
+        write: function that returns the text of the module, called where it is not kept yet.
     """
     for folder in cache_folders():
         path = folder / f"{name}.py"
@@ -88,7 +95,13 @@ def generated(name: str, write: Callable[[], str]) -> ModuleType:
 
 
 def digest(files: Iterable[str], system: System, parts: Iterable[str]) -> str:
-    """A name for what `files` of the generator make of the structure of `system` and of `parts`."""
+    """Return a name for generated code, which changes with all that decides the code.
+
+    Args:
+        files: files of the generator, as paths from the folder of the engine.
+        system: system whose structure counts.
+        parts: further texts that decide the code.
+    """
     names = [[s.name for s in group] for group in (system.x, system.u, system.p, system.c, system.e)]
     tables = [(t.x, t.y, t.kind) for t in system.tables]
     known = [*(sp.srepr(e) for e in system.closed), repr((names, tables, system.port_names))]
@@ -104,9 +117,12 @@ def _digest(model: Augmented) -> str:
 
 @lru_cache(maxsize=256)
 def kernel(model: Augmented) -> Kernel:
-    """The compiled functions of `model`, generated and compiled once for every structure.
+    """Return the compiled functions of a model, generated and compiled once for every structure.
 
     Parameter values and weights are arguments of the loops, so that one kernel serves a whole stack.
+
+    Args:
+        model: physics, networks and trained parameters.
     """
     module = generated(f"kernel_{_digest(model)}", lambda: source(model))
     return Kernel(module.evaluate, module.pull, layout(model))

@@ -9,7 +9,11 @@ from sympy.printing.pycode import PythonCodePrinter
 
 
 class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
-    """Prints with the names of `template.py`'s functions, and half-integer powers as square roots."""
+    """Printer with the names of the functions in `scalars`, and half-integer powers as square roots.
+
+    Args:
+        names: names of the symbols in the code.
+    """
 
     def __init__(self, names: Mapping[sp.Symbol, str]) -> None:
         super().__init__({"fully_qualified_modules": True, "allow_unknown_functions": True})
@@ -61,11 +65,11 @@ class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
 def assignments(
     expressions: Sequence[sp.Expr], names: Mapping[sp.Symbol, str], fixed: set[sp.Symbol]
 ) -> tuple[list[str], list[str], list[str]]:
-    """Common sub-expressions and results.
+    """Return assignments of common sub-expressions, and the results in terms of them.
 
     Args:
-        expressions: to be computed.
-        names: of the symbols in the code.
+        expressions: expressions to be computed.
+        names: names of the symbols in the code.
         fixed: symbols that are the same in every lane.
 
     Returns:

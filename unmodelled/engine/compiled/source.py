@@ -21,14 +21,25 @@ from unmodelled.systems.model import TIME, System
 
 @dataclass(frozen=True)
 class Rows:
-    """Addresses of the rows of a block: name -> first row."""
+    """Addresses of the rows of a block.
+
+    Attributes:
+        first: first row by name of the part.
+        count: number of rows.
+    """
 
     first: Mapping[str, int]
     count: int
 
     @classmethod
     def of(cls, model: Augmented) -> Rows:
-        """Rows for state x, input u, efforts e, constants c, time t, network inputs q, and their adjoints."""
+        """Return the rows of a block and of their adjoints.
+
+        They hold state x, input u, efforts e, constants c, time t, and inputs q of the networks.
+
+        Args:
+            model: physics and networks.
+        """
         system, nq = model.system, len(model.inputs)
         n, ports = len(system.states), len(system.ports)
         sizes = {"x": n, "u": len(system.inputs), "c": len(system.operating_point), "t": 1, "q": nq}
@@ -44,16 +55,30 @@ class Rows:
         return cls(first, row)
 
     def at(self, name: str, k: int = 0) -> str:
-        """The number of row `k` of `name` in lane i, as code."""
+        """Return the code of a row's number in lane i.
+
+        Args:
+            name: name of the part of the block.
+            k: number of the row in it.
+        """
         return f"w[{(self.first[name] + k) * LANES} + i]"
 
     def value(self, name: str, k: int) -> str:
-        """Number `k` of what lies one after the other, the same for all lanes, as code."""
+        """Return the code of a number that is the same for all lanes.
+
+        Args:
+            name: name of a part of the block whose numbers lie one after the other.
+            k: number of the value in it.
+        """
         return f"w[{self.first[name] * LANES + k}]"
 
 
 def layout(model: Augmented) -> Layout:
-    """Where the loops find what in a block of `model`."""
+    """Return the places where the loops find the parts of a block.
+
+    Args:
+        model: physics and networks.
+    """
     rows, system = Rows.of(model), model.system
     sizes = {
         "rows": rows.count,
@@ -68,10 +93,13 @@ def layout(model: Augmented) -> Layout:
 
 
 def source(model: Augmented) -> str:
-    """Two functions of the flat block `w` and the parameters `p`, and what they call.
+    """Return the text of two functions of the flat block `w` and the parameters `p`, and what they call.
 
     `evaluate`: dx and z at the state and inputs. `pull`: gx from lam at a state whose z is known,
     while gp and gw grow; gz enters with what the loss itself says of the networks' efforts.
+
+    Args:
+        model: physics and networks.
     """
     rows = Rows.of(model)
     system = model.system
@@ -240,7 +268,12 @@ def _backward(network: Network, rows: Rows, k: int, q: int, weight: int) -> list
 
 
 def tables(system: System, code: str) -> list[str]:
-    """The tables that `code` looks up, one function per table and order of derivative."""
+    """Return the text of functions that look up the tables of a system.
+
+    Args:
+        system: system with the tables.
+        code: text of the functions that call them; only tables that occur in it are written.
+    """
     parts = []
     for k, table in enumerate(system.tables):
         for order in range(4):

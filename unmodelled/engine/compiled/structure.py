@@ -12,13 +12,13 @@ from unmodelled.systems.model import System, symbol
 
 @dataclass(frozen=True)
 class Network:
-    """A one-hidden-layer ReLU network that supplies (part of) the effort of a port, eq. 4.4.
+    """One-hidden-layer ReLU network that supplies (part of) the effort of a port, eq. 4.4.
 
     Attributes:
         port: name of the port.
-        inputs: q = g(x, u; p), eq. 4.3, free of efforts.
+        inputs: expressions q = g(x, u; p), eq. 4.3, free of efforts.
         hidden: number of hidden units.
-        label: what the report calls its effort, "F" or "F_c".
+        label: name of its effort in the report, "F" or "F_c".
     """
 
     port: str
@@ -53,7 +53,7 @@ class Augmented:
 
     @cached_property
     def index(self) -> tuple[int, ...]:
-        """Where the trained parameters stand among all parameters."""
+        """Indices of the trained parameters among all parameters."""
         names = [p.name for p in self.system.parameters]
         return tuple(names.index(name) for name in self.trainable)
 

@@ -56,9 +56,13 @@ HIGHEST_PRODUCT = 8
 
 
 class Node(NamedTuple):
-    """An instruction, the nodes that it reads and the table that it looks up.
+    """Instruction, the nodes that it reads and the table that it looks up.
 
-    `op` is None for what registers hold from the start.
+    Attributes:
+        op: operation; None for what registers hold from the start.
+        sources: nodes that it reads.
+        level: frequency of change: LANE, DRIVEN or STATE.
+        table: number of the table.
     """
 
     op: Op | None
@@ -72,11 +76,12 @@ class Graph:
 
     Args:
         given: level of every symbol that has a register.
-        laws: what other symbols stand for.
+        laws: expressions that other symbols stand for.
 
     Attributes:
-        nodes: sources before what reads them.
-        symbols, constants: nodes of given symbols and of numbers.
+        nodes: all nodes, sources before what reads them.
+        symbols: nodes of the given symbols.
+        constants: nodes of numbers.
         curves: tables that are looked up, with the order of the derivative, in the order of their numbers.
     """
 
@@ -102,7 +107,11 @@ class Graph:
         return self._done[e]
 
     def constant(self, value: float) -> int:
-        """The node of a number."""
+        """Return the node of a number.
+
+        Args:
+            value: the number.
+        """
         if value not in self.constants:
             self.constants[value] = self._append(Node(None, (), LANE))
         return self.constants[value]
@@ -215,8 +224,9 @@ class Segment:
     """Nodes of a graph that are computed together.
 
     Attributes:
-        roots: those that others read. nodes: all of them, sources first.
-        border: what they read, and what was asked for, of lower levels.
+        roots: nodes that other segments read.
+        nodes: all nodes, sources first.
+        border: nodes of lower levels that they read or that were asked for.
     """
 
     roots: tuple[int, ...]
@@ -225,7 +235,13 @@ class Segment:
 
     @classmethod
     def of(cls, graph: Graph, wanted: Iterable[int], level: int) -> Segment:
-        """What has to be computed of `level` to know the nodes `wanted`."""
+        """Return the nodes of one level that must be computed to know some nodes.
+
+        Args:
+            graph: graph of all expressions.
+            wanted: nodes that are asked for.
+            level: level that is computed, and those above.
+        """
         ends = tuple(dict.fromkeys(wanted))
         nodes: dict[int, None] = {}
         border: dict[int, None] = {}
@@ -244,10 +260,12 @@ class Segment:
     def instructions(
         self, graph: Graph, fixed: Mapping[int, int], free: int
     ) -> tuple[list[Instruction], int]:
-        """The instructions, and the row after the last one that they use.
+        """Return the instructions, and the row after the last one that they use.
 
         Args:
-            graph: of the nodes. fixed: rows of border and roots. free: first row for what lies between.
+            graph: graph with the nodes.
+            fixed: rows of border and roots.
+            free: first row for intermediate results.
         """
         fused = self._fused(graph)
         readers = Counter(s for node in fused.values() for s in node.sources)

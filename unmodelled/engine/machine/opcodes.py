@@ -9,7 +9,7 @@ LANES = 256
 
 
 class Op(IntEnum):
-    """What an instruction writes to its destination, lane by lane, from the registers a, b and c."""
+    """Result that an instruction writes to its destination, lane by lane, from the registers a, b and c."""
 
     ADD = 0  # a + b
     SUB = 1  # a - b

@@ -27,11 +27,20 @@ Indices = NDArray[np.int64]
 
 
 class Places(NamedTuple):
-    """First rows of inputs, time, parameters, constants of the operating point and numbers, and how many rows
-    there are; first instructions of the parts of a program.
+    """Rows of registers and numbers of instructions at which the parts of a program begin.
 
-    prologue: what stays the same in a lane. driven: what changes with time and inputs. observed, rates: what
-    changes with the states.
+    Attributes:
+        u: first row of the inputs; the states come before.
+        t: row of the time.
+        p: first row of the parameters.
+        c: first row of the constants of the operating point.
+        numbers: first row of numbers.
+        rows: number of rows.
+        prologue: first instruction of what stays the same in a lane.
+        driven: first instruction of what changes with time and inputs.
+        observed: first instruction of the observed values that change with the states.
+        rates: first instruction of the time derivatives.
+        end: number of instructions.
     """
 
     u: int
@@ -48,8 +57,13 @@ class Places(NamedTuple):
 
 
 class Curves(NamedTuple):
-    """Tables one after the other: knots (N,), coefficients (N, 4), first and last knot and values beyond them
-    of every table (tables, 2).
+    """Tables one after the other.
+
+    Attributes:
+        knots: abscissae of all tables, shape (knots,).
+        pieces: coefficients of the cubic after every knot, shape (knots, 4).
+        spans: first and last knot of every table, shape (tables, 2).
+        ends: values of every table beyond its first and last knot, shape (tables, 2).
     """
 
     knots: Array
@@ -63,10 +77,11 @@ class Program(NamedTuple):
 
     Attributes:
         at: rows and instructions at which the parts of the program begin.
-        code: instructions, (instructions, 6).
-        numbers: constants of the expressions, (numbers,).
+        code: instructions, shape (instructions, 6).
+        numbers: constants of the expressions, shape (numbers,).
         curves: tables that are looked up.
-        rates, shown: rows of the states' time derivatives and of the observed values.
+        rates: rows of the states' time derivatives, shape (states,).
+        shown: rows of the observed values, shape (observed,).
     """
 
     at: Places
@@ -91,19 +106,29 @@ class Program(NamedTuple):
 
     @property
     def parameters(self) -> Indices:
-        """Numbers of the parameters that count: those that an instruction reads, or that are a result."""
+        """Indices of the parameters that are read or that are a result, shape (such parameters,)."""
         rows = np.concatenate([self.code[:, 2:5].ravel().astype(np.int64), self.rates, self.shown])
         found = np.unique(rows[(rows >= self.at.p) & (rows < self.at.c)])
         return np.asarray(found - self.at.p)
 
     @property
     def sizes(self) -> Sizes:
-        """How many states, inputs, parameters and constants the equations have."""
+        """Numbers of states, inputs, parameters and constants of the equations."""
         at = self.at
         return Sizes(at.u, at.t - at.u, at.c - at.p, at.numbers - at.c)
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
         """Simulate checked windows; see `free_run`.
+
+        Args:
+            windows: first samples, lengths and inputs of the free runs.
+            p: parameters, shape (experiments, sets, parameters), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
+            x0: states at the first samples, shape (windows, sets, states), SI.
+            how: method, step and course of the inputs between samples.
+
+        Returns:
+            Observed values, shape (windows, sets, most steps + 1, observed).
 
         Raises:
             ValueError: when the method is not the Runge-Kutta method of order four.
@@ -116,11 +141,28 @@ class Program(NamedTuple):
         return y
 
     def evaluate(self, t: Array, x: Array, u: Array, p: Array, c: Array) -> Array:
-        """Return the observed values (..., observed) at given states, without integration.
+        """Return the observed values at given states, without integration.
 
         Args:
-            t: time, (...), s; its axes broadcast with the leading axes of the others.
-            x, u, p, c: states, inputs, parameters and constants, (..., number of them), SI.
+            t: time, scalar or shape (...), s; its axes broadcast with the leading axes of the others.
+            x: states, shape (..., states), SI.
+            u: inputs, shape (..., inputs), SI.
+            p: parameters, shape (..., parameters), SI.
+            c: constants of the operating points, shape (..., constants), SI.
+
+        Returns:
+            Observed values, shape (..., observed), SI.
+
+        Examples:
+            >>> import numpy as np
+            >>> from pathlib import Path
+            >>> from unmodelled.systems.reader import read_system
+            >>> system = read_system(Path("systems/pendulum.yaml"))
+            >>> program = Program.of(system, system.dynamics)
+            >>> x, u, c = np.array([0.0, 2.0]), np.zeros(1), np.empty(0)
+            >>> rates = program.evaluate(np.zeros(1), x, u, np.array(system.values), c)
+            >>> rates.shape, rates[0, 0].item()
+            ((1, 2), 2.0)
         """
         parts = [np.asarray(t, np.float64)[..., None], *(np.asarray(a, np.float64) for a in (x, u, p, c))]
         shape = np.broadcast_shapes(*(a.shape[:-1] for a in parts))
@@ -133,11 +175,17 @@ class Program(NamedTuple):
 
 @dataclass(frozen=True)
 class Equations:
-    """x' = rates(t, x, u; p, c) and what is observed of it, in SymPy's terms.
+    """Equations x' = rates(t, x, u; p, c), and what is observed of them, in SymPy's terms.
 
     Attributes:
-        states, inputs, parameters, constants: symbols. rates: one per state. observed: any number.
-        laws: what other symbols in them stand for. tables: that they look up.
+        states: symbols of the states.
+        inputs: symbols of the inputs.
+        parameters: symbols of the parameters.
+        constants: symbols of the constants of the operating point.
+        rates: time derivatives of the states.
+        observed: expressions whose values are wanted, any number.
+        laws: expressions that other symbols in them stand for.
+        tables: tables that they look up.
     """
 
     states: Sequence[sp.Symbol]
@@ -151,13 +199,21 @@ class Equations:
 
     @classmethod
     def of(cls, system: System, observed: Sequence[sp.Expr]) -> Equations:
-        """Those of a system, with the known laws of its ports and no other efforts."""
+        """Return the equations of a system, with the known laws of its ports and no other efforts.
+
+        Args:
+            system: system whose dynamics are integrated.
+            observed: expressions of the system's symbols whose values are wanted.
+        """
         laws = {symbol(port.effort): port.law or sp.S.Zero for port in system.ports}
         return cls(system.x, system.u, system.p, system.c, system.dynamics, observed, laws, system.tables)
 
 
 def assembled(equations: Equations) -> Program:
-    """The program of some equations.
+    """Return the program of some equations.
+
+    Args:
+        equations: states, rates and observed values.
 
     Raises:
         ValueError: when they have a symbol or a function that the machine does not know.

@@ -1,4 +1,4 @@
-"""What else could have explained the gap."""
+"""Draw the models that could explain the gap, by their evidence."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ WRAP = 60
 
 @styled
 def candidates(data: Path) -> Figure:
-    """The models that were fitted, by how much the data speak against each beside the best one.
+    """All fitted models, by the evidence of the data against each model compared with the best model.
 
-    The difference of the logarithms of the likelihood, complexity counted in: with one of 3 the data speak
-    twenty to one for the best model, with one of 10 twenty thousand to one. Green is the model that is named:
-    the one with the fewest effects that explains the gap. The axis is linear up to 10 and logarithmic beyond.
-    The gap on the experiments that the models were fitted to stands at the right.
+    The evidence is a difference of log-likelihoods, complexity penalty included. A difference of 3 means odds
+    of twenty to one for the best model, a difference of 10 odds of twenty thousand to one. Green is the named
+    model: the model with the fewest effects that explains the gap. The axis is linear up to 10, logarithmic
+    beyond. The numbers at the right are gaps on the experiments that the models were fitted to.
     """
     rows = table(data, "candidates").head(MOST)
     labels = [fill(label, WRAP) for label in rows["label"]]

@@ -1,4 +1,4 @@
-"""The gap of every experiment."""
+"""Draw the gap of every experiment."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ MOST = 40
 
 @styled
 def gaps_of_experiments(data: Path) -> Figure:
-    """The gap of every experiment, as given, with refitted parameters and with the effects found.
+    """Gap of every experiment: system file as given, refitted parameters, and diagnosed effects.
 
-    The experiments with the largest gap come first; those with a star took no part in fitting or choosing.
-    A green mark at the grey one has come down to the noise of the sensors; one that stays behind the others
-    hides something of its own.
+    Experiments are sorted by their gap, the largest first. A star marks held-out experiments. A green mark at
+    the grey mark means that the gap equals the noise floor. If the green mark of one experiment stays far
+    above those of the others, look for an effect or a fault that only this experiment has.
     """
     return _drawn(data, ["known", "reidentified", *(["augmented"] if about(data)["effects"] else [])])
 
 
 @styled
 def gaps_as_given(data: Path) -> Figure:
-    """The gap of every experiment, as given.
+    """Gap of every experiment, with the system file as given.
 
-    The experiments with the largest gap come first; the grey mark is what the noise of the sensors leaves.
+    Experiments are sorted by their gap, the largest first. The grey mark is the noise floor, the gap that
+    sensor noise alone causes.
     """
     return _drawn(data, ["known"])
 

@@ -1,4 +1,4 @@
-"""What the models lack at a channel, window by window."""
+"""Draw the effort that the models lack at a channel, window by window."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ INDIGO = "#332288"  # of Tol's palette, beside that of Okabe and Ito
 
 @styled
 def lacking(data: Path) -> Figure:
-    """What the physics without effects lacks, where the gap comes from.
+    """Missing effort of the known physics, at the channels where the gap enters.
 
-    Estimated in short windows of all experiments without differentiating anything, with the parameters of
-    the augmented model; a positive effort takes power out of the system. Left, on the states that were
-    visited, the mean of each cell. Right, over the coordinate that matters most: grey dots are windows,
-    dark ones their median, bars hold the inner half. The black line is the law that was found; it was
-    fitted to free runs, not to these dots. Yellow is where disproportionally much is lacking.
+    The effort is estimated in short windows of all experiments, without differentiation, with the parameters
+    of the augmented model. A positive effort takes power out of the system. Left: mean over each cell of the
+    visited states. Right: over the coordinate with the largest influence; grey dots are windows, dark dots
+    their medians, bars hold the middle half of the windows. The black line is the diagnosed law. It was
+    fitted to free runs, not to these dots. Yellow marks regions with more than their share of the gap.
     """
     return _residual(data, "lacking")
 
 
 @styled
 def left_over(data: Path) -> Figure:
-    """What the model with the effects found still lacks, at the same place and in the same colours.
+    """Missing effort of the augmented model, at the same channels and with the same colours.
 
-    As in the figure before. A white map and a flat side view say that the effects explain all there is; a
-    shape that remains is the shape of what is not in the library.
+    A white map and a flat side view mean that the diagnosed effects explain the whole effort. If a shape
+    remains, it shows an effect that the library of laws does not contain.
     """
     return _residual(data, "left")
 

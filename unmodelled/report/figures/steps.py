@@ -1,4 +1,4 @@
-"""How far the gap falls, model by model."""
+"""Draw how far the gap falls, model by model."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ LOOK = {"known": "known", "reidentified": "reidentified", "effect": "augmented"}
 
 @styled
 def gap_steps(data: Path) -> Figure:
-    """The gap on experiments that took no part, from the system as it was given down to the noise.
+    """Gap on held-out experiments: system file as given, refitted parameters, effects, and noise floor.
 
-    First the uncertain parameters are identified anew, then each effect is added and everything refitted.
-    Behind the number stands what the squared gap above the noise falls by. The axis is logarithmic. Where
-    the purple line is well left of the last bar, a flexible model could still explain something; the grey
-    one is what noise leaves.
+    First the uncertain parameters are refitted, then each effect is added and all parameters are refitted.
+    The percentage is the change of the squared gap above the noise floor. The axis is logarithmic. If the
+    purple line (a network in every port) is well left of the last bar, a flexible model could still explain a
+    part of the gap. The grey line is the noise floor, the gap that sensor noise alone causes.
     """
     steps = table(data, "steps")
     bars = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""Free runs before and after, on the held-out experiment that the given model follows worst."""
+"""Draw free runs before and after a diagnosis, on the held-out experiment with the largest gap."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ STRETCH = 4
 
 @styled
 def before_and_after(data: Path) -> Figure:
-    """The held-out experiment that the system as given follows worst, before and after.
+    """Held-out experiment with the largest gap, before and after the diagnosis.
 
-    After means with the effects found, or with refitted parameters where none was found. Left, some
-    windows around its largest error: a free run starts at the measured state and sees the inputs only,
-    a new one every horizon, hence the jumps. Right, the errors over the whole experiment; the grey band
-    is two standard deviations of the sensor's noise.
+    "After" is the model with the diagnosed effects, or with refitted parameters if no effect was found. Left:
+    windows around the largest error. Every free run starts at a measured state and uses only the inputs; a
+    new free run starts after every horizon, which causes the jumps. Right: errors over the whole experiment.
+    The grey band is two standard deviations of the sensor noise.
     """
     return _drawn(data, "augmented" if about(data)["effects"] else "reidentified")
 

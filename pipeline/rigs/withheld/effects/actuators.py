@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import ActuatorEffect, Array
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array
 
 
 @dataclass

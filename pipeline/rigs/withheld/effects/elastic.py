@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Array, Port, PortEffect
+from pipeline.rigs.withheld.effects.effect import Array, Port, PortEffect
 
 
 @dataclass

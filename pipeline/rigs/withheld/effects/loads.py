@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Array, Effect, Port, PortEffect
+from pipeline.rigs.withheld.effects.effect import Array, Effect, Port, PortEffect
 
 
 @dataclass

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.rigs.withheld.effect import Array, Port, PortEffect
+from pipeline.rigs.withheld.effects.effect import Array, Port, PortEffect
 
 
 @dataclass

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pipeline.rigs.withheld.effect import Array, SensorEffect
+from pipeline.rigs.withheld.effects.effect import Array, SensorEffect
 
 
 @dataclass

@@ -20,12 +20,24 @@ _CLOSE = 1e-9
 
 
 def parameter_channels(system: System) -> dict[str, frozenset[str]]:
-    """Channel parameter:<name> -> names of the ports and actuator:<input> where the parameter acts.
+    """Find where every parameter of a system acts, in the words for places where effects act.
 
     A parameter whose influence on the states' rates has no input in it acts at those ports whose effort has
     the same influence but for a factor, as a damping does. One whose influence has an input in it, and is
     zero at rest without that input, acts at this input, as the constant of a motor does. All others act
     nowhere in particular: masses, for instance.
+
+    Args:
+        system: system whose parameters are placed.
+
+    Returns:
+        Names of ports and actuator:<input> by parameter:<name>.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> parameter_channels(read_system(Path("systems/pendulum.yaml")))["parameter:b"]
+        frozenset({'joint'})
     """
     return {f"parameter:{p.name}": frozenset(_channels(system, symbol(p.name))) for p in system.parameters}
 

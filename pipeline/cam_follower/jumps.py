@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from pipeline.cam_follower.labels import full_revolutions
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from pipeline.chapters.labels import full_revolutions
 from unmodelled.base.errors import BadInput
 from unmodelled.evaluation.splits import Fold, Indices
 from unmodelled.logs.trajectory import Campaign

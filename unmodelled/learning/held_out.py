@@ -1,10 +1,9 @@
-"""Free run of the experiments that a hybrid model of a system has not seen, and the efforts that it
-learned.
-"""
+"""Free runs of hybrid models along held-out experiments, and the efforts that their networks learned."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,61 +12,66 @@ from numpy.typing import NDArray
 
 from unmodelled.base.progress import track
 from unmodelled.engine.free_run import Integration
-from unmodelled.evaluation.splits import Fold
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 #: A simulated state this many times larger than any measured one counts as diverged, and is held there.
 LARGEST = 10.0
-#: Points of a surface along each input.
+#: Number of points of a surface along each input.
 GRID = 41
 
 
-@dataclass(frozen=True)
-class FreeRuns:
-    """Results of a stack of models.
+class FreeRuns(NamedTuple):
+    """Free runs of a stack of models.
 
     Attributes:
-        errors: fold, repeat, id, state, rmse (unit of the state), diverged: a row per measured state.
-        examples: fold, id, t (s), and <state>_measured and <state> of the first repeat.
-        efforts: id, t, one column per network: mean over the models that were trained on the experiment.
+        errors: columns fold, repeat, id, state, rmse (unit of the state), diverged; one row per measured
+            state.
+        examples: columns fold, id, t (s), and <state>_measured and <state> of the first repeat.
     """
 
     errors: pd.DataFrame
     examples: pd.DataFrame
-    efforts: pd.DataFrame
 
 
-def free_runs(model: Nnap, logs: Logs, folds: list[Fold], repeats: int, how: Integration) -> FreeRuns:
-    """Simulate every fold's test experiments, whole, from their own measured initial state.
+def free_runs(
+    model: Nnap, logs: Logs, tests: Mapping[str, Indices], repeats: int, how: Integration
+) -> FreeRuns:
+    """Simulate the test experiments of every fold, whole, from their first measured state.
 
     Args:
-        model: stack of len(folds) * repeats models, folds slowest.
+        model: stack of len(tests) * repeats models, the repeats of the first fold first.
+        logs: measured experiments.
+        tests: numbers of the test experiments by the name of the fold, each (experiments,).
+        repeats: number of models per fold.
+        how: integration of the free runs.
+
+    Returns:
+        Errors of all free runs, and the trajectories of the first repeat.
     """
     data = Measured.of(logs)
     limit = LARGEST * np.abs(logs.x).max(axis=0)
     shown = [j for j, measured in enumerate(logs.measured) if measured]
     errors, examples = [], []
-    stack = [(fold, r) for fold in folds for r in range(repeats)]
+    stack = [(fold, r) for fold in tests for r in range(repeats)]
     for member, (fold, repeat) in enumerate(track(stack, len(stack), "simulating")):
-        for run in fold.test.tolist():
+        for run in tests[fold].tolist():
             rows = logs.rows(run)
             X, diverged = _free_run(model, member, data, rows, limit, how)
             for j in shown:
                 rmse = float(np.sqrt(np.mean((X[:, j] - logs.x[rows, j]) ** 2)))
-                errors.append((fold.name, repeat, logs.ids[run], logs.states[j], rmse, diverged))
+                errors.append((fold, repeat, logs.ids[run], logs.states[j], rmse, diverged))
             if repeat == 0:
                 columns = {f"{logs.states[j]}_measured": logs.x[rows, j] for j in shown}
                 columns |= {logs.states[j]: X[:, j] for j in shown}
-                head = {"fold": fold.name, "id": logs.ids[run], "t": logs.t[rows]}
+                head = {"fold": fold, "id": logs.ids[run], "t": logs.t[rows]}
                 examples.append(pd.DataFrame({**head, **columns}))
     table = pd.DataFrame(errors, columns=["fold", "repeat", "id", "state", "rmse", "diverged"])
-    return FreeRuns(
-        table, pd.concat(examples, ignore_index=True), learned_efforts(model, logs, folds, repeats)
-    )
+    return FreeRuns(table, pd.concat(examples, ignore_index=True))
 
 
 def _free_run(
@@ -83,13 +87,14 @@ def _free_run(
 
 @torch.no_grad()
 def surfaces(models: dict[str, Nnap], logs: Logs) -> pd.DataFrame:
-    """Networks with two inputs on a grid over the range of the data, by the first model of each stack.
+    """Evaluate networks with two inputs on a grid over the range of the data, by the first model of a stack.
 
     Args:
-        models: stage ("initial", "converged") -> stack.
+        models: stacks by the stage of their training, such as initial and converged.
+        logs: measured experiments.
 
     Returns:
-        Columns stage, network, q0, q1 (the inputs) and effort.
+        Columns stage, network, q0, q1 (the inputs) and effort, in SI units; GRID * GRID rows per network.
     """
     parts = []
     for stage, model in models.items():
@@ -120,11 +125,22 @@ def _network_inputs(model: Nnap, logs: Logs) -> torch.Tensor:
 
 
 @torch.no_grad()
-def learned_efforts(model: Nnap, logs: Logs, folds: list[Fold], repeats: int) -> pd.DataFrame:
-    """Effort of every network at the measured states; a model speaks only of its own training experiments."""
+def learned_efforts(model: Nnap, logs: Logs, trained: Mapping[str, Indices], repeats: int) -> pd.DataFrame:
+    """Evaluate the networks' efforts at the measured states of the experiments that they were trained on.
+
+    Args:
+        model: stack of len(trained) * repeats models, the repeats of the first fold first.
+        logs: measured experiments.
+        trained: numbers of the training experiments by the name of the fold, each (experiments,).
+        repeats: number of models per fold.
+
+    Returns:
+        Columns id, t (s), and one per network in the unit of its effort: the mean over the models that were
+        trained on the experiment.
+    """
     names = [network.label or network.port for network in model.structure.networks]
     z = model.efforts_of(_network_inputs(model, logs)).numpy()
-    seen = np.stack([np.isin(logs.owner, fold.train) for fold in folds for _ in range(repeats)])
+    seen = np.stack([np.isin(logs.owner, rows) for rows in trained.values() for _ in range(repeats)])
     count = seen.sum(axis=0)
     mean = np.where(seen[..., None], z, 0.0).sum(axis=0) / np.maximum(count, 1)[:, None]
     table = pd.DataFrame({"id": np.array(logs.ids)[logs.owner], "t": logs.t})
