@@ -16,13 +16,11 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
 from pipeline.recordings.emps import EmpsRecording
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.withheld.campaign import WithheldCampaign
 from tests.diagnosis.benches import Bench, pendulum
+from tests.diagnosis.test_log_faults import WRONG, Spoil, spoilt
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
@@ -156,33 +154,14 @@ def deciding(folder: Path, emps: Path | None) -> None:
 
 
 def of_faults(folder: Path, _: Path | None) -> None:
-    file = Path("systems/pendulum.yaml")
     PendulumCampaign(runs=6, duration=2.0).write(folder / "right", 0)
-    spoilt: dict[str, Callable[[pd.DataFrame, int], pd.DataFrame]] = {
-        "right": lambda log, k: log,
-        "degrees": lambda log, k: log.assign(theta=log["theta"] * 180.0 / np.pi),
-        "sign": lambda log, k: log.assign(torque=-log["torque"]),
-        "offset of one": lambda log, k: log.assign(theta=log["theta"] + 0.5 * (k == 2)),
-        "no input": lambda log, k: log.assign(torque=np.random.default_rng(k).standard_normal(len(log))),
-        "time doubled": lambda log, k: log.assign(t=2.0 * log["t"]),
-    }
-    table = pd.read_csv(folder / "right" / "experiments.csv")
+    PendulumCampaign(runs=6, duration=2.0, coulomb=0.0, inertia=0.03).write(folder / "heavy", 0)
+    spoilt_logs = {name: ("right", spoil) for name, (spoil, *_) in WRONG.items()}
+    unchanged: Spoil = lambda log, name: log  # noqa: E731
+    known = {"right": ("right", unchanged), "wrong inertia": ("heavy", unchanged), **spoilt_logs}
     cases = {}
-    for name, spoil in spoilt.items():
-        (folder / name).mkdir(exist_ok=True)
-        table.to_csv(folder / name / "experiments.csv", index=False)
-        for k, one in enumerate(table["file"]):
-            log = (
-                pd.read_parquet(folder / "right" / one)
-                if one.endswith("parquet")
-                else pd.read_csv(folder / "right" / one)
-            )
-            log = spoil(log, k)
-            log.to_parquet(folder / name / one) if one.endswith("parquet") else log.to_csv(
-                folder / name / one, index=False
-            )
-        system = read_system(file)
-        logs = read_logs(folder / name, system)
+    for k, (name, (source, spoil)) in enumerate(known.items()):
+        system, logs = spoilt(folder / source, folder / str(k), spoil)
         cases[name] = lambda limits, logs=logs, system=system: {
             "faults": [
                 (f.channels, f.problem, f.experiments) for f in log_faults(system, logs, HORIZON, limits)

@@ -43,15 +43,17 @@ class LogProblem:
 _CONVERT = "Convert the column"
 PROBLEMS = (
     LogProblem(
-        "sign", -1.0, "", "as if its sign were turned round", "multiplied by -1", "Turn the sign round"
+        "sign", -1.0, "", "as if its sign were reversed", "multiplied by -1", "Reverse the sign of the column"
     ),
     LogProblem("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180", _CONVERT),
-    LogProblem("radians", 180.0 / math.pi, "rad", "like turns of 57.3 rad", "multiplied by 180/pi", _CONVERT),
+    LogProblem(
+        "radians", 180.0 / math.pi, "rad", "as if its unit were 57.3 rad", "multiplied by 180/pi", _CONVERT
+    ),
     LogProblem("milli", 1e-3, "", "like thousandths of its unit", "multiplied by 1e-3", _CONVERT),
     LogProblem("kilo", 1e3, "", "like thousands of its unit", "multiplied by 1e3", _CONVERT),
 )
 NO_EFFECT = LogProblem(
-    *("no_effect", 0.0, "", "as if it did nothing", "replaced by zero"),
+    *("no_effect", 0.0, "", "as if it had no effect", "replaced by zero"),
     "Check that the column is the input that drove the machine",
 )
 CLOCKS = (

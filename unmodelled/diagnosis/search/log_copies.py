@@ -159,8 +159,8 @@ def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
         name, of = logs.outputs[copy.target], logs.outputs[copy.source]
         yield LogFault(
             *((name,), "copy", None, ()),
-            sentence=f"{name} is computed from {of}: {_how(copy)}. It is no second sensor: leave it out of "
-            "the outputs of the system file if its delay matters.",
+            sentence=f"{name} is computed from {of}: {_how(copy)}. It is not a second sensor. Leave "
+            "it out of the outputs of the system file if its delay matters.",
             decides=False,
         )
 

@@ -220,17 +220,17 @@ def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFaul
 
 
 def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
-    """What an engineer would say, with the errors in within-run deviations."""
+    """Observation, correction with its effect on the error, and what to do."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
     of = "" if best.everywhere else f" of {_listed([logs.ids[i] for i in runs])}"
     found = f"{_listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
     old, new = (np.sqrt(square[best.runs].mean()) for square in (best.before, best.after))
-    falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations"
+    falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations within a run"
     said = f"{found}: {problem.done}, {falls}."
     if alike:
         others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
-        said += f" These data cannot tell it from {' or '.join(others)}."
+        said += f" These logs cannot distinguish it from {' or '.join(others)}."
     return f"{said} {problem.cure}, then diagnose again."
 
 
