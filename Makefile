@@ -16,26 +16,24 @@ report: CHOOSE = $(call choose,virtual,quick,)
 measured: repro  ## the same on the measured data: DATASET=<folder or zip>, EMPS=<folder>, PROFILE=full|quick
 measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 
-# `dvc repro` runs one stage at a time; parts of the graph that share nothing run side by side, then what needs them
-# all; the longest first. pipeline.preloaded spares each stage the time that its libraries take to load
+# `dvc repro` does all that is out of date, one stage after the other. So that both cores are at work, two parts of the
+# graph that share no stage run side by side before it, once what they start from is there
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
-PARTS := slider_crank cam_follower withheld clutch jumps tutorial $(if $(shell grep '^real: \[.\+\]' params.yaml),real)
-.PHONY: repro parts $(PARTS)
-parts: $(PARTS)
-	@$(REPRO) --all-pipelines
-jumps: cam_follower
-$(PARTS):
-	@set -o pipefail; $(REPRO) graph/$@/dvc.yaml 2>&1 | sed -u 's/^/$@ | /'
+logs := acquire acquire_withheld ingest featurize
+slider_crank := train_slider_crank train_recurrent train_others evaluate_slider_crank
+others := train tune train_jumps evaluate evaluate_jumps attribute identify_uncertainty assess_uncertainty teach \
+	identifiability simulate diagnose diagnose_withheld refit_withheld
+.PHONY: repro slider_crank others
+slider_crank others:
+	@$(REPRO) --single-item $($@)
 
-# two at once would each be in the way of the other's parts: the second waits; where the lock cannot be written, mend
-# says so
 CHOOSE := true
 repro: $(VENV)/ready
-	@mkdir -p .dvc/tmp 2>/dev/null; { exec 9> .dvc/tmp/repro.lock; } 2>/dev/null && \
-		{ flock -n 9 || { echo "another run is at work in this folder: waiting for it"; flock 9; }; }; \
-		$(BIN)/python -m pipeline.mend && $(CHOOSE) && { test -d data && $(DVC) status -q || \
-			$(BIN)/python -m pipeline.preloaded $(MAKE) --no-print-directory --jobs=2 parts; }
+	@$(BIN)/python -m pipeline.mend && $(CHOOSE)
+	@$(REPRO) $(logs)
+	@$(MAKE) --no-print-directory --jobs=2 slider_crank others
+	@$(REPRO)
 	@echo "open file://$(CURDIR)/reports/index.html"
 
 # in the order of tests/conftest.py: the longest first, so that no core waits for it in the end
@@ -93,8 +91,5 @@ $(VENV)/tools: $(VENV)/ready
 	@$(INSTALL) -e ".[dev]"
 	@touch $@
 
-# params.yaml says which campaign, which profile and whether real machines are diagnosed; it is written only if it
-# changes
-choose = sed -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' -e 's/^real:.*/real: [$(3)]/' \
-	params.yaml > params.yaml.tmp \
-	&& (cmp -s params.yaml params.yaml.tmp && rm params.yaml.tmp || mv params.yaml.tmp params.yaml)
+# params.yaml says which campaign, which profile and whether real machines are diagnosed
+choose = sed -i -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' -e 's/^real:.*/real: [$(3)]/' params.yaml

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import shutil
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import get_type_hints
 
 import pdoc
 import pdoc.extract
 import pdoc.render
+
+import unmodelled
 
 FOLDER = Path(__file__).parent / "api"
 #: Packages that only the library itself uses.
@@ -29,11 +34,23 @@ def build(folder: Path) -> None:
     """
     shutil.rmtree(folder, ignore_errors=True)
     pdoc.render.configure(docformat="google", footer_text="unmodelled", show_source=False)
-    with warnings.catch_warnings():
+    with _rooms_listed(), warnings.catch_warnings():
         warnings.simplefilter("error", UserWarning)
         for name in pdoc.extract.walk_specs(MODULES):
             _prepare(name)
         pdoc.pdoc(*MODULES, output_directory=folder)
+
+
+@contextmanager
+def _rooms_listed() -> Iterator[None]:
+    """Name the rooms beside the functions of the package: pdoc shows nothing that `__all__` leaves out."""
+    names = unmodelled.__all__
+    rooms = {room.name for room in iter_modules(unmodelled.__path__)} - {*INTERNAL, "__main__"}
+    unmodelled.__all__ = sorted({*names, *rooms})
+    try:
+        yield
+    finally:
+        unmodelled.__all__ = names
 
 
 def _prepare(module: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -37,11 +36,6 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    workers.one_thread()
+    workers.limit_threads()
     workers.heed_interruptions()
-    code = None
-    if "EXP_PRELOADED" in os.environ:
-        from pipeline.preloaded import ask
-
-        code = ask(sys.argv[1:])
-    workers.leave(main(sys.argv[1:]) if code is None else code)
+    workers.leave(main(sys.argv[1:]))

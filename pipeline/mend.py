@@ -1,90 +1,100 @@
-"""Put right what a killed `dvc repro` left, so that the next one needs no help: python -m pipeline.mend
+"""Repair what a killed `dvc repro` left behind: python -m pipeline.mend
 
-DVC rewrites its lock files in place, so that a kill can leave half of one, and takes every file of its cache
-for what its name says without looking.
+DVC writes its lock files in place, so that a kill can leave a part of one, and takes every file of its cache
+for what the name of the file says. Only the layout that DVC documents is used here.
 """
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import os
 import re
 import shutil
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import psutil
+import yaml
 
 from unmodelled.base.ownership import ON_ITS_WAY
 from unmodelled.base.progress import track
 
-#: What stages write.
+#: Folders of results.
 RESULTS = ("data", "reports")
+#: Longest pause while DVC writes a file, s: one that has been incomplete for longer stays so.
+PAUSE = 3.0
 _OBJECT = re.compile(r"[0-9a-f]{30}(?:\.dir)?")
 
 
 def mend(root: Path) -> list[str]:
-    """Put right the checkout `root` and say what, a line each; nothing while DVC holds its lock.
+    """Repair a checkout in which DVC may be at work, and return a line for every repair.
 
-    - Locks of processes that are gone are removed.
-    - Half a dvc.lock is put aside: the next `dvc repro` writes it anew from what it knows of earlier runs.
+    - A part of dvc.lock is put aside: the next `dvc repro` writes the file anew from its cache of runs.
+    - A part of DVC's list of files in use is removed.
     - A damaged file of the cache is removed: the next `dvc repro` makes it again.
-    - What a killed stage was writing is removed, unless the stage goes on from there.
+    - An unfinished result of a process that is gone is removed, unless its stage goes on from there.
+
+    Args:
+        root: folder of the checkout.
+
+    Raises:
+        OSError: when a file cannot be read or removed.
     """
-    temporary = root / ".dvc" / "tmp"
-    if not temporary.is_dir():
+    if not (root / ".dvc" / "tmp").is_dir():
         return []
-    with (temporary / "lock").open("a") as lock:
+    return [*_files_of_dvc(root), *_cache(root), *_leftovers(root)]
+
+
+def _files_of_dvc(root: Path) -> Iterator[str]:
+    lock, used = root / "dvc.lock", root / ".dvc" / "tmp" / "rwlock"
+    if _stays_partial(lock, _is_lock):
+        aside = lock.with_name(f"{lock.name}.damaged.tmp")
+        lock.replace(aside)
+        yield f"{lock}: was not written to its end; kept as {aside.name}, a new one is made"
+    if _stays_partial(used, lambda text: bool(json.loads(text) is not None)):
+        used.unlink()
+        yield f"{used}: was not written to its end and is removed"
+
+
+def _stays_partial(path: Path, is_whole: Callable[[str], bool]) -> bool:
+    """Whether a file is incomplete and nobody is writing it."""
+    before = None
+    while path.exists():
+        text = path.read_text(errors="replace")
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return []
-        _release(temporary / "rwlock")
-        files = (root / "dvc.lock", *sorted(root.glob("graph/*/dvc.lock")))
-        state = [line for path in files for line in _state(path)]
-    return [*state, *_cache(root), *_leftovers(root)]
+            if is_whole(text):
+                return False
+        except (ValueError, yaml.YAMLError):
+            pass
+        if text == before:
+            return True
+        before = text
+        time.sleep(PAUSE)
+    return False
 
 
-def _release(path: Path) -> None:
-    if path.exists() and not _at_work(path.read_bytes()):
-        path.unlink()
+def _is_lock(text: str) -> bool:
+    """Whether a dvc.lock has all that DVC needs to read it; what lacks at its end, DVC makes again."""
+    content = yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    stages = content["stages"] if isinstance(content, dict) and "stages" in content else None
+    return isinstance(stages, dict) and all(map(_is_stage, stages.values()))
 
 
-def _at_work(content: bytes) -> bool:
-    """Whether a DVC that is still running has written any of the locks."""
-    try:
-        written = json.loads(content)
-        shared = (lock for locks in written.get("read", {}).values() for lock in locks)
-        locks = [*written.get("write", {}).values(), *shared]
-        return any(_is_dvc(int(lock["pid"])) for lock in locks)
-    except (ValueError, TypeError, AttributeError, LookupError):
+def _is_stage(stage: Any) -> bool:
+    if not isinstance(stage, dict) or not stage.get("cmd"):
         return False
+    listed = [stage.get(key, []) for key in ("deps", "outs")]
+    return all(isinstance(files, list) and all(map(_is_file, files)) for files in listed)
 
 
-def _is_dvc(process: int) -> bool:
-    try:
-        return any("dvc" in word for word in psutil.Process(process).cmdline())
-    except psutil.Error:
-        return False
-
-
-def _state(path: Path) -> Iterator[str]:
-    from dvc.schema import COMPILED_LOCKFILE_SCHEMA
-    from dvc.utils.serialize import ParseError, load_yaml
-    from voluptuous import Invalid
-
-    if not path.exists():
-        return
-    try:
-        COMPILED_LOCKFILE_SCHEMA(load_yaml(path))
-    except (ParseError, Invalid):
-        aside = path.with_name(f"{path.name}.damaged.tmp")
-        path.replace(aside)
-        yield f"{path}: was not written to its end; kept as {aside.name}, a new one is made"
+def _is_file(file: Any) -> bool:
+    whole = isinstance(file, dict) and None not in file.values()
+    return whole and isinstance(file.get("md5", ""), str)  # its first digits may be those of a number
 
 
 def _cache(root: Path) -> Iterator[str]:
@@ -120,7 +130,7 @@ def _leftovers(root: Path) -> Iterator[str]:
 
 
 def main() -> int:
-    """Mend the working directory; an exit code."""
+    """Mend the working directory; return the exit code."""
     try:
         done = mend(Path.cwd())
     except OSError as error:

@@ -6,16 +6,19 @@ import subprocess
 from pathlib import Path
 
 #: What decides a result, beside what params.yaml chooses. Results in git do not make the code another.
-CODE = ("unmodelled", "pipeline", "conf", "systems", ":(glob)**/dvc.yaml")
+CODE = ("unmodelled", "pipeline", "conf", "systems", "dvc.yaml")
 
 #: The folder of this program.
 PACKAGE = Path(__file__).parent
 
 
 def revision() -> str:
-    """Short name of the checked-out commit, with -dirty where the code differs from it."""
+    """Return the short name of the last commit that changed the code, with -dirty where files differ from it.
+
+    A commit of results alone does not change it, so that a clone makes results of the same revision.
+    """
     try:
-        name = _git("describe", "--always")
+        name = _git("log", "-1", "--format=%h", "--", *CODE) or "unknown"
         return f"{name}-dirty" if _git("status", "--porcelain", "--", *CODE) else name
     except (OSError, subprocess.CalledProcessError):
         return "unknown"

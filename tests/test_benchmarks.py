@@ -23,7 +23,7 @@ def test_imports(name: str) -> None:
 def test_the_table_names_the_work_and_begins_with_the_largest_ratio() -> None:
     measured = {"peer_version": "peer 1.0", "ours": 2.0, "threads": 1, "ratio_low": 1.4, "ratio_high": 5.5}
     results = {
-        "short_stage": {**measured, "peer": 3.0, "ratio": 1.5},
+        "free_run": {**measured, "peer": 3.0, "ratio": 1.5},
         "lstm_training": {**measured, "peer": 10.0, "ratio": 5.0, "ours_xla": 1.0},
     }
     rows = table(results)

@@ -74,7 +74,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(program: Path, tmp_path: 
     assert chosen.stat().st_mode & 0o777 == 0o700
     chosen.chmod(0o770)
     # beside the program instead
-    note = f"note: {chosen}: compiled functions are not kept there, others may write to it"
+    note = f"note: {chosen}: compiled functions are not cached there, because other users may write to it"
     assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
     assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 1.0]
 
@@ -82,7 +82,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(program: Path, tmp_path: 
 def test_beside_the_program_only_those_may_write_who_may_write_the_program(program: Path) -> None:
     assert run(program) == [8.0, 0.0]
     (program / "__pycache__").chmod(0o777)
-    note = f"note: {program / '__pycache__'}: compiled functions are not kept there, others may write to it"
+    note = f"note: {program / '__pycache__'}: compiled functions are not cached there, because other users"
     assert run(program, note, XDG_CACHE_HOME=str(program / "home")) == [8.0, 0.0]
     program.chmod(0o777)
     assert run(program) == [8.0, 1.0]
@@ -95,7 +95,7 @@ def test_on_a_full_disk_nothing_is_kept(program: Path, tmp_path: Path) -> None:
     def no_room() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
 
-    note = f"note: {tmp_path}: compiled functions cannot be kept (File too large)"
+    note = f"note: {tmp_path}: compiled functions cannot be cached (File too large)"
     assert run(program, note, no_room, NUMBA_CACHE_DIR=str(tmp_path)) == [8.0, 0.0]
     assert run(program, NUMBA_CACHE_DIR=str(tmp_path)) == [8.0, 0.0]
 

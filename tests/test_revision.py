@@ -15,7 +15,7 @@ def test_only_what_decides_a_result_makes_a_revision_dirty(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert revision() == "unknown"
-    for name in ("conf/a.yaml", "graph/part/dvc.yaml", "graph/part/dvc.lock", "reports/a.json"):
+    for name in ("conf/a.yaml", "dvc.yaml", "dvc.lock", "reports/a.json"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text("1\n")
     own = ("-c", "user.name=a", "-c", "user.email=a@b", "-c", "init.defaultBranch=main")
@@ -24,7 +24,9 @@ def test_only_what_decides_a_result_makes_a_revision_dirty(
     clean = revision()
     assert 7 <= len(clean) <= 40 and "dirty" not in clean
     (tmp_path / "reports" / "a.json").write_text("2\n")
-    (tmp_path / "graph" / "part" / "dvc.lock").write_text("2\n")
+    (tmp_path / "dvc.lock").write_text("2\n")
     assert revision() == clean
-    (tmp_path / "graph" / "part" / "dvc.yaml").write_text("2\n")
+    subprocess.run(["git", *own, "commit", "-qam", "results"], check=True)
+    assert revision() == clean
+    (tmp_path / "dvc.yaml").write_text("2\n")
     assert revision() == f"{clean}-dirty"

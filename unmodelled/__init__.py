@@ -1,1 +1,63 @@
-"""Find what a model of a machine leaves out, from logs of the machine."""
+"""Find what a model of a machine leaves out, from logs of the machine.
+
+    import unmodelled as um
+
+    system = um.read_system("pendulum.yaml")
+    logs = um.read_logs("logs", system)
+    answer = um.diagnose(system, logs)
+
+A name is imported when it is used first, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from unmodelled.api.diagnosis import Answer as Answer
+    from unmodelled.api.diagnosis import Effect as Effect
+    from unmodelled.api.diagnosis import diagnose as diagnose
+    from unmodelled.api.example import example as example
+    from unmodelled.api.simulation import Simulation as Simulation
+    from unmodelled.api.simulation import simulate as simulate
+    from unmodelled.base.errors import BadInput as BadInput
+    from unmodelled.explanation.parameter_study import ParameterStudy as ParameterStudy
+    from unmodelled.explanation.parameter_study import identifiability as identifiability
+    from unmodelled.learning.uncertainty.identified import IdentifiedUncertainty as IdentifiedUncertainty
+    from unmodelled.learning.uncertainty.identified import identify_response as identify_response
+    from unmodelled.learning.uncertainty.identified import identify_uncertainty as identify_uncertainty
+    from unmodelled.logs.folder import read_logs as read_logs
+    from unmodelled.logs.logs import Logs as Logs
+    from unmodelled.systems.model import System as System
+    from unmodelled.systems.reader import read_system as read_system
+    from unmodelled.systems.writer import write_system as write_system
+else:
+    #: Modules and the public names that they define: the imports above, which a test compares.
+    _NAMES = {
+        "api.diagnosis": ("Answer", "Effect", "diagnose"),
+        "api.example": ("example",),
+        "api.simulation": ("Simulation", "simulate"),
+        "base.errors": ("BadInput",),
+        "explanation.parameter_study": ("ParameterStudy", "identifiability"),
+        "learning.uncertainty.identified": (
+            "IdentifiedUncertainty",
+            "identify_response",
+            "identify_uncertainty",
+        ),
+        "logs.folder": ("read_logs",),
+        "logs.logs": ("Logs",),
+        "systems.model": ("System",),
+        "systems.reader": ("read_system",),
+        "systems.writer": ("write_system",),
+    }
+    _MODULES = {name: f"{__name__}.{module}" for module, names in _NAMES.items() for name in names}
+    __all__ = sorted(_MODULES)
+
+    def __getattr__(name: str) -> Any:
+        if name not in _MODULES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        return getattr(import_module(_MODULES[name]), name)
+
+    def __dir__() -> list[str]:
+        return __all__

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from pipeline.revision import PACKAGE
-from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, cases_in
+from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, campaigns_in, cases_in
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
@@ -25,12 +25,14 @@ from unmodelled.systems.reader import read_system
 def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
     """Write `out`/<case>.json, the diagnosis (diagnosis/1), and `out`/costs/<case>.json.
 
+    Of several campaigns these are `out`/<campaign>/<case>.json and `out`/<campaign>/costs/<case>.json.
+
     A diagnosis sees system.yaml and logs/ of its case and nothing else. `costs` tell seconds, and the largest
     memory (MB) that the process took until then. A run that was killed goes on after the cases that are done,
     as long as cases, arguments and program are the same.
 
     Args:
-        cases: folder of a campaign of withheld cases, as acquire writes it.
+        cases: folder of a campaign of withheld cases, as acquire writes it, or of several such campaigns.
         horizon: of the free-run windows, s.
         seed: of everything random in a diagnosis.
         workers: processes, of one thread each; a single case gets as many threads.
@@ -39,12 +41,14 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
     Raises:
         BadInput: when there are no cases, or one of them cannot be used.
     """
-    folders = cases_in(cases)
-    about = {"cases": read_json(cases / PROVENANCE), "horizon": horizon, "seed": seed}
+    campaigns = [cases] if (cases / PROVENANCE).exists() else campaigns_in(cases)
+    folders = [case for campaign in campaigns for case in cases_in(campaign)]
+    about = {"cases": [read_json(c / PROVENANCE) for c in campaigns], "horizon": horizon, "seed": seed}
     with growing_folder(out, about, [PACKAGE]) as folder:
-        left = [case for case in folders if not (folder / f"{case.name}.json").exists()]
+        answers = {case: folder / case.relative_to(cases).with_suffix(".json") for case in folders}
+        left = [case for case in folders if not answers[case].exists()]
         threads = workers if len(left) == 1 else 1
-        jobs = {case.name: partial(_diagnose, case, horizon, seed, threads, folder) for case in left}
+        jobs = {str(case): partial(_diagnose, case, horizon, seed, threads, answers[case]) for case in left}
         say(f"diagnosing {len(left)} of {len(folders)} cases")
         run_jobs(jobs, workers, "diagnosing")
 
@@ -55,8 +59,8 @@ def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) ->
     found = diagnose_gap(known, read_logs(case / LOGS, known), horizon, seed, workers=threads)
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}
-    write_json(out / COSTS / f"{case.name}.json", cost)
-    write_json(out / f"{case.name}.json", content)  # last: it says that the case is done
+    write_json(out.parent / COSTS / out.name, cost)
+    write_json(out, content)  # last: it says that the case is done
 
 
 def _memory() -> float:

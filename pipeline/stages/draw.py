@@ -67,7 +67,7 @@ def _draw(name: str, function: Callable[[Path], Figure], data: Path, out: Path) 
     try:
         figure = function(data)
     except BadInput as error:
-        raise BadInput(f"{error}, {name} needs it") from None
+        raise BadInput(f"{name}: {error}") from None
     save(figure, out)
 
 

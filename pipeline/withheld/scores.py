@@ -72,10 +72,11 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
 
 
 def listed(cases: pd.DataFrame) -> pd.DataFrame:
-    """`scores` as a table: a row per leaf, and its value on every machine besides."""
+    """`scores` as a table, costs left out: a row per leaf, and its value on every machine besides."""
     systems = {str(name): dict(_leaves(scores(group))) for name, group in cases.groupby("system")}
     rows = []
-    for name, leaf in _leaves(scores(cases)):
+    leaves = ((name, leaf) for name, leaf in _leaves(scores(cases)) if not name.startswith("cost."))
+    for name, leaf in leaves:
         low, high = leaf.get("interval", (None, None))
         row = {"measure": name, "unit": leaf["unit"], "n": leaf["n"]}
         row |= {"value": leaf["value"], "low": low, "high": high}

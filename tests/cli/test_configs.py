@@ -43,9 +43,9 @@ def test_a_signature_is_its_config_schema(verb: str) -> None:
 
 
 @pytest.mark.parametrize("verb", NODES)
-def test_every_stage_has_a_verb_a_config_and_a_node(verb: str) -> None:
-    assert verb in STAGES
-    assert f"python -m pipeline {verb} " in STAGES[verb]["cmd"].replace("\n", " ") + " "
+def test_every_verb_has_a_node(verb: str) -> None:
+    commands = [" ".join(stage.get("do", stage)["cmd"].split()) + " " for stage in STAGES.values()]
+    assert any(re.search(rf"(pipeline|pipeline\.cells|\+) {verb} ", command) for command in commands)
 
 
 @pytest.mark.parametrize("choice", GROUPS)
@@ -58,66 +58,17 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
     assert hydra.utils.instantiate(resolved) is not None
 
 
-#: Stages that train models of systems, and of the detachment.
-TRAINED = {
-    "sequence": ("train_jumps", "evaluate_jumps", "attribute"),
-    "detachment": ("train_jumps", "evaluate_jumps", "attribute"),
-    "drivetrain": ("train", "evaluate", "tune"),
-    "one_step": (
-        "train_slider_crank",
-        "evaluate_slider_crank",
-        "train_recurrent",
-        "train_slow",
-        "train_bare",
-    ),
-}
-
-
 @pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "training").glob("*.yaml")))
-def test_shared_files_are_used_and_their_change_reruns_the_models(name: str) -> None:
+def test_shared_files_are_used(name: str) -> None:
     files = [*(CONF / "model").glob("*.yaml"), *(CONF / "detachment").glob("*.yaml")]
     assert any(f"/training@_here_: {name}\n" in p.read_text() for p in files)
-    for stage in TRAINED.get(name, TRAINED["one_step"]):
-        assert f"conf/training/{name}.yaml" in STAGES[stage].get("do", STAGES[stage])["deps"]
 
 
-def test_models_and_splits_of_jumps_exist_and_their_change_reruns_them() -> None:
-    for split, family in PARAMS["jumps"].items():
-        assert split in PROGRAM.groups()["split"]
-        entries = yaml.safe_load((CONF / "model" / f"{family}.yaml").read_text())["defaults"]
-        members = {
-            name
-            for e in entries
-            if isinstance(e, dict)
-            for at, name in e.items()
-            if at.startswith("/detachment")
-        }
-        assert members
-        for stage in ("train_jumps", "evaluate_jumps"):
-            declared = {next(iter(p)) for p in STAGES[stage]["do"]["params"]}
-            assert {f"conf/detachment/{member}.yaml" for member in members} <= declared
-
-
-@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "mechanisms", "hybrids", "campaigns"])
+@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "hybrids", "campaigns", "machines"])
 def test_params_name_existing_files(kind: str) -> None:
-    group = {"splits": "split", "mechanisms": "mechanism", "campaigns": "source"}.get(kind, "model")
+    group = {"splits": "split", "campaigns": "source", "machines": "source"}.get(kind, "model")
     for name in PARAMS[kind]:
         assert name in PROGRAM.groups()[group]
-
-
-@pytest.mark.parametrize("verb", NODES)
-def test_a_stage_declares_the_configs_that_hydra_chooses(verb: str) -> None:
-    """Every conf file that the command composes is a parameter of the stage, so that editing it reruns it."""
-    stage = STAGES[verb]
-    declared = {next(iter(p)) if isinstance(p, dict) else p for p in stage["params"]}
-    assert str(PROGRAM.config(verb).relative_to(ROOT)) in declared
-    overridden = dict(re.findall(r"(\w+)=(\$\{[\w.]+\})", stage["cmd"]))
-    for entry in yaml.safe_load(PROGRAM.config(verb).read_text()).get("defaults", []):
-        if isinstance(entry, dict):
-            ((group, name),) = entry.items()
-            choice = overridden.get(group, name)  # a name, or ${item}
-            file = PROGRAM.groups()[group].get(choice, CONF / group / f"{choice}.yaml")
-            assert str(file.relative_to(ROOT)) in declared, group
 
 
 def test_heavy_imports_are_lazy() -> None:

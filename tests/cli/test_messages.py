@@ -90,7 +90,7 @@ def test_what_is_proposed_for_an_odd_text_is_taken(capsys: pytest.CaptureFixture
     proposed = line.partition("as a text write ")[2]
     shell = subprocess.run(f"printf %s {proposed}", shell=True, capture_output=True, text=True).stdout
     code, (line,) = said(["simulate", "system=none.yaml", shell], capsys)
-    assert (code, line) == (2, "error: none.yaml: no such file")
+    assert (code, line) == (2, "error: none.yaml: no such file: check the path")
 
 
 def test_several_mistyped_words_are_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:

@@ -109,8 +109,11 @@ def test_a_sweep_touches_nothing_that_the_graph_tracks(tmp_path: Path) -> None:
     for name in ("unmodelled", "pipeline", "conf"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
     shutil.copy(ROOT / ".dvcignore", tmp_path)
-    first = {**stages()["acquire"], "wdir": "."}
-    (tmp_path / "dvc.yaml").write_text(yaml.safe_dump({"stages": {"acquire": first}}))
+    first = {"cmd": "python -m pipeline acquire source=pendulum out=data/raw/a", "outs": ["data/raw/a"]}
+    graph = {
+        "stages": {"code": stages()["code"], "acquire": {**first, "deps": ["data/digests/acquire.json"]}}
+    }
+    (tmp_path / "dvc.yaml").write_text(yaml.safe_dump(graph))
     (tmp_path / "params.yaml").write_text("source: pendulum\n")
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 

@@ -153,9 +153,14 @@ def _public(body: list[ast.stmt], owner: ast.ClassDef | None, prefix: str) -> It
 
 
 @cache
-def _classes() -> dict[str, ast.ClassDef]:
-    trees = (ast.parse(path.read_text()) for path in LIBRARY.rglob("*.py"))
-    return {n.name: n for tree in trees for n in ast.walk(tree) if isinstance(n, ast.ClassDef)}
+def _classes() -> dict[str, list[ast.ClassDef]]:
+    """The classes of every name; two rooms may use a name."""
+    found: dict[str, list[ast.ClassDef]] = {}
+    for path in LIBRARY.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(node)
+    return found
 
 
 def _inherited(method: Documented) -> bool:
@@ -171,11 +176,11 @@ def _inherited(method: Documented) -> bool:
         if name not in _classes():  # another library's class tells it, such as SymPy's Function
             return True
         seen.add(name)
-        base = _classes()[name]
-        own = [n for n in base.body if isinstance(n, ast.FunctionDef) and n.name == method.node.name]
-        if any(ast.get_docstring(each) for each in own):
-            return True
-        left += [ast.unparse(each).split("[")[0] for each in base.bases]
+        for base in _classes()[name]:
+            own = [n for n in base.body if isinstance(n, ast.FunctionDef) and n.name == method.node.name]
+            if any(ast.get_docstring(each) for each in own):
+                return True
+            left += [ast.unparse(each).split("[")[0] for each in base.bases]
     return False
 
 

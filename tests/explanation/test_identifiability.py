@@ -140,7 +140,7 @@ def test_a_state_that_no_output_shows_is_noted(tmp_path: Path) -> None:
     log = {"t": t, "x": x, "v": v, "u": (2.0 * a + 3.0 * v + 50.0 * x) / 4.0}
     result = identify_sets(*read(tmp_path, text, [log]))
     assert result.norms["lag"] > 0.0
-    assert "F: no output shows it, its derivative counts as if one did" in result.found.notes
+    assert "F: not measured; the result assumes that its derivative is measured" in result.found.notes
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, -0.96])

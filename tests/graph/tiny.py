@@ -65,7 +65,7 @@ def write_project(folder: Path, linked: bool = False) -> Path:
     if linked:
         for name in PROGRAM:
             (folder / name).symlink_to(ROOT / name)
-    for name in ("conf", "systems", "graph", ".dvc", *(() if linked else PROGRAM)):
+    for name in ("conf", "systems", ".dvc", *(() if linked else PROGRAM)):
         ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local", "dvc.lock")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore", "Makefile"):

@@ -110,9 +110,7 @@ def test_a_figure_shows_measured_and_simulated_states(fit: Fit, pendulum: tuple[
     assert [axis.get_ylabel() for axis in axes] == ["theta [rad]", "omega [rad/s]"]
     measured = np.asarray(axes[1].lines[0].get_ydata())
     np.testing.assert_array_equal(measured, pendulum[1].x[pendulum[1].rows(1), 1])
-    with pytest.raises(
-        BadInput, match="experiment: 'run9' must be one of the held-out run1, run2, run3"
-    ):
+    with pytest.raises(BadInput, match="experiment: 'run9' must be one of the held-out run1, run2, run3"):
         found.plot("run9")
 
 

@@ -16,7 +16,12 @@ from pipeline.rigs.clutch import ClutchCampaign
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
-from unmodelled.learning.uncertainty.problem import callable_response, of_observations, of_system
+from unmodelled.learning.uncertainty.problem import (
+    callable_response,
+    of_observations,
+    read_observations,
+    read_problem,
+)
 from unmodelled.learning.uncertainty.setup import Setup, pairs
 from unmodelled.systems.reader import read_system
 from unmodelled.uncertainty.chaos import Chaos
@@ -75,9 +80,9 @@ def observations(folder: Path, y: Array) -> Path:
 
 def test_observations_must_be_as_many_as_outputs(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="must have 60 rows, one for every output of the model, got 59"):
-        of_observations(model(), observations(tmp_path, np.ones(POINTS - 1)))
+        of_observations(model(), read_observations(observations(tmp_path, np.ones(POINTS - 1))))
     with pytest.raises(BadInput, match="row 1: no observations below it"):
-        of_observations(model(), observations(tmp_path, np.ones(0)))
+        of_observations(model(), read_observations(observations(tmp_path, np.ones(0))))
 
 
 def test_setups_that_make_no_sense_are_refused() -> None:
@@ -122,7 +127,7 @@ def clutch_logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_moments_of_an_event_come_from_logs_and_from_the_model(clutch_logs: Path) -> None:
-    problem = of_system(ROOT / "systems/clutch.yaml", clutch_logs, None, None, None)
+    problem = read_problem(ROOT / "systems/clutch.yaml", clutch_logs, None, None, None, None, None)
     truth = json.loads((clutch_logs / "bench.json").read_text())
     ids = pd.read_csv(clutch_logs / "experiments.csv")["id"].tolist()
     theta = np.array([truth["theta"][name] for name in ids])
@@ -199,7 +204,7 @@ def gone(theta: Array) -> Array:
         ([callable_named("gone")], "the event does not happen at theta"),
         (["uncertainty.moments=1"], "moments"),
         (["uncertainty.order=4"], "the quadrature order must exceed the degree 4"),
-        (["uncertainty.nodes=[2,9]"], "nodes: at least 3"),
+        (["uncertainty.nodes=[2,9]"], "nodes must be at least 3"),
         (["uncertainty.deviations=[0.3,0.2]"], "deviations: must be positive"),
         (["observations=nowhere.csv"], "nowhere.csv: no such file"),
         (["system=systems/clutch.yaml"], "give system=... and logs=..., or response"),

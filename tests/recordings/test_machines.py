@@ -160,7 +160,7 @@ def test_the_published_archive_can_be_diagnosed(name: str, file: str, tmp_path: 
     system = read_system(path)
     logs = read_logs(tmp_path / "logs", system)
     assert len(logs) == machine.experiments
-    check(path, system, tmp_path / "logs", logs, machine.horizon)
+    check(system, logs, machine.horizon)
 
 
 @pytest.mark.parametrize("name", MACHINES)

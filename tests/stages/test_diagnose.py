@@ -10,11 +10,12 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.diagnoses import HORIZON, JOINT, Said, diagnosis, known
+from unmodelled.api import diagnosis as api
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
-from unmodelled.cli.verbs import diagnose as stage
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.cli.verbs.simulate import simulate
+from unmodelled.diagnosis.answer import findings
 from unmodelled.report.figures import files as figures
 
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
@@ -24,7 +25,7 @@ FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 def case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with system.yaml and logs/, which are diagnosed in no time."""
     found = diagnosis(tmp_path / "case", FRICTION)
-    monkeypatch.setattr(stage, "diagnose_gap", lambda *_, **__: found)
+    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
     return tmp_path / "case"
 
 
@@ -37,7 +38,7 @@ def test_a_law_that_runs_away_over_a_whole_experiment_is_noted(
 ) -> None:
     """A negative stiffness that lifts the pendulum: fine for a window, lost in a run."""
     found = diagnosis(tmp_path / "case", Said("linear_spring", JOINT, {"k": -60.0}))
-    monkeypatch.setattr(stage, "diagnose_gap", lambda *_, **__: found)
+    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
     call(tmp_path / "case")
     (note,) = (n for n in read_json(tmp_path / "case/out/diagnosis.json")["notes"] if "diverges" in n)
     for words in ("augmented_system.yaml diverges", "in 4 of 4 experiments", "run1 (held out) after 0."):
@@ -127,7 +128,7 @@ def test_what_goes_wrong_keeps_the_old_result(case: Path, monkeypatch: pytest.Mo
     def fail(*_: object) -> None:
         raise BadInput("the disk is full")
 
-    monkeypatch.setattr(stage, "write_augmented", fail)
+    monkeypatch.setattr(findings, "write_augmented", fail)
     with pytest.raises(BadInput, match="the disk is full"):
         call(case)
     assert files(case) == before
@@ -159,7 +160,7 @@ def test_no_fault_after_the_answer_costs_it(
     def fail(*_: object) -> None:
         raise ZeroDivisionError("of a picture")
 
-    monkeypatch.setattr(stage, part, fail)
+    monkeypatch.setattr(findings if part == "write_tables" else api, part, fail)
     call(case)
     content, whole = (read_json(case / out / "diagnosis.json") for out in ("out", "whole"))
     assert content.pop("notes")[:-1] == whole.pop("notes") and content == whole
@@ -173,13 +174,13 @@ def test_a_disk_that_is_full_after_the_answer_does_not_cost_it(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def full(*_: object) -> None:
-        monkeypatch.setattr(stage, "write_json", fail)
+        monkeypatch.setattr(findings, "write_json", fail)
         fail()
 
     def fail(*_: object) -> None:
         raise BadInput("out: cannot be written: No space left on device")
 
-    monkeypatch.setattr(stage, "write_tables", full)
+    monkeypatch.setattr(findings, "write_tables", full)
     call(case)
     assert read_json(case / "out" / "diagnosis.json")["verdict"] == "effect"
     assert "tables could not be made (out: cannot be written: No space left" in capsys.readouterr().out
@@ -191,7 +192,7 @@ def test_an_interruption_ends_the_verb_and_leaves_the_answer(
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(stage, "write_figures", interrupt)
+    monkeypatch.setattr(api, "write_figures", interrupt)
     with pytest.raises(KeyboardInterrupt):
         call(case)
     assert read_json(case / "out" / "diagnosis.json")["verdict"] == "effect"

@@ -109,6 +109,6 @@ def test_from_cases_to_numbers(cases: Path, tmp_path: Path) -> None:
 def test_a_case_without_diagnosis_is_refused(cases: Path, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"null_001\.json: no such file"):
         refit_withheld(cases, tmp_path / "diagnoses", 0.1, 1, tmp_path / "refits")
-    with pytest.raises(BadInput, match="holds no withheld case"):
+    with pytest.raises(BadInput, match="holds no campaign of withheld cases"):
         (tmp_path / "empty").mkdir()
         diagnosing.diagnose_withheld(tmp_path / "empty", 0.1, 0, 1, tmp_path / "out")

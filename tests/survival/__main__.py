@@ -98,8 +98,7 @@ class Project:
         """Remove all that the graph made, so that there is something to kill again."""
         for name in ("data", "reports", ".dvc/cache", ".dvc/tmp", "kernels"):
             shutil.rmtree(self.folder / name, ignore_errors=True)
-        for lock in (self.folder / "dvc.lock", *self.folder.glob("graph/*/dvc.lock")):
-            lock.unlink(missing_ok=True)
+        (self.folder / "dvc.lock").unlink(missing_ok=True)
 
 
 def killed_again_and_again(project: Project, kills: int, longest: float, seed: int) -> list[str]:

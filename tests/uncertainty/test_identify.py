@@ -185,7 +185,7 @@ def test_hopeless_log_likelihoods_are_refused() -> None:
     [
         ([[0.0, 1.0], [2.0, 1.0]], "parameter 2"),
         ([[0.0, np.inf], [0.0, 1.0]], "parameter 1"),
-        ([[0.5, 0.5], [1.0, 1.0]], "nothing to identify"),
+        ([[0.5, 0.5], [1.0, 1.0]], "every parameter is held fixed: free one"),
     ],
 )
 def test_impossible_bounds_are_refused(bounds: list[list[float]], message: str) -> None:

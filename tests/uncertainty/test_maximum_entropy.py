@@ -220,7 +220,7 @@ GOOD = np.array([[0.0, 0.0], [1.0, 1.0], [0.1, 0.2], [3.0, 3.1]])
 @pytest.mark.parametrize(
     "std, moments, support, message",
     [
-        ([1.0, 1.0], GOOD[:1], None, "too few moments: 1"),
+        ([1.0, 1.0], GOOD[:1], None, "moments must be at least 2, got 1"),
         ([1.0, 0.0], GOOD, None, "output 2 of 2 has no density: mean 1, standard deviation 0"),
         ([-1.0, 1.0], GOOD, None, "output 1 of 2 has no density"),
         ([np.nan, 1.0], GOOD, None, "output 1 of 2 has no density"),

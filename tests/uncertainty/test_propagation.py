@@ -96,7 +96,7 @@ def test_moments_of_blocks_are_those_of_all_samples() -> None:
     np.testing.assert_allclose(std, y.std(0))
     expected = [np.zeros(2), np.ones(2), skew(y), kurtosis(y, fisher=False)]
     np.testing.assert_allclose(moments, expected, rtol=1e-9, atol=1e-12)
-    with pytest.raises(BadInput, match="moments: at least 2, got 1"):
+    with pytest.raises(BadInput, match="moments must be at least 2, got 1"):
         sample_moments(iter([y]), 1)
     with pytest.raises(BadInput, match="samples of output 2 of 2 are all equal"):
         sample_moments(iter([y * [1.0, 0.0]]), 2)
@@ -119,7 +119,7 @@ def test_draws_follow_their_families() -> None:
         np.quantile(shares, [0.1, 0.5, 0.9], axis=1).T, [[0.1, 0.5, 0.9]] * 2, atol=0.01
     )
     assert abs(np.corrcoef(shares)[0, 1]) < 0.02
-    with pytest.raises(BadInput, match="samples: at least one, got 0"):
+    with pytest.raises(BadInput, match="samples must be at least 1, got 0"):
         draw(FAMILIES, ALPHA, 0, np.random.default_rng(4))
     with pytest.raises(BadInput, match="sigma must be positive"):
         draw(FAMILIES, -ALPHA, 1, np.random.default_rng(4))

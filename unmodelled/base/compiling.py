@@ -28,7 +28,7 @@ from unmodelled.base.errors import BadInput
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-#: What a user can do about a folder in which nothing is kept.
+#: Advice for a folder that cannot be the cache.
 _ADVICE = "choose another with NUMBA_CACHE_DIR and HYBRID_DYNAMICS_CACHE"
 
 
@@ -52,11 +52,13 @@ def check_private(folder: Path, within: Path | None = None) -> None:
         owners, writers = {*owners, around.st_uid}, writers & (around.st_mode << 1) & ~around.st_mode
     if about.st_uid not in owners:
         raise BadInput(
-            f"{folder}: compiled functions are not kept there, it belongs to another user: {_ADVICE}"
+            f"{folder}: compiled functions are not cached there, because the folder belongs to "
+            f"another user: {_ADVICE}"
         )
     if writers:
         raise BadInput(
-            f"{folder}: compiled functions are not kept there, others may write to it: chmod go-w, "
+            f"{folder}: compiled functions are not cached there, because other users may write to "
+            "it: chmod go-w, "
             f"or {_ADVICE}"
         )
 
@@ -124,7 +126,8 @@ class _Kept(caching.FunctionCache):  # type: ignore[misc]
         except OSError as error:
             where = Path(self.cache_path).parent
             tell(
-                f"{where}: compiled functions cannot be kept ({error.strerror}), every start compiles them: "
+                f"{where}: compiled functions cannot be cached ({error.strerror}), so that every "
+                "start compiles them: "
                 f"free some space, or {_ADVICE}"
             )
 

@@ -165,7 +165,7 @@ def check_name(key: str, path: Path) -> None:
     try:
         path.exists()
     except OSError as error:
-        raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}") from None
+        raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}: give another path") from None
 
 
 def _explained(error: OSError, path: Path, temporary: Path) -> str:
@@ -222,13 +222,13 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(path.read_text(), parse_constant=_finite, parse_float=_finite)
     except FileNotFoundError:
-        raise BadInput(f"{path}: no such file") from None
+        raise BadInput(f"{path}: no such file: check the path") from None
     except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from None
+        raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
     except RecursionError:
-        raise BadInput(f"{path}: not a JSON file (nested too deeply)") from None
+        raise BadInput(f"{path}: not a JSON file (nested too deeply): write it again") from None
     except ValueError as error:
-        raise BadInput(f"{path}: not a JSON file ({error})") from None
+        raise BadInput(f"{path}: not a JSON file ({error}): write it again") from None
 
 
 def _finite(text: str) -> float:

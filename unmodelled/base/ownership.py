@@ -8,6 +8,7 @@ import json
 import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
@@ -114,6 +115,34 @@ def _carried(given: Mapping[str, Any]) -> dict[str, Path]:
     }
 
 
+@contextmanager
+def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
+    """Write the folder `out` as the verb `verb` would; a verb that is running already stays in charge.
+
+    Results that are saved from Python so get the same refusals and the same `MARKER` as those of the command
+    line, and either may replace the other's folder.
+
+    Args:
+        verb: name of the verb whose results are written.
+        out: folder that is new, empty or was made by this verb.
+        sources: files and folders from which the results were computed, by their names in a message; "" for
+            what was in memory only.
+
+    Raises:
+        BadInput: when `out` is, holds or lies inside an input, or another verb or none made it.
+    """
+    if _RUNNING.get() is not _NONE:
+        yield
+        return
+    inputs = {name: Path(source) for name, source in sources.items() if source}
+    token = _RUNNING.set(_Running(verb, Place(), out.absolute(), inputs))
+    try:
+        _check_out(out, Out.FOLDER)
+        yield
+    finally:
+        _RUNNING.reset(token)
+
+
 def path_arguments(parameters: Mapping[str, inspect.Parameter]) -> list[str]:
     """Return the names of the arguments of a verb that are paths.
 
@@ -140,9 +169,11 @@ def check_writable(path: Path) -> None:
     except OSError as error:
         raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
     if there != path and not there.is_dir():
-        raise BadInput(f"{there}: is a file, so that the folder {path} cannot be written")
+        raise BadInput(
+            f"{there}: is a file, so that the folder {path} cannot be written: give another folder"
+        )
     if not os.access(there, os.W_OK):
-        raise BadInput(f"{there}: cannot be written: no permission")
+        raise BadInput(f"{there}: cannot be written: no permission: give a folder that you may write to")
 
 
 def _check_out(path: Path, kind: Out) -> None:
@@ -166,7 +197,9 @@ def check_named(path: Path) -> None:
         BadInput: if the last part of the path is empty or "..", or if the path holds a null character.
     """
     if path.name in ("", "..") or "\0" in str(path):
-        raise BadInput(f"{str(path)!r}: is no name for a file or a folder to be written")
+        raise BadInput(
+            f"{str(path)!r}: is no valid name for a file or a folder to be written: give another name"
+        )
 
 
 def check_replaceable(path: Path) -> None:
@@ -190,12 +223,12 @@ def check_replaceable(path: Path) -> None:
     try:
         names = sorted(p.name for p in path.iterdir() if p.name != RECORD) if path.is_dir() else []
     except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}") from None
+        raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
     if not names:
         return
     if stamp is None:
         raise BadInput(
-            f"{path}: holds {names[0]!r} and has no file {MARKER}, so that no verb made it: "
+            f"{path}: holds {names[0]!r} and has no file {MARKER}, which every verb leaves in its folder: "
             "give another folder, or remove this one yourself"
         )
     maker, files = stamp

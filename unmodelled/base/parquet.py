@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.limits import check_file, check_memory
 
 #: Bytes of a cell in memory: a number, or the place of a text.
@@ -54,21 +54,21 @@ def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
         about = pq.read_metadata(path)
         schema = about.schema.to_arrow_schema()
         if lacking := [name for name in wanted or () if name not in schema.names]:
-            raise BadInput(f"{path}: has no column {lacking[0]}")
+            raise BadInput(f"{path}: has no column {lacking[0]}{closest(lacking[0], schema.names)}")
         check_memory(f"{path} ({about.num_rows} rows)", _size(about, wanted))
         texts = [f.name for f in schema if f.type in _TEXTS and schema.names.count(f.name) == 1]
         # a text that recurs is read once, so that its length is known before there are copies of it
         table = pq.read_table(path, columns=wanted, page_checksum_verification=True, read_dictionary=texts)
         return _with_texts(path, table, schema)
     except FileNotFoundError:
-        raise BadInput(f"{path}: no such file") from None
+        raise BadInput(f"{path}: no such file: check the path") from None
     except MemoryError:
         raise BadInput(
             f"{path}: is too large for the memory that is left: give fewer rows or columns"
         ) from None
     except (pa.ArrowException, OSError, ValueError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise BadInput(f"{path}: not a Parquet file, or damaged ({reason[:100]})") from None
+        raise BadInput(f"{path}: not a Parquet file, or damaged ({reason[:100]}): make it again") from None
 
 
 def _size(about: pq.FileMetaData, wanted: Sequence[str] | None) -> int:
@@ -120,4 +120,4 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFra
         return table.to_pandas()
     except (pa.ArrowException, ValueError, TypeError, KeyError) as error:
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise BadInput(f"{path}: not a table of this program ({reason[:100]})") from None
+        raise BadInput(f"{path}: not a table of this program ({reason[:100]}): make it again") from None

@@ -1,4 +1,4 @@
-"""How many cores torch uses."""
+"""Number of cores that PyTorch uses."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import torch
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Keep torch to one thread: in operations as small as these, threads mostly wait for each other."""
+    """Limit PyTorch to one thread in the block: in small operations threads mostly wait for each other."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:

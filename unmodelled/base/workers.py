@@ -94,7 +94,7 @@ def _ended(pool: T, waits: bool) -> Iterator[T]:
         pool.shutdown(wait=not interrupted.is_set() or waits)
 
 
-def one_thread() -> None:
+def limit_threads() -> None:
     """Limit numerical libraries to one thread each, unless the user has set another number.
 
     Call it before the libraries are loaded. Matrices here are so small that threads mostly wait for each

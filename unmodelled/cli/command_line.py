@@ -59,7 +59,7 @@ def main(program: Program, arguments: list[str]) -> int:
 
 def run(program: Program) -> None:
     """Be the process of a command line: run what its words say, and end with the exit code."""
-    workers.one_thread()
+    workers.limit_threads()
     workers.heed_interruptions()
     workers.leave(main(program, sys.argv[1:]))
 

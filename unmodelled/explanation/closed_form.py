@@ -125,10 +125,10 @@ def _check(arrays: dict[str, Array]) -> None:
         raise ValueError(f"a closed form takes four arrays of one length, got {said}")
     for name, a in arrays.items():
         if len(a) < FEWEST:
-            raise BadInput(f"a closed form takes at least {FEWEST} samples, got {len(a)}")
+            raise BadInput(f"a closed form needs at least {FEWEST} samples, got {len(a)}: give more data")
         if not np.isfinite(a).all():
             first = int(np.argmin(np.isfinite(a))) + 1
-            raise BadInput(f"closed form: sample {first} of {name} is not finite")
+            raise BadInput(f"closed form: sample {first} of {name} is not finite: leave it out")
 
 
 def _folds(experiment: Integers) -> Integers:

@@ -92,7 +92,9 @@ def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = N
     rows = [i for i, f in enumerate(system.closed) if f.free_symbols & {*symbols}]
     if not any(system.closed[i].free_symbols & parameters_seen for i in rows):
         names = ", ".join(p.name for p in chosen) or "any parameter"
-        raise BadInput(f"system {system.name}: no derivative of a state depends on {names}")
+        raise BadInput(
+            f"system {system.name}: no derivative of a state depends on {names}: choose other parameters"
+        )
     samples = _samples(system, logs)
     sizes = _sizes(samples.rates)[rows]
     e, notes = _efforts(samples, [i for i in rows if logs.measured[i]])
@@ -100,12 +102,18 @@ def sensitivity(system: System, logs: Logs, parameters: Sequence[str] | None = N
     inputs = [samples.values(_inputs(system, port), e) for port in system.ports]
     keep = np.isfinite(np.concatenate([jacobian, e, *inputs], 1)).all(1)
     if not keep.any():
-        raise BadInput(f"system {system.name}: its derivatives have no value at any logged sample")
+        raise BadInput(
+            f"system {system.name}: its derivatives have no value at any logged sample: check units "
+            "and values"
+        )
     if not keep.all():
-        notes.append(f"{np.count_nonzero(~keep)} samples at which a derivative has no value were left out")
+        notes.append(
+            f"{np.count_nonzero(~keep)} samples at which a derivative has no value were left out; "
+            "check the equations there"
+        )
     hidden = [system.states[i].name for i in rows if not logs.measured[i]]
     if hidden:
-        notes.append(f"{', '.join(hidden)}: no output shows it, its derivative counts as if one did")
+        notes.append(f"{', '.join(hidden)}: not measured; the result assumes that its derivative is measured")
     matrix = jacobian[keep].reshape(-1, len(rows), len(symbols)) / sizes[:, None]
     matrix = matrix * np.array([*_sizes(e[keep]), *(_nominal(p) for p in chosen)])
     return Sensitivity(
@@ -122,14 +130,14 @@ def _chosen(system: System, names: Sequence[str] | None) -> list[Parameter]:
     if names is None:
         return list(known.values())
     if not names:
-        raise BadInput("parameters: must name at least one")
+        raise BadInput("parameters: must name at least one parameter")
     for name in names:
         if name not in known:
             raise BadInput(
                 f"parameters: {name!r} is not a parameter of {system.name}, must be one of {', '.join(known)}"
             )
         if list(names).count(name) > 1:
-            raise BadInput(f"parameters: {name!r} is named twice")
+            raise BadInput(f"parameters: {name!r} is named twice: name it once")
     return [known[name] for name in names]
 
 
@@ -167,7 +175,10 @@ def _efforts(samples: _Samples, measured: list[int]) -> tuple[Array, list[str]]:
     e = np.zeros((len(samples.t), len(system.ports)))
     rows = [i for i in measured if system.closed[i].free_symbols & {*system.e}]
     if not system.ports or not rows:
-        unseen = [f"{', '.join(p.effort for p in system.ports)}: acts on no measured state, taken as zero"]
+        unseen = [
+            f"{', '.join(p.effort for p in system.ports)}: acts on no measured state and is assumed "
+            "to be zero"
+        ]
         return e, unseen if system.ports else []
     dynamics = [system.closed[i] for i in rows]
     gains = [g for f in dynamics for g in gradient(f, system.e)]

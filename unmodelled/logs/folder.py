@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
@@ -37,7 +38,7 @@ Array = NDArray[np.float64]
 TURN = 2.0 * np.pi  # rad
 
 
-def read_logs(folder: Path, system: System) -> Logs:
+def read_logs(folder: Path | str, system: System) -> Logs:
     """Read the experiments of a log folder, of an HDF5 file, or of a store that `Logs.write` wrote.
 
     Args:
@@ -54,7 +55,17 @@ def read_logs(folder: Path, system: System) -> Logs:
 
     Raises:
         BadInput: a line for every fault in the folder, which names file, row and column.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> um.read_logs(logs.source, system)
+        4 experiments, 1600 samples every 0.005 s, up to 2 s long
+        outputs: theta
+        inputs: torque
+        note: omega was estimated from theta by smoothing differentiation over 21 samples
     """
+    folder = Path(folder)
     check_file(folder)
     faults = Faults()
     if folder.is_file() and is_hdf5(folder):
@@ -63,7 +74,7 @@ def read_logs(folder: Path, system: System) -> Logs:
     else:
         _check_folder(folder)
         if (folder / "experiments.parquet").exists() and not (folder / "experiments.csv").exists():
-            return prepare(system, _stored(folder, system))
+            return replace(prepare(system, _stored(folder, system)), source=str(folder))
         table = folder / "experiments.csv"
         header, rows = read_rows(table, ["id", "file"])
     with faults.collected():
@@ -76,7 +87,8 @@ def read_logs(folder: Path, system: System) -> Logs:
         with faults.collected():
             period = common_period(logs)
     faults.check()
-    return prepare(system, _assembled(system, experiments, logs, period, notes, provenance))
+    found = prepare(system, _assembled(system, experiments, logs, period, notes, provenance))
+    return replace(found, source=str(folder))
 
 
 def _stored(folder: Path, system: System) -> Logs:

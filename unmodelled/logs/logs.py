@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Logs:
     """Measured experiments of one campaign, frozen.
 
@@ -55,6 +55,7 @@ class Logs:
         notes: sentences on what was done to the data.
         provenance: origin of the data; `data` is "measured" or "virtual".
         delays: delays that `u` includes already, one per input, s; none where it is empty.
+        source: folder that the logs were read from, "" where there is none.
     """
 
     outputs: tuple[str, ...]
@@ -74,9 +75,60 @@ class Logs:
     notes: tuple[str, ...]
     provenance: Mapping[str, Any]
     delays: tuple[float, ...] = ()
+    source: str = field(default="", compare=False)
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    def __repr__(self) -> str:
+        longest = float(np.diff(self.offsets).max()) * self.period
+        samples = f"{len(self.t)} samples every {self.period:g} s"
+        lines = [
+            f"{len(self)} experiments, {samples}, up to {longest:.4g} s long",
+            f"outputs: {', '.join(self.outputs)}",
+            f"inputs: {', '.join(self.inputs) or 'none'}",
+        ]
+        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+
+    def table(self) -> pd.DataFrame:
+        """Return a row per sample: experiment, t (s), and outputs and inputs in their units.
+
+        Outputs are as logged, unwrapped; inputs are as they act, after their delay.
+        """
+        columns: dict[str, Any] = {"experiment": np.array(self.ids)[self.owner], "t": self.t}
+        columns |= {name: self.y[:, j] for j, name in enumerate(self.outputs)}
+        columns |= {name: self.u[:, j] for j, name in enumerate(self.inputs) if name not in columns}
+        return pd.DataFrame(columns)
+
+    @classmethod
+    def from_frames(
+        cls, frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None = None
+    ) -> Logs:
+        """Take over measured experiments from data frames, with the checks of `read_logs`.
+
+        Args:
+            frames: experiments by their ids, each with the column `t` (s) and the columns that the inputs and
+                outputs of `system` name, in their units; a row per sample, 50 or more.
+            system: what the columns mean.
+            experiments: optional table whose index holds the ids; its columns are the constants of the
+                operating point of each experiment, optionally `group`, anything else.
+
+        Raises:
+            BadInput: a line for every fault, which names frame, row (counted from 1) and column.
+
+        Examples:
+            >>> import unmodelled as um
+            >>> system, logs = um.example("pendulum")
+            >>> frames = dict(iter(logs.table().groupby("experiment")))
+            >>> um.Logs.from_frames(frames, system)
+            4 experiments, 1600 samples every 0.005 s, up to 2 s long
+            outputs: theta
+            inputs: torque
+            note: omega was estimated from theta by smoothing differentiation over 21 samples
+        """
+        from unmodelled.logs.frames import read_frames
+
+        return read_frames(frames, system, experiments)
 
     @cached_property
     def owner(self) -> NDArray[np.int64]:

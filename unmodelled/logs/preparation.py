@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Windows
 from unmodelled.logs.clock import delayed
+from unmodelled.logs.constants import with_constants
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs, names
 from unmodelled.logs.observer import Observer
@@ -43,6 +44,25 @@ def prepare(system: System, logs: Logs) -> Logs:
     x, measured, notes = _states(system, acting)
     every = tuple(dict.fromkeys([*acting.notes, *notes]))
     return replace(acting, states=wanted[2], x=x, measured=measured, notes=every)
+
+
+def prepared_for(system: System, logs: Logs) -> Logs:
+    """Return the experiments prepared for a system that may have further constants, as an augmented one has.
+
+    Args:
+        system: system with the inputs and outputs of `logs`, and values of the constants that the logs lack.
+        logs: measured experiments.
+
+    Raises:
+        BadInput: when a constant has no value for an experiment, or as `prepare` does.
+    """
+    places = [f"experiment {name}" for name in logs.ids]
+    table, notes = with_constants(system, logs.experiments, places)
+    constants = names(system)[3]
+    if lacking := [name for name in constants if name not in table]:
+        raise BadInput(f"system {system.name}: operating_point.{lacking[0]}: the logs have no such column")
+    c, every = table[list(constants)].to_numpy(np.float64), tuple(dict.fromkeys([*logs.notes, *notes]))
+    return prepare(system, replace(logs, experiments=table, constants=constants, c=c, notes=every))
 
 
 def with_delays(system: System, logs: Logs) -> Logs:

@@ -41,7 +41,7 @@ def read_table(name: str, node: Node) -> Table:
     x, y = (_column(rows, entries[axis]) for axis in ("x", "y"))
     file = entries["file"].text()
     if len(x) < 2:
-        raise node.wrong(f"{shown(file)}: a table needs at least 2 rows, got {len(x)}")
+        raise node.wrong(f"{shown(file)}: must have at least 2 rows of numbers, got {len(x)}")
     for row, (before, after) in enumerate(itertools.pairwise(x), start=3):
         if not before < after:
             column = shown(entries["x"].text())
@@ -55,14 +55,16 @@ def _beside(node: Node) -> Path:
     try:
         path = (folder / written).resolve()
         if written.is_absolute() or ".." in written.parts or not path.is_relative_to(folder):
-            raise node.wrong(f"{shown(node.text())} must lie in the folder of the system file")
+            raise node.wrong(f"{shown(node.text())} must lie in the folder of the system file: copy it there")
         check_file(path)
         if not path.is_file():
-            raise node.wrong(f"{shown(node.text())}: no such file")
+            raise node.wrong(f"{shown(node.text())}: no such file beside the system file: check the name")
         if path.stat().st_size > _LARGEST:
-            raise node.wrong(f"{shown(node.text())}: a table has at most {_LARGEST} bytes")
+            raise node.wrong(f"{shown(node.text())}: a table has at most {_LARGEST} bytes: keep fewer rows")
     except (OSError, ValueError, RuntimeError):
-        raise node.wrong(f"{shown(node.text())}: no such file") from None
+        raise node.wrong(
+            f"{shown(node.text())}: no such file beside the system file: check the name"
+        ) from None
     return path
 
 
@@ -71,9 +73,9 @@ def _rows(path: Path, node: Node) -> list[list[str]]:
         with path.open(encoding="utf-8-sig", newline="") as lines:
             rows = [[cell.strip() for cell in row] for row in csv.reader(lines)]
     except (OSError, UnicodeDecodeError, csv.Error):
-        raise node.wrong(f"{shown(node.text())}: not a CSV file in UTF-8") from None
+        raise node.wrong(f"{shown(node.text())}: not a CSV file in UTF-8: save it as such") from None
     if not rows:
-        raise node.wrong(f"{shown(node.text())}: the file is empty")
+        raise node.wrong(f"{shown(node.text())}: the file is empty: write a header and at least 2 rows")
     while not any(rows[-1]) and len(rows) > 1:
         rows.pop()
     return rows
@@ -91,7 +93,7 @@ def _column(rows: list[list[str]], node: Node) -> tuple[float, ...]:
 def _cell(row: list[str], k: int, number: int, node: Node) -> float:
     place = f"row {number}, column {shown(node.text())}"
     if k >= len(row):
-        raise node.wrong(f"{place}: the cell is missing")
+        raise node.wrong(f"{place}: the cell is missing: write a number")
     try:
         value = float(row[k])
     except ValueError:

@@ -45,10 +45,12 @@ class Names:
         """
         checked_name(name, node)
         if name in RESERVED or keyword.iskeyword(name):
-            raise node.wrong(f"the name {shown(name)} is reserved")
+            raise node.wrong(f"the name {shown(name)} is reserved: choose another name")
         if name in self.kinds:
             other, line = self.kinds[name]
-            raise node.wrong(f"the name {shown(name)} is taken by the {other} of line {line}")
+            raise node.wrong(
+                f"the name {shown(name)} is taken by the {other} of line {line}: choose another name"
+            )
         self.kinds[name] = (kind, node.line)
         return name
 
@@ -136,7 +138,7 @@ def read_declarations(sections: dict[str, Node]) -> Declarations:
         _output(found, name, node)
     for section in ("states", "outputs"):
         if not sections[section].entries():
-            raise sections[section].wrong("at least one is needed")
+            raise sections[section].wrong("at least one is needed: add it")
     return found
 
 
@@ -178,31 +180,35 @@ def _output(found: Declarations, name: str, node: Node) -> None:
     entries = node.fields(("unit",), ("column", "expression", "delay"))
     kind, line = found.names.kinds.get(name, ("state", 0))
     if kind not in ("state", "signal"):
-        raise node.wrong(f"the name {shown(name)} is taken by the {kind} of line {line}")
+        raise node.wrong(f"the name {shown(name)} is taken by the {kind} of line {line}: choose another name")
     if "expression" not in entries and name not in {s.name for s in found.states}:
-        raise node.wrong("needs an expression, because no state has this name")
+        raise node.wrong("no state has this name: give an expression")
     checked_name(name, node)
     unit = found.output_units[name] = _unit(entries["unit"])
     column, delay = _column(name, entries), _delay(entries)
     if delay < 0:
-        raise entries["delay"].wrong(f"must not be negative, got {delay:g}: a sensor shows no future")
+        raise entries["delay"].wrong(f"must not be negative, got {delay:g}: a sensor cannot show the future")
     if column in {o.column for o in found.outputs}:
-        raise node.wrong(f"the column {shown(column)} is already an output")
+        raise node.wrong(f"the column {shown(column)} is already an output: name another column")
     found.outputs.append(Output(name, unit.text, column, symbol(name), delay))
 
 
 def _constant(found: Declarations, name: str, node: Node) -> None:
     entries = node.fields(("unit",), ("values", "other"))
     if name in _LOG_COLUMNS:
-        raise node.wrong(f"the name {shown(name)} is a column of its own in experiments.csv")
+        raise node.wrong(
+            f"the name {shown(name)} is a column of its own in experiments.csv: choose another name"
+        )
     found.names.add(name, "operating point", node)
     unit = found.units[name] = _unit(entries["unit"])
     given = entries["values"].entries() if "values" in entries else None
     other = entries["other"].number() if "other" in entries else None
     if given is None and other is not None:
-        raise entries["other"].wrong("needs values beside it: without them it is a column of experiments.csv")
+        raise entries["other"].wrong(
+            "must have values beside it: without them the constant is a column of experiments.csv"
+        )
     if given is not None and not given and other is None:
-        raise entries["values"].wrong("at least one is needed, or other")
+        raise entries["values"].wrong("must have at least one value, or other")
     values = None if given is None else {key: value.number() for key, value in given.items()}
     found.operating_point.append(Constant(name, unit.text, values, other))
 

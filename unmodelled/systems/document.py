@@ -91,7 +91,7 @@ class Node:
                 raise node.wrong(f"unknown key {shown(key)}{closest(key, known)}")
         for key in required:
             if key not in entries:
-                raise self.wrong(f"the key {key!r} is missing")
+                raise self.wrong(f"the key {key!r} is missing: add it")
         return entries
 
     def text(self) -> str:
@@ -179,18 +179,24 @@ def _text(path: Path) -> str:
     check_file(path)
     try:
         if not path.is_file():
-            raise BadInput(f"{path}: no such file")
+            raise BadInput(f"{path}: no such file: check the path")
         if path.stat().st_size > _LARGEST:
-            raise BadInput(f"{path}: a system file has at most {_LARGEST} bytes, got {path.stat().st_size}")
+            raise BadInput(
+                f"{path}: a system file has at most {_LARGEST} bytes, got {path.stat().st_size}: "
+                "move tables to CSV files"
+            )
         raw = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise BadInput(f"{path}: cannot be read: {error}") from None
+        raise BadInput(f"{path}: cannot be read: {error}: check its permissions") from None
     try:
         text = raw.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise BadInput(f"{path}: line {line}: not UTF-8 text") from None
-    for pattern, problem in ((_CONTROL, "a control character"), (_TAB, "a tab; indent with spaces")):
+        raise BadInput(f"{path}: line {line}: not UTF-8 text: save the file in UTF-8") from None
+    for pattern, problem in (
+        (_CONTROL, "a control character; remove it"),
+        (_TAB, "a tab; indent with spaces"),
+    ):
         if found := pattern.search(text):
             raise BadInput(f"{path}: line {text.count(chr(10), 0, found.end() - 1) + 1}: {problem}")
     return text
@@ -205,7 +211,7 @@ class _Events:
         next(self.events)
         first = next(self.events)
         if isinstance(first, yaml.StreamEndEvent):
-            raise BadInput(f"{self.path}: line 1: the file is empty")
+            raise BadInput(f"{self.path}: line 1: the file is empty: start with 'schema: system/1'")
         event = next(self.events)
         root = self._node(event, event.start_mark.line + 1, "", 0)
         if not isinstance(root.content, dict):
@@ -213,7 +219,10 @@ class _Events:
         next(self.events)
         after = next(self.events)
         if not isinstance(after, yaml.StreamEndEvent):
-            raise BadInput(f"{self.path}: line {after.start_mark.line + 1}: only one document is allowed")
+            raise BadInput(
+                f"{self.path}: line {after.start_mark.line + 1}: only one document is allowed: "
+                "remove the line ---"
+            )
         return root
 
     def _node(self, event: Any, line: int, place: str, depth: int) -> Node:
@@ -221,9 +230,9 @@ class _Events:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             raise bare.wrong("anchors (&) and aliases (*) are not allowed; quote a text that starts so")
         if event.tag is not None:
-            raise bare.wrong(f"the tag {shown(event.tag)} is not allowed")
+            raise bare.wrong(f"the tag {shown(event.tag)} is not allowed: remove it")
         if depth > _DEEPEST:
-            raise bare.wrong("nested too deeply")
+            raise bare.wrong("nested too deeply: a system file has at most 6 levels")
         if isinstance(event, yaml.MappingStartEvent):
             return Node(self.path, line, place, self._mapping(place, depth))
         if isinstance(event, yaml.SequenceStartEvent):
@@ -243,14 +252,16 @@ class _Events:
         while not isinstance(event := next(self.events), yaml.MappingEndEvent):
             line = event.start_mark.line + 1
             if not isinstance(event, yaml.ScalarEvent):
-                raise Node(self.path, line, place, None).wrong("a key must be a word")
+                raise Node(self.path, line, place, None).wrong("a key must be a word: quote it")
             key = self._node(event, line, place, depth)
             name = event.value
             if name in entries:
-                raise key.wrong(f"the key {shown(name)} is written twice, first in line {entries[name].line}")
+                raise key.wrong(
+                    f"the key {shown(name)} is written twice, first in line {entries[name].line}: remove one"
+                )
             word = name if re.fullmatch(r"\w{1,60}", name) else shown(name)
             inner = f"{place}.{word}" if place else word
             entries[name] = self._node(next(self.events), line, inner, depth + 1)
             if len(entries) > most:
-                raise key.wrong(f"too many entries, at most {most}")
+                raise key.wrong(f"too many entries, at most {most}: split the file")
         return entries

@@ -97,7 +97,10 @@ class _Builder:
 
     def value(self, node: ast.expr, depth: int = 0) -> Value:
         if depth > DEEPEST:
-            raise self.wrong(f"the expression is nested too deeply: more than {DEEPEST} levels")
+            raise self.wrong(
+                f"the expression is nested too deeply: more than {DEEPEST} levels: name parts of it "
+                "in signals"
+            )
         match node:
             case ast.Constant(value=int() | float() as literal) if not isinstance(literal, bool):
                 return self._literal(node, literal)
@@ -111,7 +114,10 @@ class _Builder:
                 parts = [node.left, right]
                 return self._apply(COMPARISONS[type(comparison)], node, parts, self._values(parts, depth))
             case ast.Compare():
-                raise self.wrong(f"{self.source(node)}: comparisons cannot be chained")
+                raise self.wrong(
+                    f"{self.source(node)}: comparisons cannot be chained: multiply them, "
+                    "as in (a < b)*(b < c)"
+                )
             case ast.Call():
                 return self._call(node, depth)
         raise self.wrong(f"{self.source(node)} is not allowed")
@@ -123,7 +129,7 @@ class _Builder:
         try:
             exact = numbers.number(literal)
         except NoValue:
-            raise self.wrong(f"{self.source(node)} is not a finite number") from None
+            raise self.wrong(f"{self.source(node)} is not a finite number: write a smaller one") from None
         return Value(exact, quantities.number(literal))
 
     def _name(self, node: ast.Name) -> Value:
@@ -156,7 +162,7 @@ class _Builder:
         for rank, parts in itertools.groupby(reversed(spine), lambda part: RANKS.get(type(part.op))):
             run = list(parts)
             if rank is None:
-                raise self.wrong(f"{self.source(run[0])}: the operator is not allowed")
+                raise self.wrong(f"{self.source(run[0])}: the operator is not allowed: use + - * / **")
             rights = [self.value(part.right, depth + 1) for part in run]
             if rank is not ast.Pow:
                 value = self._run(rank, run, [value, *rights])
@@ -178,7 +184,9 @@ class _Builder:
 
     def _power(self, node: ast.BinOp, base: Value, exponent: Value) -> Value:
         if exponent.quantity.settled not in (None, ONE):
-            raise self.wrong(f"{self.source(node)}: an exponent must be without unit")
+            raise self.wrong(
+                f"{self.source(node)}: an exponent must be without unit: divide it by a constant of its unit"
+            )
         try:
             expression = numbers.raised(base.expression, exponent.expression)
         except (NoValue, ArithmeticError, ValueError, TypeError):
@@ -196,7 +204,7 @@ class _Builder:
             if isinstance(argument, ast.Starred):
                 raise self.wrong(f"{self.source(argument)} is not allowed")
         if node.keywords:
-            raise self.wrong(f"{self.source(node)}: arguments have no names here")
+            raise self.wrong(f"{self.source(node)}: arguments have no names here: write them in order")
         if name == "diff":
             return self._diff(node, depth)
         if name in self.scope.tables:
@@ -227,7 +235,7 @@ class _Builder:
             raise self.wrong(f"diff: the second argument must be a state, got {self.source(by)}")
         inner, state = self.value(node.args[0], depth + 1), self.value(by)
         if derivative_size(inner.expression) > LARGEST_DERIVATIVE:
-            raise self.wrong(f"{self.source(node)}: the derivative is too large")
+            raise self.wrong(f"{self.source(node)}: the derivative is too large: write it out in signals")
         expression = sanitised(sp.diff(inner.expression, symbol(by.id)))
         unit = replace(quantities.quotient(inner.quantity, state.quantity), number=False)
         return self._sized(node, expression, unit, [Value(expression, UNKNOWN, *tree_size(expression))])
@@ -242,18 +250,18 @@ class _Builder:
             problem = f"units differ: {one} is in {differ.units[0]}, {two} in {differ.units[1]}"
             raise self.wrong(problem) from None
         except NotDimensionless as error:
-            problem = f"{self.source(node)}: the argument must be without unit, got {error.unit}"
+            problem = f"{self.source(node)}: the argument must be without unit, got {error.unit}: divide it"
             raise self.wrong(problem) from None
         try:
             expression = _result(operation, [part.expression for part in parts])
         except (NoValue, ArithmeticError, ValueError, TypeError):
-            raise self.wrong(f"{self.source(node)} has no finite real value") from None
+            raise self.wrong(f"{self.source(node)} has no finite real value: check its numbers") from None
         return self._sized(node, expression, unit, parts)
 
     def _sized(self, node: ast.expr, expression: sp.Expr, unit: Quantity, parts: Sequence[Value]) -> Value:
         size, depth = 1 + sum(part.size for part in parts), 1 + max(part.depth for part in parts)
         if size > LARGEST or depth > DEEPEST_TREE:
-            raise self.wrong(f"{self.source(node)} is too large once its signals are written out")
+            raise self.wrong(f"{self.source(node)} is too large once its signals are inserted: simplify it")
         return Value(expression, unit, size, depth)
 
 

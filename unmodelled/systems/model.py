@@ -165,7 +165,7 @@ class Event:
     then: tuple[sp.Expr, ...] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class System:
     """Model x' = f(t, x, u, efforts; p), y = g(x, u; p) of a machine; immutable.
 
@@ -183,6 +183,7 @@ class System:
         text: expressions as written in the file, by dotted path (signals.F_m, dynamics.v, ports.rail.law);
             default none.
         events: events that the model predicts; default none.
+        source: file that the system was read from, "" where there is none; not compared.
     """
 
     name: str
@@ -197,6 +198,31 @@ class System:
     dynamics: tuple[sp.Expr, ...]
     text: Mapping[str, str] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
+    source: str = field(default="", compare=False)
+
+    def __repr__(self) -> str:
+        entries = {
+            "states": [_named(s.name, s.unit) for s in self.states],
+            "inputs": [_named(u.name, u.unit) for u in self.inputs],
+            "outputs": [_named(y.name, y.unit) for y in self.outputs],
+            "operating point": [_named(c.name, c.unit) for c in self.operating_point],
+            "parameters": [
+                f"{p.name} = {p.value:g} {_plain(p.unit)}".rstrip() + ", to be identified" * p.identify
+                for p in self.parameters
+            ],
+            "ports": [
+                _named(p.name, p.unit) + (f" = {p.law}" if p.law is not None else "") for p in self.ports
+            ],
+            "events": [event.name for event in self.events],
+        }
+        rates = [f"  {s.name}' = {rate}" for s, rate in zip(self.states, self.dynamics, strict=True)]
+        lines = [f"{name}: {'; '.join(each)}" for name, each in entries.items() if each]
+        return "\n".join([f"system {self.name}", *lines, "dynamics:", *rates])
+
+    @property
+    def place(self) -> str:
+        """Return how a message about the system begins: its file, or its name where it has none."""
+        return self.source or f"system {self.name}"
 
     @cached_property
     def x(self) -> tuple[sp.Symbol, ...]:
@@ -295,3 +321,13 @@ class System:
         """
         parameters = tuple(replace(p, value=float(values.get(p.name, p.value))) for p in self.parameters)
         return replace(self, parameters=parameters)
+
+
+def _named(name: str, unit: str) -> str:
+    """A name with its unit, if there is one."""
+    return f"{name} ({unit})" if _plain(unit) else name
+
+
+def _plain(unit: str) -> str:
+    """A unit; nothing for that of a pure number."""
+    return "" if unit in ("1", "-") else unit

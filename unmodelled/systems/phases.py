@@ -54,7 +54,9 @@ class Experiments:
             raise ValueError(f"{len(self.u)} inputs, {len(self.c)} constants and {len(self.x0)} starts")
         for name, values in (("input", self.u), ("operating point", self.c), ("start", self.x0)):
             for i in np.flatnonzero(~np.isfinite(values).reshape(len(values), -1).all(axis=1))[:1]:
-                raise BadInput(f"experiment {i + 1}: the {name} has a value that is not finite")
+                raise BadInput(
+                    f"experiment {i + 1}: the {name} has a value that is not finite: correct its log"
+                )
         if not 0.0 < self.period < np.inf:
             raise BadInput(f"period must be a positive number of seconds, got {self.period}")
 
@@ -197,10 +199,11 @@ def uncertain_indices(system: System, uncertain: Sequence[str]) -> list[int]:
             hint = closest(name, names) if names else ""
             raise BadInput(f"system {system.name}: has no parameter {name!r}{hint}")
         if name in uncertain[:k]:
-            raise BadInput(f"system {system.name}: parameter {name!r} is named twice")
+            raise BadInput(f"system {system.name}: parameter {name!r} is named twice: name it once")
         if system.values[names.index(name)] == 0.0:
             raise BadInput(
-                f"system {system.name}: parameter {name!r} is zero, and so is every multiple of it"
+                f"system {system.name}: parameter {name!r} is zero, and so is every multiple of it: "
+                "give it another value, or hold it fixed"
             )
     return [names.index(name) for name in uncertain]
 

@@ -23,24 +23,26 @@ _OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tab
 _LARGEST = 100_000
 
 
-def read_system(path: Path) -> System:
-    """Read a system file; nothing in the file is executed.
+def read_system(path: Path | str) -> System:
+    """Read a system file (system/1); nothing in the file is executed.
 
     Args:
-        path: path of the file.
+        path: YAML file with states, inputs, outputs, parameters, ports and dynamics.
 
     Returns:
-        Symbolic model of the system.
+        The system that the file describes.
 
     Raises:
-        BadInput: if anything in the file is wrong; the message names file, line and entry.
+        BadInput: one line that names file, line and place, when anything in it is wrong.
 
     Examples:
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> [each.name for each in pendulum.states], pendulum.port_names
-        (['theta', 'omega'], ('joint',))
-        >>> pendulum.dynamics[1]
-        (-b*omega - mgl*sin(theta) - tau + torque)/J
+        >>> import unmodelled as um
+        >>> system, _ = um.example("pendulum")
+        >>> again = um.read_system(system.source)
+        >>> again == system
+        True
+        >>> again.port_names, again.uncertain
+        (('joint',), ('b',))
     """
     root = load(Path(path))
     schema = root.entries().get("schema")
@@ -48,7 +50,8 @@ def read_system(path: Path) -> System:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
     sections = root.fields(_REQUIRED, _OPTIONAL)
     name = checked_name(sections["name"].text(), sections["name"])
-    return _Equations(sections, read_declarations(sections)).system(name)
+    found = _Equations(sections, read_declarations(sections)).system(name)
+    return replace(found, source=str(path))
 
 
 @dataclass
@@ -97,7 +100,9 @@ class _Equations:
         value = grammar.evaluate(node.text(), self._scope(refused), node.where)
         self.size += value.size
         if self.size > _LARGEST:
-            raise node.wrong("the expressions of the file are too large in all once signals are written out")
+            raise node.wrong(
+                "all expressions together are too large once their signals are inserted: simplify them"
+            )
         if unit is not None:
             self._check_unit(node, value, unit)
         return value
@@ -124,7 +129,9 @@ class _Equations:
         found = self._rates(self._entries("dynamics"))
         for state in self.declared.states:
             if state.name not in found:
-                raise self.sections["dynamics"].wrong(f"the state {state.name!r} has no dynamics")
+                raise self.sections["dynamics"].wrong(
+                    f"the state {state.name!r} has no dynamics: add its time derivative"
+                )
         return tuple(found[state.name] for state in self.declared.states)
 
     def _rates(self, entries: dict[str, Node]) -> dict[str, sp.Expr]:
@@ -147,12 +154,14 @@ class _Equations:
         expression = self._evaluated(written, self._without_efforts()).expression
         moving = {*self._entries("states"), *self._entries("inputs"), "t"}
         if not moving & {str(s) for s in expression.free_symbols}:
-            raise written.wrong("depends on no state, no input and not on t, so that nothing ever happens")
+            raise written.wrong(
+                "depends on no state, no input and not on t, so that the event never happens: use one of them"
+            )
         if "then" not in entries:
             return Event(name, expression)
         changed = self._rates(entries["then"].entries())
         if not changed:
-            raise entries["then"].wrong("at least one state is needed")
+            raise entries["then"].wrong("at least one state is needed: add its dynamics, or remove then")
         pairs = zip(self.declared.states, dynamics, strict=True)
         return Event(name, expression, tuple(changed.get(state.name, rate) for state, rate in pairs))
 
@@ -180,7 +189,9 @@ class _Equations:
         node = self._entries("ports")[port.name]
         effort = symbol(port.effort)
         if not any(effort in f.free_symbols for f in dynamics):
-            raise node.wrong(f"effort {port.effort!r} of port {port.name!r} appears in no dynamics")
+            raise node.wrong(
+                f"effort {port.effort!r} of port {port.name!r} appears in no dynamics: add it where it acts"
+            )
         refused = self._without_efforts()
         for key in ("position", "velocity"):
             if key in node.entries():
@@ -206,7 +217,9 @@ class _Equations:
         power = quantities.product(self.values[port.effort].quantity, Quantity(rate) if rate else UNKNOWN)
         if power.settled not in (None, units.parse_unit("W").dimension):
             got = units.describe(power.settled)
-            raise node.wrong(f"effort times velocity must be a power, in W, got {got}")
+            raise node.wrong(
+                f"effort times velocity must be a power, in W, got {got}: check the units of both"
+            )
 
 
 def _words(node: Node) -> list[str]:
@@ -219,9 +232,9 @@ def _out_of_order(name: str, used: str, uses: dict[str, list[str]]) -> str:
     while paths:
         path = paths.pop()
         if path[-1] == name:
-            return f"cycle in signals: {' -> '.join(path)}"
+            return f"cycle in signals: {' -> '.join(path)}: remove one of these references"
         for following in uses[path[-1]]:
             if following not in seen:
                 seen.add(following)
                 paths.append([*path, following])
-    return f"signals must be in order: {name!r} uses {used!r}, which is defined later"
+    return f"signals must be in order: {name!r} uses {used!r}, which is defined later: move {used!r} up"

@@ -73,10 +73,13 @@ def tree(text: str, where: str) -> tuple[str, ast.expr]:
         BadInput: if a token is not allowed, or if the text is empty, too long or not an expression.
     """
     if len(text) > LONGEST:
-        raise BadInput(f"{where}: an expression has at most {LONGEST} characters, got {len(text)}")
+        raise BadInput(
+            f"{where}: an expression has at most {LONGEST} characters, got {len(text)}: name parts "
+            "of it in signals"
+        )
     line = " ".join(text.split())
     if not line:
-        raise BadInput(f"{where}: the expression is empty")
+        raise BadInput(f"{where}: the expression is empty: write one, such as 0")
     _check_tokens(line, where)
     try:
         with warnings.catch_warnings():
@@ -86,9 +89,11 @@ def tree(text: str, where: str) -> tuple[str, ast.expr]:
         rest = line[max((error.offset or 1) - 1, 0) :] or "the end"
         raise BadInput(f"{where}: not an expression: syntax error at {shown(rest)}") from None
     except (MemoryError, RecursionError, ValueError):
-        raise BadInput(f"{where}: the expression is nested too deeply") from None
+        raise BadInput(f"{where}: the expression is nested too deeply: name parts of it in signals") from None
     if sum(isinstance(node, ast.expr) for node in ast.walk(body)) > MOST_NODES:
-        raise BadInput(f"{where}: the expression is too long: more than {MOST_NODES} parts")
+        raise BadInput(
+            f"{where}: the expression is too long: more than {MOST_NODES} parts: name parts of it in signals"
+        )
     return line, body
 
 

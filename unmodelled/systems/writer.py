@@ -27,28 +27,28 @@ _PLAIN = re.compile(
 _UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 
 
-def write_system(system: System, path: Path) -> None:
-    """Write a system to a file, and its tables as CSV files beside it, so that reading returns the same
-    system.
+def write_system(system: System, path: Path | str) -> None:
+    """Write a system as a file (system/1), and its tables as CSV files beside it.
 
-    An expression keeps its written form if that still has the same meaning.
+    Reading the file gives the system back. An expression is written as the user wrote it where that still
+    says the same.
 
     Args:
         system: system to write.
-        path: path of the file to write or replace.
+        path: YAML file; replaced where it exists.
 
     Raises:
-        ValueError: if the grammar cannot express an expression, such as the derivative of a table.
-        BadInput: if a file cannot be written.
+        ValueError: when an expression has no form in the grammar, such as the slope of a table.
+        BadInput: when a file cannot be written.
 
     Examples:
-        >>> import tempfile
-        >>> from unmodelled.systems.reader import read_system
-        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
-        >>> path = Path(tempfile.mkdtemp()) / "heavier.yaml"
-        >>> write_system(pendulum.with_values({"J": 0.03}), path)
-        >>> read_system(path).values
-        (0.03, 0.01, 1.2)
+        >>> from tempfile import TemporaryDirectory
+        >>> import unmodelled as um
+        >>> system, _ = um.example("pendulum")
+        >>> with TemporaryDirectory() as folder:
+        ...     um.write_system(system, f"{folder}/copy.yaml")
+        ...     um.read_system(f"{folder}/copy.yaml") == system
+        True
     """
     path = Path(path)
     files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}

@@ -44,7 +44,7 @@ class Box:
         for k, (low, high) in enumerate(self.bounds):
             if not (np.isfinite([low, high]).all() and low <= high):
                 raise BadInput(
-                    f"bounds of parameter {k + 1}: must be finite and in order, got {low:g}, {high:g}"
+                    f"bounds of parameter {k + 1}: must be finite with lower <= upper, got {low:g}, {high:g}"
                 )
 
     @property

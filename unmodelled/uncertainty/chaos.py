@@ -46,7 +46,9 @@ class Chaos:
 
     def __post_init__(self) -> None:
         if not self.families:
-            raise BadInput("polynomial chaos needs at least one uncertain parameter")
+            raise BadInput(
+                "polynomial chaos needs at least one uncertain parameter: mark one with identify: true"
+            )
         if self.degree < 0:
             raise BadInput(f"the degree must not be negative, got {self.degree}")
         if self.order <= self.degree:

@@ -81,7 +81,10 @@ def check_spread(mean: Array, std: Array) -> None:
     if bad.any():
         l = int(np.argmax(bad))
         found = f"mean {mean[l]:.6g}, standard deviation {std[l]:.6g}"
-        raise BadInput(f"output {l + 1} of {mean.size} has no density: {found}")
+        raise BadInput(
+            f"output {l + 1} of {mean.size} has no density: {found}: it must vary with the "
+            "parameters, widen their distribution"
+        )
 
 
 @dataclass(frozen=True, eq=False)

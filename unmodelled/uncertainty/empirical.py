@@ -64,7 +64,10 @@ class Histogram:
         least, most = samples.min(0), samples.max(0)
         finite = np.isfinite(least) & np.isfinite(most)
         if not finite.all():
-            raise BadInput(f"samples of output {np.argmin(finite) + 1} of {finite.size} are not finite")
+            raise BadInput(
+                f"samples of output {np.argmin(finite) + 1} of {finite.size} are not finite: narrow "
+                "the bounds"
+            )
         if not self.size:
             self._start(least, most)
         while (short := least < self.low).any():
@@ -78,7 +81,10 @@ class Histogram:
         # a range of a few rounding errors of the values counts as none
         constant = most - least <= 1e-12 * np.maximum(np.abs(least), np.abs(most))
         if constant.any():
-            raise BadInput(f"samples of output {np.argmax(constant) + 1} of {constant.size} are all equal")
+            raise BadInput(
+                f"samples of output {np.argmax(constant) + 1} of {constant.size} are all equal: no "
+                "parameter changes it"
+            )
         reach = most - least
         self.low, self.width = least - MARGIN * reach, (1.0 + 2.0 * MARGIN) * reach / BINS
         self.counts = np.zeros((BINS, least.size))

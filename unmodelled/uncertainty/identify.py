@@ -105,7 +105,7 @@ def identify(
     """
     box, chosen = Box(np.asarray(bounds, float)), settings or Settings()
     if not box.free.any():
-        raise BadInput("bounds: every parameter is held fixed, there is nothing to identify")
+        raise BadInput("bounds: every parameter is held fixed: free one by different bounds")
     seen = Recorder(objective)
     with ExitStack() as stack:
         counter = stack.enter_context(Counter(chosen.generations, description)) if description else None
@@ -171,9 +171,11 @@ def _evolve(seen: Recorder, box: Box, settings: Settings, seed: int, counter: Co
 
 def _check(values: Array) -> None:
     if not np.isfinite(values).any():
-        raise BadInput(f"the log-likelihood is not finite at any of {len(values)} points within the bounds")
+        raise BadInput(
+            f"the log-likelihood is not finite at any of {len(values)} points within the bounds: widen them"
+        )
     if np.ptp(values[np.isfinite(values)]) == 0.0 and np.isfinite(values).all():
         raise BadInput(
             f"the log-likelihood is {values[0]:.6g} at all of {len(values)} points within the bounds: "
-            "it does not depend on the parameters there"
+            "it does not depend on the parameters there: choose other bounds or parameters"
         )

@@ -60,7 +60,10 @@ class Monotone:
         """
         n = len(names)
         if n > 2:
-            raise BadInput(f"level curves need one or two parameters, got {n}: {', '.join(names)}")
+            raise BadInput(
+                f"level curves need one or two parameters, got {n} ({', '.join(names)}): mark "
+                "fewer, or leave out push_forward"
+            )
         span = np.ptp(values.reshape(-1, values.shape[-1]), axis=0)
         rising = np.stack([_fall(values, axis) <= NOISE * span for axis in range(n)], axis=1)
         falling = np.stack([_fall(-values, axis) <= NOISE * span for axis in range(n)], axis=1) & ~rising
@@ -79,7 +82,7 @@ class Monotone:
             output = int(np.argmin(usable.any(1)))
             raise BadInput(
                 f"non-monotone response: output {output + 1} of {len(span)} neither rises nor falls "
-                f"throughout along {' or '.join(names)}"
+                f"throughout along {' or '.join(names)}: narrow the bounds, or leave out push_forward"
             )
         # both axes before one: lines along one axis do not resolve a steep curve as well
         return cls(bounds, tables, falling, 2 - np.argmax(usable[:, ::-1], axis=1))

@@ -128,14 +128,16 @@ class MaximumEntropy(Density):
 
 def _check_moments(mean: Array, std: Array, moments: Array) -> None:
     if len(moments) < 2:
-        raise BadInput(f"too few moments: {len(moments)}, a density needs at least 2")
+        raise BadInput(f"moments must be at least 2, got {len(moments)}")
     if std.shape != mean.shape or moments.shape[1:] != mean.shape:
         raise ValueError(f"mean {mean.shape}, std {std.shape} and moments {moments.shape} do not agree")
     check_spread(mean, std)
     finite = np.isfinite(moments)
     if not finite.all():
         k, l = np.argwhere(~finite)[0]
-        raise BadInput(f"moment {k + 1} of output {l + 1} of {mean.size} is {moments[k, l]}")
+        raise BadInput(
+            f"moment {k + 1} of output {l + 1} of {mean.size} is {moments[k, l]}: narrow the bounds"
+        )
     if np.abs(moments[:2] - np.array([[0.0], [1.0]])).max(initial=0.0) > ROUNDING:
         raise ValueError("moments are not standardised: the first must be 0 and the second 1")
 

@@ -60,7 +60,9 @@ class Observed:
             BadInput: if the number of data differs from the number of outputs.
         """
         if y.shape != surface.direction.shape:
-            raise BadInput(f"expected {surface.direction.size} outputs, got data of shape {y.shape}")
+            raise BadInput(
+                f"data must be one number for each of {surface.direction.size} outputs, got shape {y.shape}"
+            )
         curves = surface.curves(y[None], surface.bounds, NODES)
         low, high = surface.bounds.T
         position = CELLS * (curves.theta[0] - low) / (high - low)

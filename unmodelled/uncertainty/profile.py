@@ -146,7 +146,9 @@ def evaluated(seen: Recorder, box: Box, alpha: Array) -> Peak:
     height = float(seen(inside[None])[0])
     if not np.isfinite(height):
         numbers = ", ".join(f"{a:.4g}" for a in inside)
-        raise BadInput(f"the log-likelihood at the given optimum ({numbers}) is not finite")
+        raise BadInput(
+            f"the log-likelihood at the given optimum ({numbers}) is not finite: start from another one"
+        )
     return Peak(inside, height)
 
 

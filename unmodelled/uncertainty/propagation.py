@@ -221,14 +221,17 @@ def sample_moments(blocks: Iterable[Array], count: int) -> tuple[Array, Array, A
         ([1.5], [1.118], [1.64])
     """
     if count < 2:
-        raise BadInput(f"moments: at least 2, got {count}")
+        raise BadInput(f"moments must be at least 2, got {count}")
     size, centre, scale, sums = 0, np.empty(0), np.empty(0), np.empty(0)
     for y in blocks:
         if not size:
             centre, scale = y.mean(0), y.std(0)
             sums = np.zeros((count + 1, y.shape[1]))
             if not scale.all():
-                raise BadInput(f"samples of output {np.argmin(scale) + 1} of {scale.size} are all equal")
+                raise BadInput(
+                    f"samples of output {np.argmin(scale) + 1} of {scale.size} are all equal: no "
+                    "parameter changes it"
+                )
         z = (y - centre) / scale
         power = np.ones_like(z)
         for k in range(count + 1):

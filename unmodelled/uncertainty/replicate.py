@@ -45,7 +45,7 @@ def replicate(
     """
     count = len(data)
     if count < 1 or workers < 1:
-        raise BadInput(f"data sets and workers must be at least 1, got {count} and {workers}")
+        raise BadInput(f"data sets and workers must be at least 1 each, got {count} and {workers}")
     seeds = [int(own.generate_state(1)[0]) for own in np.random.SeedSequence(seed).spawn(count)]
     with ExitStack() as stack:
         counter = stack.enter_context(Counter(count, description)) if description else None

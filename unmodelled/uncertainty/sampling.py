@@ -103,6 +103,6 @@ def _quantiles(families: Sequence[Family], alpha: Array, probability: Array) -> 
 
 def _check(families: Sequence[Family], alpha: Array, count: int) -> None:
     if count < 1:
-        raise BadInput(f"samples: at least one, got {count}")
+        raise BadInput(f"samples must be at least 1, got {count}")
     for family, two in zip(families, alpha, strict=True):
         family.check(two)

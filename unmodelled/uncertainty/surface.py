@@ -70,9 +70,11 @@ class ResponseSurface:
             ([[1.02]], [[0.0, 4.0]])
         """
         if len(nodes) != len(response.names):
-            raise BadInput(f"nodes: {len(response.names)} parameters need as many numbers, got {len(nodes)}")
+            raise BadInput(
+                f"nodes must be {len(response.names)} numbers, one for each parameter, got {len(nodes)}"
+            )
         if min(nodes) < 3:
-            raise BadInput(f"nodes: at least 3 along every axis, got {min(nodes)}")
+            raise BadInput(f"nodes must be at least 3 along every axis, got {min(nodes)}")
         axes = [np.linspace(a, b, m) for (a, b), m in zip(response.bounds, nodes, strict=True)]
         theta = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
         values = checked(response, theta)

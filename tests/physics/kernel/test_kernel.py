@@ -145,13 +145,17 @@ def test_folder_that_others_may_write_to_is_replaced(
     compiled._loaded.cache_clear()
     assert kernel(DECAY).layout.states == 1
     assert (
-        f"note: {cache}: compiled functions are not kept there, others may write" in capsys.readouterr().err
+        f"note: {cache}: compiled functions are not cached there, because other users may write"
+        in capsys.readouterr().err
     )
     cache.chmod(0o700)
     monkeypatch.setattr("unmodelled.base.compiling.os.getuid", lambda: os.geteuid() + 1)
     (tmp_path / "temporary" / f"unmodelled-{os.geteuid() + 1}").mkdir()
     assert list(cache_folders()) == []
-    assert f"note: {cache}: compiled functions are not kept there, it belongs to" in capsys.readouterr().err
+    assert (
+        f"note: {cache}: compiled functions are not cached there, because the folder belongs to"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_full_disk_is_no_obstacle(

@@ -48,11 +48,11 @@ from tests.physics.system.hoist import CONVERTER, HOIST, changed, complaint, lin
         ("effort: F_rail", "effort: u", "the name 'u' is taken by the input"),
         # constants that the file gives
         ("  m: {unit: kg}", "  m: {unit: kg, values: [1]}", "values: must be a mapping"),
-        ("  m: {unit: kg}", "  m: {unit: kg, values: {}}", "values: at least one is needed, or other"),
+        ("  m: {unit: kg}", "  m: {unit: kg, values: {}}", "values: must have at least one value, or other"),
         ("  m: {unit: kg}", "  m: {unit: kg, values: {a: heavy}}", "values.a: must be a number, got 'heavy'"),
         ("  m: {unit: kg}", "  m: {unit: kg, values: {a: }}", "values.a: must be a number, got nothing"),
         ("  m: {unit: kg}", "  m: {unit: kg, values: {a: 1, a: 2}}", "the key 'a' is written twice"),
-        ("  m: {unit: kg}", "  m: {unit: kg, other: 1}", "other: needs values beside it"),
+        ("  m: {unit: kg}", "  m: {unit: kg, other: 1}", "other: must have values beside it"),
         ("  m: {unit: kg}", "  m: {unit: kg, values: {a: 1}, other: a}", "other: must be a number"),
         ("  m: {unit: kg}", "  m: {unit: kg, value: {a: 1}}", "unknown key 'value'; did you mean 'values'?"),
         # numbers
@@ -101,7 +101,11 @@ from tests.physics.system.hoist import CONVERTER, HOIST, changed, complaint, lin
         ("  x: v\n", "", "dynamics: the state 'x' has no dynamics"),
         ("  x: v\n", "  x: v\n  z: v\n", "'z' is not a state, must be one of v, x"),
         ("  x: v\n", "  x:\n", "dynamics.x: must be a text, got nothing"),
-        ("  x: {column: x, unit: m} ", "  y: {column: x, unit: m} ", "outputs.y: needs an expression"),
+        (
+            "  x: {column: x, unit: m} ",
+            "  y: {column: x, unit: m} ",
+            "outputs.y: no state has this name: give an expression",
+        ),
         (
             "  x: {column: x, unit: m} ",
             "  M: {column: x, unit: m} ",
@@ -171,7 +175,7 @@ def test_an_effort_hidden_in_a_signal_is_found(tmp_path: Path) -> None:
     ("table", "words"),
     [
         ("", "the file is empty"),
-        ("speed_ratio,torque_ratio\n0,1\n", "at least 2 rows, got 1"),
+        ("speed_ratio,torque_ratio\n0,1\n", "at least 2 rows of numbers, got 1"),
         (
             "speed_ratio,torque_ratio\n0,1\n1,abc\n",
             "row 3, column 'torque_ratio': must be a number, got 'abc'",

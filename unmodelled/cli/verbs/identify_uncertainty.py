@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import write_parquet
-from unmodelled.base.progress import say
-from unmodelled.learning.uncertainty import report
-from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
-from unmodelled.learning.uncertainty.problem import read_problem, shown
-from unmodelled.learning.uncertainty.setup import Setup, pairs
-from unmodelled.uncertainty.curvature import curvature
-from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
-from unmodelled.uncertainty.profile import profile as profile_likelihood
+from unmodelled.learning.uncertainty.identified import identified
+from unmodelled.learning.uncertainty.problem import read_problem
+from unmodelled.learning.uncertainty.setup import Setup
 from unmodelled.uncertainty.response import Response
 
 
@@ -61,32 +53,7 @@ def identify_uncertainty(
         BadInput: when the model, the logs or the observations cannot be used, when an output does not exist
             somewhere in the bounds or is not monotone.
     """
-    start = time.monotonic()
     problem = read_problem(system, logs, event, uncertain, step, response, observations)
-    surface = uncertainty.surface(problem.response)
-    estimator = Estimator(uncertainty, surface)
-    say(f"identifying the distribution of {len(problem.y)} observations by {len(METHODS)} methods")
-    found = {m: estimator.identify(m, problem.y, seed, f"identifying by {m}") for m in METHODS}
-    exact, bounds = estimator.likelihood(PUSH_FORWARD, problem.y), estimator.bounds
-    profiles = profile_likelihood(exact, bounds, found[PUSH_FORWARD].alpha, "profile likelihoods")
-    bend = curvature(exact, bounds, profiles.alpha)
-    seconds = time.monotonic() - start
-    say(f"95 % limits, and {profile['data_sets']} data sets drawn again")
-    grids = report.pair_grids(exact, bounds, profiles)
-    drawn = estimator.draw(pairs(profiles.alpha), profile["data_sets"], seed)
-    again = estimator.identify_all(PUSH_FORWARD, drawn, seed, workers)
-    names = uncertainty.names(problem.response)
-    tables = {
-        "points": report.points(estimator, shown(problem, least_squares(surface, problem.y)), found),
-        "estimates": report.estimates(names, found, profiles, again),
-        "trace": report.trace(found),
-        "profiles": report.profiles(names, profiles),
-        "pairs": report.pairs(names, grids),
-        "replicates": report.replicates(names, {PUSH_FORWARD: again}),
-    }
-    summary = report.summary(problem, estimator, found, profiles, bend, names, seconds)
-    with replacing_folder(out) as folder:
-        for name, table in tables.items():
-            write_parquet(table, folder / f"{name}.parquet")
-        write_json(folder / "uncertainty.json", summary)
-    print(report.printed(tables["estimates"], summary))
+    found = identified(problem, uncertainty, profile["data_sets"], seed, workers)
+    found.save(out)
+    print(found)

@@ -34,13 +34,11 @@ def check_seed(seed: int) -> None:
         raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
 
 
-def check(file: Path, system: System, folder: Path, logs: Logs, horizon: float) -> None:
+def check(system: System, logs: Logs, horizon: float) -> None:
     """Refuse inputs that a diagnosis cannot answer.
 
     Args:
-        file: file of the system.
         system: the known physics.
-        folder: folder of the logs.
         logs: logs of all experiments.
         horizon: length of the windows, s.
 
@@ -49,23 +47,23 @@ def check(file: Path, system: System, folder: Path, logs: Logs, horizon: float) 
             an experiment.
     """
     if len(logs) < FEWEST_EXPERIMENTS:
+        table = str(Path(logs.source) / "experiments.csv") if logs.source else "logs"
         raise BadInput(
-            f"{folder / 'experiments.csv'}: column id: {len(logs)} experiment; a diagnosis needs "
-            f"{FEWEST_EXPERIMENTS} or more, as one is held out to judge the models; add another log"
+            f"{table}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST_EXPERIMENTS} or more, as "
+            "one is held out to judge the models; add another log"
         )
     if not system.ports and not system.uncertain:
         raise BadInput(
-            f"{file}: ports: there is none, and no parameter is marked identify: nothing can be diagnosed; "
-            f"add a port where an effort may act, or mark an uncertain parameter"
+            f"{system.place}: ports: there is none, and no parameter is marked identify: nothing can be "
+            "diagnosed; add a port where an effort may act, or mark an uncertain parameter"
         )
-    _recording(file, system, logs, horizon)
+    _recording(system, logs, horizon)
 
 
-def check_windows(file: Path, system: System, logs: Logs, horizon: float) -> None:
+def check_windows(system: System, logs: Logs, horizon: float) -> None:
     """Refuse windows that cannot be simulated; ask for faults of the logs first, they are a better answer.
 
     Args:
-        file: file of the system.
         system: the known physics.
         logs: logs of all experiments.
         horizon: length of the windows, s.
@@ -78,25 +76,25 @@ def check_windows(file: Path, system: System, logs: Logs, horizon: float) -> Non
             f"horizon: {horizon:g} s are {steps} samples of {logs.period:g} s; "
             f"{FEWEST_PREDICTED} or more are needed; give a longer horizon"
         )
-    _check_simulation(file, system, logs, horizon)
+    _check_simulation(system, logs, horizon)
 
 
-def _check_simulation(file: Path, system: System, logs: Logs, horizon: float) -> None:
-    simulation = Simulation(system, _recording(file, system, logs, horizon).thinned(CHECKED_WINDOWS))
+def _check_simulation(system: System, logs: Logs, horizon: float) -> None:
+    simulation = Simulation(system, _recording(system, logs, horizon).thinned(CHECKED_WINDOWS))
     values = simulation.values[None, None]
     diverged = simulation(values).diverged
     if diverged.all():
         diverged = simulation(values, substeps=FINE_SUBSTEPS).diverged
     if np.all(diverged):
         raise BadInput(
-            f"{file}: dynamics: the simulation diverges within {horizon:g} s from every measured state; "
-            f"check signs, parameters and units"
+            f"{system.place}: dynamics: the simulation diverges within {horizon:g} s from every measured "
+            f"state; check signs, parameters and units"
         )
 
 
-def _recording(file: Path, system: System, logs: Logs, horizon: float) -> Recording:
+def _recording(system: System, logs: Logs, horizon: float) -> Recording:
     latest = max(output.delay for output in system.outputs)
     try:
         return Recording.of(logs, horizon, latest=latest)
     except ValueError as error:
-        raise BadInput(f"{file}: outputs: {error}") from None
+        raise BadInput(f"{system.place}: outputs: {error}") from None

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.events import event_times
 from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import numbers, read_rows
 from unmodelled.models.event_response import event_response
 from unmodelled.systems.model import System
@@ -59,56 +60,73 @@ def read_problem(
         BadInput: when neither or both are given, or they cannot be used.
     """
     if system is not None and logs is not None and response is None and observations is None:
-        return of_system(system, logs, event, uncertain, step)
+        model = read_system(system)
+        _asked(model, event, uncertain)  # before logs are read that belong to another system
+        return of_system(model, read_logs(logs, model), event, uncertain, step)
     if response is not None and observations is not None and system is None and logs is None:
-        return of_observations(response, observations)
+        return of_observations(response, read_observations(observations), str(observations))
     raise BadInput("give system=... and logs=..., or response._target_=... and observations=...")
 
 
 def of_system(
-    path: Path, logs: Path, event: str | None, uncertain: Sequence[str] | None, step: float | None
+    system: System, logs: Logs, event: str | None, uncertain: Sequence[str] | None, step: float | None
 ) -> Problem:
     """The moments of an event, in the logs and as a function of uncertain parameters of the system.
 
     Args:
-        path: system file. logs: log folder.
-        event: its name; null: the only one. uncertain: names of parameters; null: those that the file marks.
-        step: of the integration, s; null: see `EventTimes`.
+        system: system with events. logs: measured experiments.
+        event: its name; None: the only one.
+        uncertain: names of parameters; None: those that the system marks.
+        step: step of the integration, s; None: see `EventTimes`.
 
     Raises:
-        BadInput: when the file has no such event or nothing uncertain, or the logs do not show the event.
+        BadInput: when the system has no such event or nothing uncertain, or the logs do not show the event.
     """
-    system = read_system(path)
-    name = _only_event(path, system) if event is None else event
-    chosen = system.uncertain if uncertain is None else tuple(str(n) for n in uncertain)
-    if not chosen:
-        raise BadInput(f"{path}: no parameter is marked `identify: true`, and none was named")
-    measured = read_logs(logs, system)
-    observed = event_times(measured, system, name)
-    response = event_response(system, name, chosen, measured, step)
+    name, chosen = _asked(system, event, uncertain)
+    observed = event_times(logs, system, name)
+    response = event_response(system, name, chosen, logs, step)
     y, deviation = (observed[column].to_numpy(np.float64) for column in ("time", "deviation"))
-    return Problem(response, measured.ids, y, deviation, "s")
+    return Problem(response, logs.ids, y, deviation, "s")
 
 
-def of_observations(response: Response, path: Path) -> Problem:
-    """Observations from a CSV file with the columns id and y (optionally deviation), in the model's order.
+def of_observations(response: Response, observations: pd.DataFrame, place: str = "observations") -> Problem:
+    """Observations of a response, in the order of its outputs.
+
+    Args:
+        response: model of L outputs.
+        observations: (L rows) id and y, optionally deviation (standard error of y).
+        place: how a message about the observations begins; default: observations.
 
     Raises:
-        BadInput: naming row and column, or when the model has another number of outputs.
+        BadInput: when a column is missing, or the model has another number of outputs.
     """
-    header, rows = read_rows(path, ["id", "y"])
-    if not rows:
-        raise BadInput(f"{path}: row 1: no observations below it")
-    at = {name: k for k, name in enumerate(header)}
-    ids = tuple(cells[at["id"]] for _, cells in rows)
-    y = np.array(numbers(path, "y", rows, at["y"]))
+    if lacking := {"id", "y"} - {*observations.columns}:
+        raise BadInput(f"{place}: column {min(lacking)} is missing")
+    y = observations["y"].to_numpy(np.float64)
+    if not len(y):
+        raise BadInput(f"{place}: row 1: no observations below it")
+    if not np.isfinite(y).all():
+        raise BadInput(f"{place}: row {np.argmin(np.isfinite(y)) + 1}: column y: is not a finite number")
     deviation = np.full(len(y), np.nan)
-    if "deviation" in at:
-        deviation = np.array(numbers(path, "deviation", rows, at["deviation"]))
+    if "deviation" in observations:
+        deviation = observations["deviation"].to_numpy(np.float64)
     outputs = np.shape(response(response.bounds.mean(axis=1)[None]))[-1]
     if outputs != len(y):
-        raise BadInput(f"{path}: must have {outputs} rows, one for every output of the model, got {len(y)}")
-    return Problem(response, ids, y, deviation, "")
+        raise BadInput(f"{place}: must have {outputs} rows, one for every output of the model, got {len(y)}")
+    return Problem(response, tuple(map(str, observations["id"])), y, deviation, "")
+
+
+def read_observations(path: Path) -> pd.DataFrame:
+    """Read observations from a CSV file with the columns id and y, optionally deviation.
+
+    Raises:
+        BadInput: naming row and column.
+    """
+    header, rows = read_rows(path, ["id", "y"])
+    at = {name: k for k, name in enumerate(header)}
+    columns = [name for name in ("y", "deviation") if name in at]
+    values = {name: numbers(path, name, rows, at[name]) for name in columns}
+    return pd.DataFrame(values).assign(id=[cells[at["id"]] for _, cells in rows])
 
 
 def callable_response(
@@ -121,11 +139,15 @@ def callable_response(
     return Formula(tuple(names), box, function)
 
 
-def _only_event(path: Path, system: System) -> str:
-    if len(system.events) != 1:
+def _asked(system: System, event: str | None, uncertain: Sequence[str] | None) -> tuple[str, tuple[str, ...]]:
+    """The event and the uncertain parameters, named or those of the system."""
+    if event is None and len(system.events) != 1:
         known = ", ".join(e.name for e in system.events) or "none"
-        raise BadInput(f"{path}: events: must be one unless event=... names it, got {known}")
-    return system.events[0].name
+        raise BadInput(f"{system.place}: events: must be one unless event=... names it, got {known}")
+    chosen = system.uncertain if uncertain is None else tuple(str(n) for n in uncertain)
+    if not chosen:
+        raise BadInput(f"{system.place}: no parameter is marked `identify: true`, and none was named")
+    return system.events[0].name if event is None else event, chosen
 
 
 def shown(problem: Problem, best: Array) -> pd.DataFrame:

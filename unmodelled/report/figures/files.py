@@ -43,9 +43,7 @@ def write_figures(folder: Path) -> dict[str, Exception]:
     Raises:
         BadInput: when figures.json cannot be written, or tables/about.json cannot be read.
     """
-    about = tables.about(folder)
-    figures = UNFITTED if about["verdict"] == "check_logs" else FIGURES
-    chosen = {name: draw for name, draw in figures.items() if about["effects"] or name != "left_over"}
+    chosen = figures_of(folder)
     faults: dict[str, Exception] = {}
     for name, draw in chosen.items():
         try:
@@ -57,6 +55,17 @@ def write_figures(folder: Path) -> dict[str, Exception]:
     entries = [_entry(name, number, draw) for number, (name, draw) in enumerate(drawn.items(), start=1)]
     write_json(folder / "figures" / "figures.json", entries)
     return {f"figures/{name}.svg": fault for name, fault in faults.items()}
+
+
+def figures_of(folder: Path) -> Mapping[str, Draw]:
+    """Return the figures that the diagnosis in `folder` has, by name, in the order of the page.
+
+    Raises:
+        BadInput: when tables/about.json cannot be read.
+    """
+    about = tables.about(folder)
+    figures = UNFITTED if about["verdict"] == "check_logs" else FIGURES
+    return {name: draw for name, draw in figures.items() if about["effects"] or name != "left_over"}
 
 
 def _entry(name: str, number: int, draw: Draw) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, Literal, ParamSpec
 
@@ -107,9 +108,19 @@ def save(figure: Figure, to: Path | BinaryIO) -> None:
         figure.savefig(to, format="svg", metadata={"Date": None})
 
 
+class Drawing(Figure):
+    """A figure that a notebook shows as `save` writes it."""
+
+    def _repr_svg_(self) -> str:
+        file = BytesIO()
+        with verbatim():
+            save(self, file)
+        return file.getvalue().decode()
+
+
 def new_figure(height: float, width: float = WIDTH) -> Figure:
     """An empty figure, in, whose parts never overlap."""
-    return Figure(figsize=(width, height), layout="constrained")
+    return Drawing(figsize=(width, height), layout="constrained")
 
 
 def shades(n: int) -> list[tuple[float, float, float, float]]:

@@ -41,7 +41,7 @@ class Family(ABC):
         """
         if np.shape(alpha) != (2,):
             raise BadInput(
-                f"expected the two numbers {' and '.join(self.names)}, got shape {np.shape(alpha)}"
+                f"alpha must be the two numbers {' and '.join(self.names)}, got shape {np.shape(alpha)}"
             )
         for name, value in zip(self.names, alpha, strict=True):
             if not math.isfinite(value):

@@ -1,0 +1,95 @@
+"""`import unmodelled as um`: what it costs, what it offers, and what its examples are."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+import unmodelled as um
+from pipeline.rigs.pendulum import PendulumCampaign
+from tests.face.flywheel import write_logs
+
+ROOT = Path(__file__).parents[2]
+#: Libraries that the core neither loads nor needs.
+FOREIGN = ("torch", "dvc", "hydra", "shap", "mujoco")
+#: Libraries that take long to load.
+SLOW = (*FOREIGN, "numpy", "pandas", "scipy", "sympy", "numba", "matplotlib", "pyarrow")
+
+REFUSING = f"""
+import sys
+class Refuse:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {FOREIGN}:
+            raise ImportError(f"{{name}} is not to be imported")
+sys.meta_path.insert(0, Refuse())
+"""
+
+
+def python(program: str) -> str:
+    """Standard output of a program that a new interpreter runs."""
+    found = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    assert found.returncode == 0, found.stderr
+    return found.stdout
+
+
+def test_importing_the_package_loads_no_library() -> None:
+    loaded = json.loads(python("import json, sys, unmodelled; print(json.dumps(sorted(sys.modules)))"))
+    assert not {name.partition(".")[0] for name in loaded} & set(SLOW)
+    assert [name for name in loaded if name.startswith("unmodelled")] == ["unmodelled"]
+
+
+def test_the_core_works_without_torch_dvc_hydra_shap_and_mujoco() -> None:
+    program = REFUSING + (
+        "import unmodelled as um\n"
+        "system, logs = um.example('pendulum')\n"
+        "um.simulate(system, logs).plot()\n"
+        "um.identifiability(system, logs)\n"
+        "answer = um.diagnose(system, logs)\n"
+        "answer.plot()\n"
+        "print(answer.verdict, answer.effects[0].family)\n"
+    )
+    assert python(program) == "effect coulomb_friction\n"
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_the_hook_of_that_test_refuses(name: str) -> None:
+    with pytest.raises(AssertionError, match=f"{name} is not to be imported"):
+        python(f"{REFUSING}import {name}")
+
+
+def test_all_names_are_imported_for_type_checkers_from_where_they_are() -> None:
+    tree = ast.parse((ROOT / "unmodelled" / "__init__.py").read_text())
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    named = {a.asname: node.module for node in imports for a in node.names if a.asname}
+    assert sorted(named) == um.__all__ == dir(um)
+    for name, module in named.items():
+        assert getattr(um, name).__module__ == module, name
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'diagnoze'"):
+        um.diagnoze  # noqa: B018
+
+
+@pytest.mark.parametrize("name", [n for n in um.__all__ if inspect.isfunction(getattr(um, n))])
+def test_every_function_has_an_example(name: str) -> None:
+    assert ">>> " in (getattr(um, name).__doc__ or "")
+
+
+def test_the_examples_are_what_their_benches_write(tmp_path: Path) -> None:
+    PendulumCampaign(runs=4, duration=2.0, period=0.005).write(tmp_path / "pendulum", 0)
+    write_logs(tmp_path / "flywheel")
+    for name in ("pendulum", "flywheel"):
+        shipped = ROOT / "unmodelled" / "api" / "examples" / name / "logs"
+        for path in shipped.iterdir():
+            old, new = pd.read_csv(path), pd.read_csv(tmp_path / name / path.name)
+            pd.testing.assert_frame_equal(old, new, rtol=0.0, atol=1e-3)
+    own = ROOT / "unmodelled" / "api" / "examples" / "pendulum" / "pendulum.yaml"
+    assert own.read_text() == (ROOT / "systems" / "pendulum.yaml").read_text()

@@ -1,0 +1,266 @@
+"""What simulate, diagnose, identifiability and identify_uncertainty return: texts, tables, pages, files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+import unmodelled as um
+from tests.diagnosis.diagnoses import HELD_OUT, HORIZON, JOINT, Said, diagnosis
+from tests.diagnosis.test_augmented import CASES
+from unmodelled.base.files import read_json
+from unmodelled.base.ownership import MARKER
+from unmodelled.base.parquet import read_parquet
+from unmodelled.diagnosis.answer.findings import Findings
+from unmodelled.diagnosis.where.where import where
+from unmodelled.learning.uncertainty.problem import callable_response
+from unmodelled.report.figures.files import FIGURES
+
+FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
+
+
+@pytest.fixture(scope="module")
+def simulation() -> um.Simulation:
+    return um.simulate(*um.example("pendulum"))
+
+
+@pytest.fixture(scope="module")
+def answer(tmp_path_factory: pytest.TempPathFactory) -> um.Answer:
+    """A diagnosis whose numbers are simply said."""
+    found = diagnosis(tmp_path_factory.mktemp("case"), FRICTION)
+    return um.Answer(Findings(found, where(found), exported=True))
+
+
+@pytest.fixture(scope="module")
+def study() -> um.ParameterStudy:
+    return um.identifiability(*um.example("pendulum"))
+
+
+@pytest.fixture(scope="module")
+def uncertainty() -> um.IdentifiedUncertainty:
+    gain = np.linspace(1.0, 2.0, 8)
+    model = callable_response(lambda theta: np.asarray(theta * gain), ["theta"], [[0.5, 1.5]])
+    drawn = gain * np.random.default_rng(0).normal(1.0, 0.1, 8)
+    observed = pd.DataFrame({"id": [f"P{k}" for k in range(8)], "y": drawn})
+    return um.identify_response(model, observed, data_sets=2)
+
+
+RESULTS = ("simulation", "answer", "study", "uncertainty")
+
+
+@pytest.fixture(params=RESULTS)
+def result(request: pytest.FixtureRequest) -> Any:
+    return request.getfixturevalue(request.param)
+
+
+def test_a_result_prints_itself_in_sentences(result: Any) -> None:
+    assert str(result) == repr(result)
+    assert "object at 0x" not in repr(result) and len(repr(result).splitlines()) > 2
+    assert max(map(len, repr(result).splitlines())) < 250
+
+
+def test_a_result_is_frozen(result: Any) -> None:
+    with pytest.raises(FrozenInstanceError):
+        result.system = None
+
+
+def test_a_notebook_shows_a_result_as_a_heading_with_tables(result: Any) -> None:
+    page = result._repr_html_()
+    assert page.startswith("<div>\n<h4>") and page.count("<table") == page.count("</table>") > 0
+    assert "<script" not in page
+
+
+def test_a_result_has_a_table(result: Any) -> None:
+    table = result.table()
+    assert isinstance(table, pd.DataFrame) and len(table) > 0
+
+
+NAMES = {
+    "simulation": "simulate",
+    "answer": "diagnose",
+    "study": "identifiability",
+    "uncertainty": "identify_uncertainty",
+}
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_saved_result_is_that_of_its_verb(
+    name: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    result = request.getfixturevalue(name)
+    result.save(tmp_path / "out")
+    result.save(tmp_path / "out")
+    assert read_json(tmp_path / "out" / MARKER)["made_by"] == NAMES[name]
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_folder_that_no_verb_made_is_refused(
+    name: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(um.BadInput, match=r"holds 'thesis.tex' and has no file .made_by"):
+        request.getfixturevalue(name).save(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_result_is_not_saved_over_its_logs(answer: um.Answer) -> None:
+    logs = answer.findings.diagnosis.logs
+    before = sorted(Path(logs.source).iterdir())
+    with pytest.raises(um.BadInput, match=r"is the input logs="):
+        answer.save(logs.source)
+    with pytest.raises(um.BadInput, match=r"lies inside the input logs="):
+        answer.save(Path(logs.source) / "out")
+    assert sorted(Path(logs.source).iterdir()) == before
+
+
+def test_a_result_of_one_verb_does_not_replace_that_of_another(
+    study: um.ParameterStudy, simulation: um.Simulation, tmp_path: Path
+) -> None:
+    study.save(tmp_path / "out")
+    with pytest.raises(um.BadInput, match="was made by identifiability, not by simulate"):
+        simulation.save(tmp_path / "out")
+
+
+def test_the_table_of_a_simulation_is_the_file(simulation: um.Simulation, tmp_path: Path) -> None:
+    simulation.save(tmp_path / "out")
+    pd.testing.assert_frame_equal(read_parquet(tmp_path / "out" / "simulation.parquet"), simulation.table())
+    content = read_json(tmp_path / "out" / "simulation.json")
+    assert content["gap"]["known"] == simulation.value and content["gap"]["floor"] == simulation.floor
+    errors = simulation.units.set_index("output").loc["theta"]
+    assert content["gap"]["units"]["theta"]["known_whole_run"] == errors["whole_run"]
+
+
+def test_the_gap_follows_from_the_table(simulation: um.Simulation) -> None:
+    table = simulation.table()
+    predicted = table[table["t"] > 0.0]  # the first sample of an experiment is no prediction
+    error = (predicted["theta_simulated"] - predicted["theta_measured"]) / simulation.gap.scale["theta"]
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(simulation.value)
+
+
+def test_some_experiments_are_simulated_like_all(simulation: um.Simulation) -> None:
+    one = um.simulate(simulation.system, simulation.logs, only="run3")
+    assert set(one.table()["experiment"]) == {"run3"} and one.worst == "run3"
+    (row,) = simulation.experiments.query("id == 'run3'").itertuples()
+    assert one.value == pytest.approx(row.gap)
+    with pytest.raises(um.BadInput, match="only: there is no experiment 'run9'"):
+        um.simulate(simulation.system, simulation.logs, only=["run9"])
+
+
+def lines(figure: Figure) -> list[Any]:
+    return [line for axes in figure.axes for line in axes.get_lines()]
+
+
+def test_a_simulation_is_drawn_as_it_is_in_the_table(simulation: um.Simulation) -> None:
+    own = simulation.table().query("experiment == 'run2'")
+    measured, simulated, error = lines(simulation.plot("run2"))
+    np.testing.assert_array_equal(measured.get_ydata(), own["theta_measured"])
+    np.testing.assert_array_equal(simulated.get_ydata(), own["theta_simulated"])
+    np.testing.assert_allclose(error.get_ydata(), own["theta_simulated"] - own["theta_measured"])
+    with pytest.raises(um.BadInput, match="'run22' was not simulated; did you mean 'run2'"):
+        simulation.plot("run22")
+
+
+def test_a_notebook_shows_a_figure_as_a_file_has_it(simulation: um.Simulation) -> None:
+    text = simulation.plot()._repr_svg_()  # type: ignore[attr-defined]
+    assert text.startswith("<?xml") and "</svg>" in text
+
+
+def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Path) -> None:
+    assert answer.save(tmp_path / "out") == ()
+    content = read_json(tmp_path / "out" / "diagnosis.json")
+    assert (answer.verdict, answer.confidence, answer.shrink) == ("effect", 0.94, 0.99)
+    (effect,) = answer.effects
+    assert (effect.family, effect.port) == ("coulomb_friction", "joint")
+    assert effect.parameters == content["effects"][0]["parameters"]
+    assert effect.indistinguishable == ("Stribeck friction at joint",)
+    assert answer.table()["value"].tolist() == [p["value"] for p in effect.parameters.values()]
+    assert answer.where.experiments.to_dict("records") == content["where"]["experiments"]
+    assert answer.gaps.set_index("model")["gap"].to_dict() == {
+        name: content["gap"][name] for name in ("known", "reidentified", "augmented", "neural", "floor")
+    }
+    assert answer.units["augmented"].tolist() == [content["gap"]["units"]["theta"]["augmented"]]
+    assert answer.parameters["identified"].tolist() == [content["parameters"]["b"]["identified"]]
+    assert answer.notes == tuple(content["notes"])
+
+
+def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tmp_path: Path) -> None:
+    answer.save(tmp_path / "out", pages=False)
+    read = um.read_system(tmp_path / "out" / "augmented_system.yaml")
+    logs = answer.findings.diagnosis.logs
+    saved, own = um.simulate(read, logs), um.simulate(answer.system, logs)
+    assert saved.value == pytest.approx(own.value, rel=1e-9)
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {
+        MARKER,
+        "augmented_system.yaml",
+        "diagnosis.json",
+        "tables",
+    }
+
+
+@pytest.mark.parametrize("name", ["coulomb", "group", "memory", "order", "scatter", "late_input", "many"])
+def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp_path: Path) -> None:
+    said, timing = CASES[name]
+    found = diagnosis(tmp_path / "case", *said, timing=timing)
+    own = um.Answer(Findings(found, where(found), exported=True))
+    held_out = [found.logs.ids[i] for i in HELD_OUT]
+    again = um.simulate(own.system, found.logs, HORIZON, held_out)
+    assert again.value == pytest.approx(found.augmented.gap.value, rel=1e-6)
+
+
+def test_every_figure_of_the_page_can_be_drawn_by_its_name(answer: um.Answer) -> None:
+    for name in FIGURES:
+        assert answer.plot(name).axes
+    assert answer.plot()._repr_svg_() == answer.plot("gap")._repr_svg_()  # type: ignore[attr-defined]
+    with pytest.raises(um.BadInput, match="figure: there is no 'gaps'; did you mean 'gap'"):
+        answer.plot("gaps")
+
+
+def test_effects_and_places_print_themselves(answer: um.Answer) -> None:
+    assert "coulomb_friction" in repr(answer.effects[0])
+    assert "channels" in repr(answer.where) and "joint" in repr(answer.where)
+    assert answer.where._repr_html_().count("<table") >= 2
+
+
+def test_a_study_gives_the_tables_that_it_saves(study: um.ParameterStudy, tmp_path: Path) -> None:
+    study.save(tmp_path / "out")
+    tables: dict[str, Callable[[], pd.DataFrame]] = {
+        "sensitivity": lambda: study.sensitivity,
+        "correlation": lambda: study.correlation,
+        "advice": study.table,
+    }
+    for name, table in tables.items():
+        pd.testing.assert_frame_equal(read_parquet(tmp_path / "out" / f"{name}.parquet"), table())
+    assert read_json(tmp_path / "out" / "identifiability.json")["advice"] == list(study.advice)
+    assert all(f"- {line}" in repr(study) for line in study.advice)
+
+
+def test_estimates_are_saved(uncertainty: um.IdentifiedUncertainty, tmp_path: Path) -> None:
+    uncertainty.save(tmp_path / "out")
+    saved = read_parquet(tmp_path / "out" / "estimates.parquet")
+    pd.testing.assert_frame_equal(saved, uncertainty.table())
+    assert read_json(tmp_path / "out" / "uncertainty.json")["advice"] == list(uncertainty.advice)
+
+
+@pytest.mark.parametrize(
+    ("observed", "words"),
+    [
+        (pd.DataFrame({"y": [1.0, 2.0]}), "observations: column id is missing"),
+        (pd.DataFrame({"id": [], "y": []}), "observations: row 1: no observations below it"),
+        (pd.DataFrame({"id": ["a", "b"], "y": [1.0, np.nan]}), "row 2: column y: is not a finite number"),
+        (
+            pd.DataFrame({"id": ["a"], "y": [1.0]}),
+            "must have 2 rows, one for every output of the model, got 1",
+        ),
+    ],
+)
+def test_observations_that_cannot_be_used_are_refused(observed: pd.DataFrame, words: str) -> None:
+    model = callable_response(lambda theta: np.hstack([theta, 2.0 * theta]), ["a"], [[0.5, 1.5]])
+    with pytest.raises(um.BadInput, match=words):
+        um.identify_response(model, observed)

@@ -1,0 +1,1 @@
+"""Functions and results of `import unmodelled`: rooms that compute, joined with those that draw."""

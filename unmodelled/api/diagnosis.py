@@ -1,0 +1,298 @@
+"""The answer of a diagnosis, as a user meets it: named effects, tables, figures and pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.notebook import shown
+from unmodelled.base.ownership import writing
+from unmodelled.diagnosis.answer.figure_tables import write_tables
+from unmodelled.diagnosis.answer.findings import Findings, findings
+from unmodelled.logs.logs import Logs
+from unmodelled.report.diagnosis_page import PAGE, write_page
+from unmodelled.report.figures.files import figures_of, write_figures
+from unmodelled.report.figures.style import verbatim
+from unmodelled.report.headline import effect_name, headline
+from unmodelled.systems.model import System
+
+MODELS = ("known", "reidentified", "augmented", "neural", "floor")
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect that the model leaves out.
+
+    Attributes:
+        family: kind of the effect, coulomb_friction for instance.
+        port: where it acts: a port, actuator:<input>, sensor:<output> or parameter:<name>.
+        law: formula of the effect, in names of the augmented system.
+        parameters: numbers of the law by name, each with value, unit and interval (95 %), SI.
+        confidence: calibrated probability that it is this effect or one of `indistinguishable`, 0 to 1.
+        shrink: share of the squared gap above the noise floor that the effect explains, 0 to 1.
+        indistinguishable: effects that these data cannot tell from this one, in words.
+    """
+
+    family: str
+    port: str
+    law: str
+    parameters: Mapping[str, Mapping[str, Any]]
+    confidence: float
+    shrink: float
+    indistinguishable: tuple[str, ...]
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Effect:
+        """Return the effect that an entry of diagnosis.json describes."""
+        names = ("family", "port", "law", "parameters", "confidence", "shrink")
+        alike = tuple(effect_name(other) for other in content["indistinguishable"])
+        return cls(**{name: content[name] for name in names}, indistinguishable=alike)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """Where the gap lies, as tables with the largest shares first.
+
+    Attributes:
+        channels: port, share of the squared gap above the noise floor.
+        regions: signal, low, high (SI), share.
+        factors: factor and level of the operating point, share.
+        experiments: id, known, augmented: gap as given and with the effects found, standard deviations.
+    """
+
+    channels: pd.DataFrame
+    regions: pd.DataFrame
+    factors: pd.DataFrame
+    experiments: pd.DataFrame
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Place:
+        """Return what the entry `where` of diagnosis.json says."""
+        columns = {
+            "channels": ["port", "share"],
+            "regions": ["signal", "low", "high", "share"],
+            "factors": ["factor", "level", "share"],
+            "experiments": ["id", "known", "augmented"],
+        }
+        return cls(**{name: pd.DataFrame(content[name], columns=each) for name, each in columns.items()})
+
+    def __repr__(self) -> str:
+        filled = {name: table for name, table in vars(self).items() if len(table)}
+        return "\n\n".join(f"{name}\n{table.to_string(index=False)}" for name, table in filled.items())
+
+    def _repr_html_(self) -> str:
+        return shown("Where the gap lies", [], vars(self))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Answer:
+    """What a diagnosis says; made by `diagnose`.
+
+    Attributes:
+        findings: everything that was computed, the fitted models included.
+    """
+
+    findings: Findings
+
+    @property
+    def verdict(self) -> str:
+        """Return effect, no_gap, unknown or check_logs."""
+        return self.findings.diagnosis.verdict
+
+    @property
+    def confidence(self) -> float:
+        """Return the calibrated probability that the verdict and its effects are right, 0 to 1."""
+        return self.findings.diagnosis.confidence
+
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """Return the effects that the model leaves out, the strongest first."""
+        return tuple(Effect.of(entry) for entry in self.findings.content["effects"])
+
+    @cached_property
+    def where(self) -> Place:
+        """Return where the gap lies: channels, regions, factors, experiments."""
+        return Place.of(self.findings.content["where"])
+
+    @property
+    def system(self) -> System:
+        """Return the system with the effects found and all identified numbers.
+
+        It is the system as given where the logs are to be checked.
+        """
+        return self.findings.system
+
+    @property
+    def shrink(self) -> float:
+        """Return the share of the squared gap above the noise floor that the effects explain, 0 to 1."""
+        return self.findings.diagnosis.shrink
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return what a reader of the answer must know."""
+        return self.findings.diagnosis.notes
+
+    @property
+    def gaps(self) -> pd.DataFrame:
+        """Return model and gap on the held-out experiments, in standard deviations of the outputs.
+
+        The models are the system as given (known), with refitted parameters (reidentified), with the effects
+        found (augmented), with a network in every port (neural), and the noise floor (floor).
+        """
+        gap = self.findings.content["gap"]
+        return pd.DataFrame([(name, gap[name]) for name in MODELS], columns=["model", "gap"])
+
+    @property
+    def units(self) -> pd.DataFrame:
+        """Return the errors on the held-out experiments in units of the outputs, a row per output.
+
+        Columns: output, unit, known and augmented (at the end of the free-run windows), known_whole_run and
+        augmented_whole_run; nan where the simulation diverges.
+        """
+        rows = [{"output": name, **entry} for name, entry in self.findings.content["gap"]["units"].items()]
+        numbers = ["known", "augmented", "known_whole_run", "augmented_whole_run"]
+        table = pd.DataFrame(rows, columns=["output", "unit", *numbers])
+        return table.astype(dict.fromkeys(numbers, float))
+
+    @property
+    def parameters(self) -> pd.DataFrame:
+        """Return the refitted parameters: name, unit, known, identified, low, high (95 % interval), SI."""
+        rows = [
+            (name, e["unit"], e["known"], e["identified"], *e["interval"])
+            for name, e in self.findings.content["parameters"].items()
+        ]
+        return pd.DataFrame(rows, columns=["name", "unit", "known", "identified", "low", "high"])
+
+    def table(self) -> pd.DataFrame:
+        """Return the numbers of the effects, a row each.
+
+        Columns: effect (in words), law, parameter, value, low, high (95 % interval), unit (SI), confidence
+        and shrink (both of the effect, 0 to 1).
+        """
+        rows = [
+            (
+                *(effect_name(entry), entry["law"], name, number["value"], *number["interval"]),
+                *(number["unit"], entry["confidence"], entry["shrink"]),
+            )
+            for entry in self.findings.content["effects"]
+            for name, number in entry["parameters"].items()
+        ]
+        columns = ["effect", "law", "parameter", "value", "low", "high", "unit", "confidence", "shrink"]
+        return pd.DataFrame(rows, columns=columns)
+
+    def plot(self, figure: str | None = None) -> Figure:
+        """Draw a figure of the answer.
+
+        Args:
+            figure: gap (by default; how far it falls, model by model), lacking (what the physics leaves out),
+                left_over, experiments, before_and_after or candidates. Where the logs are to be checked there
+                are experiments (then the default) and before_and_after only.
+
+        Raises:
+            BadInput: when the answer has no such figure.
+        """
+        with TemporaryDirectory() as place:
+            folder = Path(place)
+            write_tables(self.findings.diagnosis, self.findings.where, folder)
+            figures = figures_of(folder)
+            name = next(iter(figures)) if figure is None else figure
+            if name not in figures:
+                raise BadInput(f"figure: there is no {name!r}{closest(str(name), figures)}")
+            with verbatim():
+                return figures[name](folder)
+
+    def save(self, folder: Path | str, pages: bool = True) -> tuple[str, ...]:
+        """Write the answer, the augmented system and the tables; then figures and a page.
+
+        The folder gets diagnosis.json, augmented_system.yaml (a system file; none where the logs are to be
+        checked), tables, figures and index.html, a page with all of it. The answer is written first: a
+        picture that cannot be drawn is a note.
+
+        Args:
+            folder: folder that is new, empty or holds an older diagnosis; replaced as a whole.
+            pages: whether figures and the page are made; default: yes.
+
+        Returns:
+            Notes on what could not be made; none where everything was.
+
+        Raises:
+            BadInput: when the folder may not be replaced, or the answer cannot be written.
+        """
+        found = self.findings.diagnosis
+        sources = {"system": found.system.source, "logs": found.logs.source}
+        drawn = {"figures": write_figures, PAGE: lambda into: write_page(into, self._command)}
+        with writing("diagnose", Path(folder), sources):
+            saved = self.findings.save(Path(folder), drawn if pages else None)
+        return saved.diagnosis.notes[len(self.notes) :]
+
+    def __repr__(self) -> str:
+        return str(self.findings)
+
+    def _repr_html_(self) -> str:
+        tables = {
+            "Numbers of the effects": self.table().drop(columns=["law", "confidence", "shrink"]),
+            "Errors on held-out experiments, in units of the outputs": self.units,
+            "Gap on held-out experiments, in standard deviations of the outputs": self.gaps,
+            "Refitted parameters": self.parameters,
+            "Channels by which the gap enters": self.where.channels,
+        }
+        return shown(headline(self.findings.content), repr(self).splitlines(), tables)
+
+    @property
+    def _command(self) -> str:
+        """The command line that gives this answer, where system and logs are files."""
+        found = self.findings.diagnosis
+        files = f"system={found.system.source} logs={found.logs.source}"
+        return f"python -m pipeline diagnose {files} horizon={found.horizon} seed={found.seed}"
+
+
+def diagnose(
+    system: System, logs: Logs, horizon: float = 0.1, seed: int = 0, workers: int | None = None
+) -> Answer:
+    """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
+
+    A quarter of the experiments takes no part in fitting or choosing; all gaps are theirs. Where a fault of
+    the logs, such as a unit or a sign, explains most of the gap, that is the answer (verdict check_logs).
+
+    Args:
+        system: known physics; parameters marked `identify` are refitted.
+        logs: measured experiments, two or more, read for this system.
+        horizon: length of the free-run windows, s; default 0.1.
+        seed: seed of the random generators; the same seed gives the same answer; default 0.
+        workers: number of threads; default: one per core.
+
+    Returns:
+        Verdict, effects with their numbers, where the gap lies, and the augmented system.
+
+    Raises:
+        BadInput: when the system, the logs, the horizon or the seed cannot be used.
+
+    Examples:
+        The logs of the example have dry friction in the joint, which its system file leaves out:
+
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> answer = um.diagnose(system, logs)
+        >>> answer.verdict
+        'effect'
+        >>> answer.effects[0].family, answer.effects[0].port, answer.effects[0].law
+        ('coulomb_friction', 'joint', 'F_c*sign(omega)')
+        >>> answer.table()[["parameter", "value", "unit"]].round(3)
+          parameter  value unit
+        0       F_c   0.06  N m
+
+        The augmented system is simulated like any other:
+
+        >>> before, after = um.simulate(system, logs), um.simulate(answer.system, logs)
+        >>> bool(after.value < 0.1 * before.value)
+        True
+    """
+    return Answer(findings(system, logs, horizon, seed, workers))

@@ -1,0 +1,55 @@
+"""Small systems with logs to try the library on, shipped with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput, closest
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+FOLDER = Path(__file__).parent / "examples"
+
+
+def example(name: str = "pendulum") -> tuple[System, Logs]:
+    """Read an example: a system file that leaves something out, and logs of its machine.
+
+    The logs are simulated, not measured.
+
+    - `pendulum`: a driven pendulum with an encoder, four experiments of 2 s; the system file leaves out the
+      dry friction of the joint.
+    - `flywheel`: a flywheel that a brake stops, 24 experiments of 12 s; the torque of the brake differs from
+      experiment to experiment.
+
+    Args:
+        name: name of the example; default: pendulum.
+
+    Returns:
+        System and logs.
+
+    Raises:
+        BadInput: when there is no such example.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> system
+        system pendulum
+        states: theta (rad); omega (rad/s)
+        inputs: torque (N m)
+        outputs: theta (rad)
+        parameters: J = 0.02 kg m^2; b = 0.01 N m s/rad, to be identified; mgl = 1.2 N m
+        ports: joint (N m)
+        dynamics:
+          theta' = omega
+          omega' = (-b*omega - mgl*sin(theta) - tau + torque)/J
+        >>> logs.ids
+        ('run1', 'run2', 'run3', 'run4')
+    """
+    known = sorted(folder.name for folder in FOLDER.iterdir())
+    if name not in known:
+        raise BadInput(f"example: there is no {name!r}{closest(str(name), known)}")
+    system = read_system(FOLDER / name / f"{name}.yaml")
+    return system, read_logs(FOLDER / name / "logs", system)

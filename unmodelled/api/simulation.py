@@ -1,0 +1,231 @@
+"""Free runs of a system along measured experiments, and the gap between the two."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.notebook import shown
+from unmodelled.base.ownership import writing
+from unmodelled.base.parquet import write_parquet
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.evaluation.gap import Gap, steps_of
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepared_for
+from unmodelled.report.figures.free_run import measured_and_simulated
+from unmodelled.systems.model import System
+
+TABLE, SUMMARY = "simulation.parquet", "simulation.json"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation:
+    """Free runs of a system beside the measured outputs; made by `simulate`.
+
+    Attributes:
+        system: simulated system.
+        logs: measured experiments.
+        horizon: length of the free-run windows that was asked for, s.
+        runs: numbers of the simulated experiments, in the order of `logs`.
+        gap: errors of the free runs, in standard deviations of the outputs and in their units.
+    """
+
+    system: System
+    logs: Logs
+    horizon: float
+    runs: tuple[int, ...]
+    gap: Gap
+
+    @property
+    def value(self) -> float:
+        """Return the gap: the root mean square error over windows and outputs, in standard deviations."""
+        return self.gap.value
+
+    @property
+    def floor(self) -> float:
+        """Return the noise floor: what the noise of the sensors alone leaves of the gap."""
+        return self.gap.floor
+
+    @property
+    def seconds(self) -> float:
+        """Return the length of the windows, s: the horizon, rounded to samples."""
+        return steps_of(self.horizon, self.logs) * self.logs.period
+
+    @property
+    def units(self) -> pd.DataFrame:
+        """Return the errors in units of the outputs, a row per output.
+
+        Columns: output, unit, at_horizon (root mean square error at the last sample of the windows) and
+        whole_run (over experiments that are simulated from their first state on); nan where the simulation
+        diverges.
+        """
+        rows = [(name, off.unit, off.at_horizon, off.whole_run) for name, off in self.gap.units.items()]
+        table = pd.DataFrame(rows, columns=["output", "unit", "at_horizon", "whole_run"])
+        return table.astype({"at_horizon": float, "whole_run": float})
+
+    @property
+    def experiments(self) -> pd.DataFrame:
+        """Return the gap and the noise floor of every experiment: id, gap, floor (standard deviations)."""
+        rows = [(name, gap, self.gap.floors[name]) for name, gap in self.gap.per_experiment.items()]
+        return pd.DataFrame(rows, columns=["id", "gap", "floor"])
+
+    @property
+    def worst(self) -> str:
+        """Return the id of the experiment with the largest gap."""
+        each = self.gap.per_experiment
+        return max(each, key=lambda name: each[name])
+
+    def table(self) -> pd.DataFrame:
+        """Return a row per sample of the simulated experiments.
+
+        Columns: experiment, t (s), window (number of the free run, from 0 in every experiment), and for every
+        output `<name>_measured` and `<name>_simulated` in its unit. A value is nan where nothing is
+        simulated; a simulated value that diverged is cut ten standard deviations from the measured one.
+        """
+        logs, run = self.logs, self.gap.run
+        columns: dict[str, Any] = {
+            "experiment": np.array(logs.ids)[logs.owner],
+            "t": logs.t,
+            "window": run.window,
+        }
+        for j, name in enumerate(logs.outputs):
+            columns |= {f"{name}_measured": logs.y[:, j], f"{name}_simulated": run.y[:, j]}
+        chosen = np.isin(logs.owner, self.runs)
+        return pd.DataFrame(columns)[chosen].reset_index(drop=True)
+
+    def plot(self, experiment: str | None = None) -> Figure:
+        """Draw measured and simulated outputs of one experiment, and the difference between the two.
+
+        Args:
+            experiment: id of the experiment; default: the one with the largest gap.
+
+        Raises:
+            BadInput: when the experiment was not simulated.
+        """
+        name = self.worst if experiment is None else experiment
+        if name not in (ids := list(self.gap.per_experiment)):
+            raise BadInput(f"experiment: {name!r} was not simulated{closest(str(name), ids)}")
+        rows = self.table()
+        units = {output.name: output.unit for output in self.system.outputs}
+        return measured_and_simulated(rows[rows["experiment"] == name], units, name)
+
+    def save(self, folder: Path | str) -> None:
+        """Write simulation.parquet (the table) and simulation.json (the gap).
+
+        Args:
+            folder: folder that is new, empty or holds an older simulation; replaced as a whole.
+
+        Raises:
+            BadInput: when the folder may not be replaced or cannot be written.
+        """
+        sources = {"system": self.system.source, "logs": self.logs.source}
+        with writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
+            write_parquet(self.table(), new / TABLE)
+            write_json(new / SUMMARY, self._content())
+
+    def __repr__(self) -> str:
+        name, each, over = self.worst, self.gap.per_experiment, f"{self.seconds:.3g} s"
+        lines = [
+            *(f"{output}: {off.says(self.seconds)}" for output, off in self.gap.units.items()),
+            f"gap: {self.value:.3g} standard deviations over {over}, {len(each)} experiments",
+            f"noise floor: {self.floor:.3g}, what the noise of the sensors alone leaves",
+            f"worst experiment: {name}, {each[name]:.3g}",
+        ]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        tables = {
+            f"Errors in units of the outputs, after {self.seconds:.3g} s and over whole runs": self.units,
+            "Gap of every experiment, in standard deviations of the outputs": self.experiments,
+        }
+        return shown(f"Free runs of {self.system.name}", repr(self).splitlines(), tables)
+
+    def _content(self) -> dict[str, Any]:
+        """What simulation.json holds."""
+        found = self.gap
+        return {
+            "schema": "simulation/1",
+            "system": self.system.name,
+            "horizon": float(self.horizon),
+            "gap": {
+                "known": found.value,
+                "floor": found.floor,
+                "units": {
+                    name: {"unit": off.unit, "known": off.at_horizon, "known_whole_run": off.whole_run}
+                    for name, off in found.units.items()
+                },
+            },
+            "outputs": {
+                output.name: {
+                    "gap": found.per_output[output.name],
+                    "unit": output.unit,
+                    "rmse": found.per_output[output.name] * found.scale[output.name],
+                    "std": found.scale[output.name],
+                }
+                for output in self.system.outputs
+            },
+            "experiments": [{"id": name, "known": value} for name, value in found.per_experiment.items()],
+            "integration": {"method": "rk4", "substeps": found.substeps},
+            "notes": [*self.logs.notes, *found.notes],
+        }
+
+
+def simulate(
+    system: System, logs: Logs, horizon: float = 0.1, only: Sequence[str] | str | None = None
+) -> Simulation:
+    """Simulate a system along measured experiments and return the gap between the two.
+
+    Free runs of `horizon` seconds, back to back, start at the measured states and see the inputs only. Every
+    error is in standard deviations of its output within the experiments, and in the output's unit.
+
+    Args:
+        system: known physics, with laws in its ports where it has any.
+        logs: measured experiments with the inputs and outputs of the system.
+        horizon: length of the free-run windows, s; default 0.1.
+        only: ids of the experiments to simulate, or one id; default: all. The scale of the outputs is that of
+            all experiments in any case.
+
+    Returns:
+        The gap, its noise floor, and what was simulated.
+
+    Raises:
+        BadInput: when the horizon, a delay or an id cannot be used.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> gap = um.simulate(system, logs)
+        >>> print(gap)
+        theta: 0.017 rad off after 0.1 s, 0.2 rad over whole runs
+        gap: 0.0147 standard deviations over 0.1 s, 4 experiments
+        noise floor: 0.000889, what the noise of the sensors alone leaves
+        worst experiment: run3, 0.0162
+        >>> gap.units.round(3)
+          output unit  at_horizon  whole_run
+        0  theta  rad       0.017      0.201
+        >>> list(gap.table().columns)
+        ['experiment', 't', 'window', 'theta_measured', 'theta_simulated']
+    """
+    runs, own = _chosen(only, logs), prepared_for(system, logs)
+    return Simulation(system, own, horizon, tuple(runs), free_runs(system, own, horizon, runs))
+
+
+def _chosen(only: Sequence[str] | str | None, logs: Logs) -> list[int]:
+    """Numbers of the experiments, in their order."""
+    if only is None:
+        return list(range(len(logs)))
+    ids = [str(name) for name in ([only] if isinstance(only, str | int | float) else only)]
+    for name in ids:
+        if name not in logs.ids:
+            raise BadInput(f"only: there is no experiment {name!r}")
+    if not ids:
+        raise BadInput("only: names no experiment")
+    return sorted({logs.ids.index(name) for name in ids})

@@ -1,0 +1,154 @@
+"""A diagnosis from a system and its logs to the files of its answer; what is drawn of it comes later."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing_folder, write_json
+from unmodelled.base.progress import say
+from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.figure_tables import write_tables
+from unmodelled.diagnosis.answer.sentences import sentences
+from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
+from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
+from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.diagnosis.where.where import Where, where
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+SUMMARY, TABLES = "diagnosis.json", "tables"
+
+#: Writes a part of the answer into a folder; returns the files that it could not make, and why.
+Part = Callable[[Path], Mapping[str, Exception] | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What a diagnosis found, ready to be written.
+
+    Attributes:
+        diagnosis: verdict, effects, and the models that show them.
+        where: where the gap lies.
+        exported: whether the augmented system has a form as a file.
+    """
+
+    diagnosis: Diagnosis
+    where: Where
+    exported: bool
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """What diagnosis.json holds."""
+        return summary(self.diagnosis, self.where)
+
+    @cached_property
+    def system(self) -> System:
+        """The system with the effects found and all identified numbers; as given where logs are at fault."""
+        found = self.diagnosis
+        return found.system if found.verdict == "check_logs" else augmented_system(found)
+
+    def __str__(self) -> str:
+        return "\n".join(sentences(self.diagnosis))
+
+    def with_notes(self, *notes: str) -> Findings:
+        """Return the same findings with further notes."""
+        return replace(self, diagnosis=replace(self.diagnosis, notes=(*self.diagnosis.notes, *notes)))
+
+    def save(self, out: Path, drawn: Mapping[str, Part] | None = None) -> Findings:
+        """Write diagnosis.json and augmented_system.yaml, then the tables, then what is drawn from them.
+
+        The answer is safe before the first table is written: a part that cannot be made is a note in it, and
+        the parts after it are left out.
+
+        Args:
+            out: folder that is new, empty or holds an older diagnosis; replaced as a whole.
+            drawn: further parts by name, made in this order from the files in the folder.
+
+        Returns:
+            The findings with notes on what could not be made.
+
+        Raises:
+            BadInput: when `out` may not be replaced, or the answer cannot be written.
+        """
+        with replacing_folder(out) as folder:
+            if self.exported:
+                write_augmented(self.diagnosis, folder)
+            write_json(folder / SUMMARY, self.content)
+        with replacing_folder(out) as folder:
+            shutil.copytree(out, folder, ignore=shutil.ignore_patterns(".*"), dirs_exist_ok=True)
+            return self._with_parts(folder, drawn or {})
+
+    def _with_parts(self, folder: Path, drawn: Mapping[str, Part]) -> Findings:
+        found = self
+        tables: Part = lambda into: write_tables(self.diagnosis, self.where, into)  # noqa: E731
+        for name, write in {TABLES: tables, **drawn}.items():
+            try:
+                faults = write(folder) or {}
+            except Exception as fault:
+                faults = {name: fault}
+            if faults:
+                notes = (_note(f"{part} could not be made", fault) for part, fault in faults.items())
+                found = found.with_notes(*notes)
+                with suppress(BadInput):  # a full disk: the answer stays as it was, the caller has the notes
+                    write_json(folder / SUMMARY, found.content)
+            if name in faults:  # the other parts are made from this one
+                break
+        return found
+
+
+def findings(
+    system: System, logs: Logs, horizon: float = 0.1, seed: int = 0, workers: int | None = None
+) -> Findings:
+    """Diagnose the gap between a system and measured experiments.
+
+    Args:
+        system: known physics; parameters marked `identify` are refitted.
+        logs: measured experiments, two or more; some are held out to judge the others' verdict.
+        horizon: length of the free-run windows, s; default 0.1.
+        seed: seed of the random generators; the same seed gives the same findings; default 0.
+        workers: number of threads; default: one per core.
+
+    Raises:
+        BadInput: when the system, the logs, the horizon or the seed cannot be used.
+    """
+    check_seed(seed)
+    check(system, logs, horizon)
+    faults = log_faults(system, logs, horizon)
+    if not any(fault.decides for fault in faults):
+        check_windows(system, logs, horizon)
+    threads = os.cpu_count() or 1 if workers is None else workers
+    found = diagnose_gap(system, logs, horizon, seed, workers=threads, progress=say, faults=faults)
+    place = where(found)
+    if found.verdict == "check_logs":
+        return Findings(found, place, exported=False)
+    with TemporaryDirectory() as folder:
+        try:
+            write_augmented(found, Path(folder))
+        except ValueError as reason:  # not every expression has a form in a file
+            return Findings(found, place, exported=False).with_notes(f"{FILE} was not written: {reason}")
+        return Findings(found, place, exported=True).with_notes(*_whole_runs(found, Path(folder) / FILE))
+
+
+def _whole_runs(found: Diagnosis, file: Path) -> Iterator[str]:
+    """Notes on whole experiments that are simulated with the exported file."""
+    try:
+        yield from whole_run_notes(found, file)
+    except Exception as fault:
+        yield _note(f"{FILE}: whole experiments could not be simulated", fault)
+
+
+def _note(what: str, fault: Exception) -> str:
+    reason = str(fault) if isinstance(fault, BadInput) else f"{type(fault).__name__}: {fault}"
+    return f"{what} ({BadInput(reason)}); {SUMMARY} has all numbers. Please report this line"
