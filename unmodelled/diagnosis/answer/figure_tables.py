@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 FOLDER, ABOUT = "tables", "about.json"
 #: Names of the kinds of places.
-KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
+PLACE_KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 #: Intervals into which the time of an experiment is divided.
 INTERVALS = 25
 
@@ -174,7 +174,7 @@ def readable(effect: Added) -> str:
     """
     place = effect.place
     head, rest = named(effect).split(f" at {place.channel}", 1)
-    at = f"{KINDS[place.kind]} {place.name}".strip()
+    at = f"{PLACE_KINDS[place.kind]} {place.name}".strip()
     return f"{head.replace('_', ' ')} at {at}{rest}"
 
 

@@ -151,7 +151,7 @@ DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
 #: A fit has converged when an iteration lowers the loss by less, in all or as a share of it, or moves
 #: everything by less than this share of its standard deviation.
-ENOUGH, SHARE, CLOSE = 1e-2, 1e-5, 0.03
+CONVERGED_LOSS, CONVERGED_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 0.03
 
 
 #: Vectors (sets, entries) and starts (windows, sets, measured states) that are to be simulated.
@@ -214,10 +214,12 @@ class Descent:
             losses = self._losses((yield z, moved), z, moved, scale)
             best = int(np.argmin(losses))
             if losses[best] < here:
-                near = np.abs(z[best] - self.z) <= CLOSE * np.sqrt(np.diag(normal.covariance()))
+                near = np.abs(z[best] - self.z) <= CONVERGED_STEP * np.sqrt(np.diag(normal.covariance()))
                 self.z, self.moved, self.loss = z[best], moved[:, best], float(losses[best])
                 self.damping = float(dampings[best])
-                self.converged = bool(near.all()) or here - self.loss < ENOUGH + SHARE * here
+                self.converged = (
+                    bool(near.all()) or here - self.loss < CONVERGED_LOSS + CONVERGED_SHARE * here
+                )
                 return
             self.damping = float(dampings[-1] * DAMPINGS[-1])
         self.converged = True

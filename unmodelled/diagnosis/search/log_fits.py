@@ -23,7 +23,7 @@ OFFSETS = np.linspace(-3.0, 3.0, 13)
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
 FACTORS = np.linspace(-0.75, 0.75, 7)
 #: Largest number of evaluations of the refinement, and its tolerance in distances of those values.
-REFINEMENTS, REFINEMENT_TOLERANCE = 15, 1e-4
+REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
 #: Factors by which the known inertia may be wrong; beyond them a wrong clock is more likely.
 INERTIA = 0.5, 2.0
 #: A wrong clock is written in per cent up to this deviation, beyond it as a factor.
@@ -130,6 +130,6 @@ def _lowest(square: Callable[[float], float], tried: Array) -> tuple[float, floa
         square,
         bounds=(tried[k] - step, tried[k] + step),
         method="bounded",
-        options={"maxiter": REFINEMENTS, "xatol": REFINEMENT_TOLERANCE * step},
+        options={"maxiter": REFINEMENT_EVALUATIONS, "xatol": REFINEMENT_TOLERANCE * step},
     )
     return min((float(best.x), float(best.fun)), (float(tried[k]), squares[k]), key=lambda each: each[1])

@@ -135,7 +135,7 @@ def screen(base: FittedHypothesis, recording: Recording, workers: int) -> list[S
 
 
 def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
-    """Where it can be added: numbers of other effects have no effects of their own."""
+    """Places where an effect can be added; numbers of other effects are none."""
     taken = {e.place.channel for e in base.effects if e.family == effect.family}
     known = set(effect.places(base.study.system))
     for place in effect.places(base.system):

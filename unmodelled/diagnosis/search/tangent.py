@@ -69,7 +69,7 @@ class Tangent:
 
     def _aligned(self, r: Array, later: NDArray[np.int64]) -> Array:
         """Errors (windows, sets, most steps, outputs) where the same samples have their errors without delay:
-        other samples would bring noise of their own, which explains some of theirs.
+        the noise of other samples would explain some of theirs.
         """
         found = np.array(r)
         for k, j in zip(*np.nonzero(later), strict=True):

@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Bins of the first coordinate, for either direction, and of the others.
-FINE, COARSE = 32, 16
+FINE_BINS, COARSE_BINS = 32, 16
 #: Times over which a place may remember, as shares of the longest experiment.
-MEMORY = (0.005, 0.02, 0.1)
+MEMORY_SHARES = (0.005, 0.02, 0.1)
 #: The data are cut into so many parts; a rule is judged on the parts that it was not fitted to.
 FOLDS = 4
 #: How far the height of a bin is drawn to zero: what is known of it before, in windows.
@@ -69,12 +69,12 @@ class Rule:
         coordinates = corrections.coordinates
         found = coordinates.of(corrections.places[place])
         longest = recording.logs.period * int(np.diff(recording.logs.offsets).max())
-        past = coordinates.lags(corrections.places[place], tuple(longest * share for share in MEMORY))
-        columns = [_one_of(_bins(values, COARSE), COARSE) for values in past]
+        past = coordinates.lags(corrections.places[place], tuple(longest * share for share in MEMORY_SHARES))
+        columns = [_one_of(_bins(values, COARSE_BINS), COARSE_BINS) for values in past]
         if found:
             level, rate = found[0].values, found[min(1, len(found) - 1)].values
-            columns.append(_one_of(_bins(level, FINE) + FINE * (rate > 0.0), 2 * FINE))
-            columns.append(_one_of(_bins(rate, COARSE), COARSE))
+            columns.append(_one_of(_bins(level, FINE_BINS) + FINE_BINS * (rate > 0.0), 2 * FINE_BINS))
+            columns.append(_one_of(_bins(rate, COARSE_BINS), COARSE_BINS))
         features = np.concatenate([*columns, np.ones((len(recording.start), 1))], axis=1)
         return cls(corrections, place, features, pinned)
 
@@ -191,7 +191,7 @@ def _lowered(corrections: Corrections, gradient: Array) -> Array:
 
 
 def _ruled(corrections: Corrections, whole: float) -> tuple[Array, Array]:
-    """By how much rules at the places lower the errors (places,), as shares of the whole; what is left."""
+    """Shares (places,) by which rules at the places lower the errors, and the remaining gradient."""
     found, limits = np.zeros(len(corrections.places)), corrections.thresholds
     handicap = [
         limits.sensor_handicap * whole if place.kind == "sensor" else 0.0 for place in corrections.places

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 #: Columns of the coordinates of a channel, in their order.
 PORT, OTHER = ("level", "rate", "acceleration"), ("level", "rate")
 #: Bins over which the variance that a coordinate explains is computed; points at which a law is listed.
-BINS, POINTS = 30, 120
+VARIANCE_BINS, LAW_POINTS = 30, 120
 
 
 def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
@@ -107,7 +107,7 @@ def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: li
 
 def _told(x: Array, law: Array) -> pd.DataFrame:
     order = np.argsort(x, kind="stable")
-    bins = np.arange(len(x)) * min(POINTS, len(x)) // len(x)
+    bins = np.arange(len(x)) * min(LAW_POINTS, len(x)) // len(x)
     groups = pd.DataFrame({"x": x[order], "law": law[order]}).groupby(bins)
     spread = groups["law"].quantile([0.1, 0.5, 0.9]).unstack()
     return spread.set_axis(["low", "law", "high"], axis=1).assign(x=groups["x"].median())
@@ -196,5 +196,5 @@ def _explained(x: pd.Series, y: pd.Series) -> float:
     variance = float(np.var(y))
     if variance == 0.0:
         return 0.0
-    bins = pd.qcut(x.rank(method="first"), min(BINS, len(x)), labels=False)
+    bins = pd.qcut(x.rank(method="first"), min(VARIANCE_BINS, len(x)), labels=False)
     return 1.0 - float(((y - y.groupby(bins).transform("mean")) ** 2).mean()) / variance

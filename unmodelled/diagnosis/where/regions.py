@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Bins of a coordinate, at most, and windows in each of them, at least.
-MOST_BINS, FEWEST_WINDOWS = 24, 30
+MOST_BINS, FEWEST_PER_BIN = 24, 30
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def _of_place(corrections: Corrections, k: int, place: Place) -> list[_Region]:
 def _along(
     signal: Coordinate, values: Array, excess: Array, group: Indices, limits: Thresholds
 ) -> list[_Region]:
-    count = int(np.clip(len(values) // FEWEST_WINDOWS, 2, MOST_BINS))
+    count = int(np.clip(len(values) // FEWEST_PER_BIN, 2, MOST_BINS))
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count + 1)))
     if len(edges) < 3:
         return []
