@@ -14,7 +14,7 @@ from unmodelled.report.tables import Table
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A folder that `diagnose` wrote; `name` is its path below the folder of all, `headline` its verdict."""
+    """A diagnosis with its figures; `name` is its path below the folder of all, `headline` its verdict."""
 
     name: str
     headline: str
@@ -24,12 +24,17 @@ class Diagnosis:
     @property
     def id(self) -> str:
         """Name of its page's folder."""
-        return self.name.removeprefix("real/").replace("/", "_")
+        return "_".join(self._parts)
 
     @property
     def label(self) -> str:
         """What it was made of, in words."""
-        return ": ".join(self.name.removeprefix("real/").split("/")).replace("_", " ")
+        return ": ".join(self._parts).replace("_", " ")
+
+    @property
+    def _parts(self) -> list[str]:
+        """Machine and system file; the folder around them says of which kind the data are."""
+        return self.name.removeprefix("real/").removeprefix("virtual/").split("/")
 
     @property
     def file(self) -> str:

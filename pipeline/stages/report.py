@@ -34,7 +34,7 @@ def report(
         figures: folder of SVG files and figures.json, which says what they show.
         provenance: folder of <campaign>/provenance.json.
         runs: folder that is searched for fit.json.
-        diagnoses: folder that is searched for what `diagnose` wrote.
+        diagnoses: folder that is searched for diagnoses with figures, as draw_diagnoses writes them.
         executions: folder of <stage>.json, what was noted of every stage that was executed.
         out: folder; these three in it are replaced as a whole, anything else in it is left alone.
 

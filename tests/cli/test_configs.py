@@ -22,8 +22,8 @@ GROUPS = [
 ]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
-#: Sweeps, and what reads them, are no part of the graph, nor is what writes a file of the program.
-NODES = [verb for verb in PROGRAM.verbs if verb not in ("compare", "calibrate_withheld")]
+#: Of no part of the graph: what reads sweeps, writes a file of the program, or draws a diagnosis at once.
+NODES = [verb for verb in PROGRAM.verbs if verb not in ("compare", "calibrate_withheld", "diagnose")]
 
 
 def composed(verb: str, *overrides: str) -> DictConfig:

@@ -18,7 +18,7 @@ from pipeline.__main__ import PROGRAM
 from tests.conftest import stages
 
 ROOT = Path(__file__).parents[2]
-DIAGNOSING = {"calibrate_withheld", "diagnose", "diagnose_withheld", "refit_withheld"}
+DIAGNOSING = {"calibrate_withheld", "diagnose", "diagnose_systems", "diagnose_withheld", "refit_withheld"}
 
 
 @pytest.fixture(scope="module")
