@@ -2,7 +2,8 @@
 
 The numbers of docs/decisions/0010-a-library-and-a-pipeline.md come from this program. Definitions:
 
-- A room is a folder directly below a package; an arrow is a pair of rooms of which one imports the other.
+- A room is a folder or a module directly below a package. An arrow is a pair of rooms of which one imports
+  the other.
 - An ambiguous name is a public function or class that is defined in at least two modules.
 - An array function is a public function or method whose annotations name an array or a tensor.
 - Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of
@@ -60,7 +61,7 @@ class Checkout:
 
     def arrows(self) -> tuple[set[str], set[tuple[str, str]]]:
         """Return all rooms, and all pairs of rooms of which the first imports the second."""
-        room = {module: self._room(module) for module in self.graph.modules}
+        room = {module: ".".join(module.split(".")[:2]) for module in self.graph.modules}
         pairs = {(room[one], room[other]) for one, other in self._imports()}
         return set(room.values()), {(one, other) for one, other in pairs if one != other}
 
@@ -74,10 +75,6 @@ class Checkout:
         for module in self.graph.modules:
             for imported in self.graph.find_modules_directly_imported_by(module):
                 yield module, imported
-
-    def _room(self, module: str) -> str:
-        room = ".".join(module.split(".")[:2])
-        return room if (self.root / room.replace(".", "/")).is_dir() else module.split(".")[0]
 
     def single_use(self, folder: str) -> tuple[int, int]:
         """Return the number of modules below `folder`, and of those that exactly one other module imports."""
@@ -106,11 +103,11 @@ class Checkout:
         trees = (tree for path, tree in self.trees.items() if path.is_relative_to(self.root / folder))
         return sum(_numbers(node) for tree in trees for node in tree.body)
 
-    def docstrings(self) -> dict[str, int]:
+    def docstrings(self, package: str) -> dict[str, int]:
         """Return counts of docstrings with examples, and of array functions without docstring or shape."""
         found: Counter[str] = Counter()
-        for tree in self.trees.values():
-            for node in _public(tree):
+        for path in self._files(package):
+            for node in _public(self.trees[path]):
                 text = ast.get_docstring(node) or ""
                 found["with an example"] += ">>>" in text
                 if isinstance(node, ast.FunctionDef) and ARRAY.search(
@@ -256,7 +253,7 @@ def measured(root: Path) -> dict[str, object]:
         "modules in diagnosis used by one other": used_once,
         "numeric constants in diagnosis": here.constants(f"{library}/diagnosis"),
         "ambiguous public names": len(here.ambiguous()),
-        "docstrings": here.docstrings(),
+        "docstrings": {package: here.docstrings(package) for package in here.packages},
     }
 
 

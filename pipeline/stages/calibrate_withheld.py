@@ -1,4 +1,4 @@
-"""How often verdicts with the same signs were right: the weights of the confidence of a diagnosis."""
+"""Calibrate the confidence of diagnoses on cases with known faults."""
 
 from __future__ import annotations
 

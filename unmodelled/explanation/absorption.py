@@ -6,12 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.preprocessing import SplineTransformer
+from scipy.interpolate import BSpline
 
 Array = NDArray[np.float64]
 
 #: Knots per input of the cubic splines that stand for a network of one or two inputs.
 KNOTS = 8
+#: Degree of these splines.
+DEGREE = 3
 #: Random hidden units that stand for a network of more inputs.
 UNITS = 300
 #: Of the mean eigenvalue of the normal equations.
@@ -67,9 +69,14 @@ def _basis(q: Array) -> Array:
 
 
 def _splines(z: Array) -> Array:
+    """Return cubic B-splines (rows, knots + 2) of one input (rows,), on knots at its quantiles."""
     knots = np.unique(np.quantile(z, np.linspace(0.0, 1.0, KNOTS)).round(6))
     knots[[0, -1]] = z.min(), z.max()
-    return np.asarray(SplineTransformer(knots=knots[:, None]).fit_transform(z[:, None]))
+    beyond = np.arange(1.0, DEGREE + 1.0)
+    before = knots[0] - beyond[::-1] * (knots[1] - knots[0])
+    after = knots[-1] + beyond * (knots[-1] - knots[-2])
+    padded = np.concatenate([before, knots, after])
+    return np.asarray(BSpline.design_matrix(z, padded, DEGREE).toarray())
 
 
 def _random_units(z: Array) -> Array:

@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.notebook import shown
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, surfaces
@@ -73,6 +74,10 @@ class Evaluation:
 
     __repr__ = __str__
 
+    def _repr_html_(self) -> str:
+        caption = "Root mean square error of free runs of held-out experiments"
+        return shown("Held-out free runs", [], {caption: self.table()})
+
     def plot(self, experiment: str | None = None) -> Figure:
         """Draw the measured and the simulated states of one held-out experiment over time.
 
@@ -121,6 +126,20 @@ def evaluate(fit: Fit, logs: Logs) -> Evaluation:
 
     Raises:
         BadInput: when the logs have other states than the system, or every experiment was trained on.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> from unmodelled.learning.augmented import AugmentedRecipe
+        >>> from unmodelled.learning.training import train
+        >>> from unmodelled.learning.windows import Windows
+        >>> from unmodelled.models.structures import one_per_port
+        >>> system, logs = um.example("pendulum")
+        >>> short = AugmentedRecipe(one_per_port(hidden=8), Windows(horizon=5, epochs=5), method="rk4")
+        >>> found = evaluate(train(system, logs, short), logs)
+        >>> found.table()[["state", "unit", "runs", "diverged"]]
+           state   unit  runs  diverged
+        0  theta    rad     4         0
+        1  omega  rad/s     4         0
     """
     names = tuple(state.name for state in fit.system.states)
     if logs.states != names:

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pandas as pd
 
-from unmodelled.evaluation.splits import Fold, leave_one_out
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
+from unmodelled.learning.splits import Fold, leave_one_out
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.logs import Logs
 from unmodelled.models.structures import Structure
@@ -48,6 +48,18 @@ def train(
     Raises:
         BadInput: when the model does not suit the system, the data are too few, or the fit to start from has
             another structure.
+
+    Examples:
+        >>> import unmodelled as um
+        >>> from unmodelled.models.structures import one_per_port
+        >>> system, logs = um.example("pendulum")
+        >>> short = AugmentedRecipe(one_per_port(hidden=8), Windows(horizon=5, epochs=5), method="rk4")
+        >>> fit = train(system, logs, short)
+        >>> fit.folds
+        ['run1', 'run2', 'run3', 'run4']
+        >>> print(fit)
+        4 models of pendulum (4 folds): 8 hidden units in joint
+        b: ... N m s/rad, from ... to ... over 4 models
     """
     recipe = model if isinstance(model, AugmentedRecipe) else _recipe(model)
     folds = split(logs.experiments_with_speed())

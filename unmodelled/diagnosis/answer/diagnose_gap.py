@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Candidate,
     DiagnosedEffect,
@@ -29,7 +30,6 @@ from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.gap import shrink
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -198,24 +198,26 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
 
 
 def _notes(study: Study, chosen: FittedHypothesis) -> tuple[str, ...]:
-    """What a reader must know beside the numbers."""
+    """Return what a reader must know beside the numbers."""
     notes = list(study.logs.notes)
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
         if abs(late) > 0.1 * study.logs.period:
-            word = "after" if late > 0.0 else "before"
+            word = "later" if late > 0.0 else "earlier"
             notes.append(
-                f"input {item} acts {abs(late):.2g} s {word} it is logged: holding, not counted as a delay"
+                f"input {item} acts {abs(late):.2g} s {word} than logged (about half a sample, as with "
+                "zero-order hold); this is not reported as a delay"
             )
     if chosen.fit.own:
         notes.append(
-            f"{', '.join(chosen.fit.own)}: one number per experiment; those of held-out experiments come "
-            "from these experiments themselves, with all else as it was"
+            f"{', '.join(chosen.fit.own)}: fitted per experiment, for held-out experiments too, with all "
+            "other parameters fixed"
         )
     left = noise_ratio(chosen)
     if chosen.hypothesis.effects and left > study.thresholds.at_floor:
         notes.append(
-            f"something is left: the mean square error is {1.0 + left:.3g} times that of the sensors' noise"
+            f"a part of the gap remains: the mean square error is {1.0 + left:.3g} times that of the sensor "
+            "noise; see the figure of the missing effort of the augmented model"
         )
     return tuple(notes)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from unmodelled.base.files import replacing, write_json
 from unmodelled.base.parquet import write_parquet
 from unmodelled.diagnosis.answer.sentences import named
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.correction_tables import (
     PORT,
@@ -25,7 +26,6 @@ from unmodelled.diagnosis.where.correction_tables import (
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
-from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
 
 Array = NDArray[np.float64]
 

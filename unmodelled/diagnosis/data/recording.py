@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import WHOLE, steps_of
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.evaluation.gap import WHOLE, steps_of
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]

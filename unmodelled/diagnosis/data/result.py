@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.gap import Gap
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs
 
-from unmodelled.evaluation.gap import output_scale
+from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.differentiate import ORDER, noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.evaluation.gap import steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -42,7 +42,8 @@ def check(system: System, logs: Logs, horizon: float) -> None:
             an experiment.
     """
     if len(logs) < FEWEST:
-        table = str(Path(logs.source) / "experiments.csv") if logs.source else "logs"
+        source = Path(logs.source)
+        table = str(source / "experiments.csv" if source.is_dir() else source) if logs.source else "logs"
         raise BadInput(
             f"{table}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST} or "
             f"more, for one is held out to judge the others' verdict"

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
@@ -16,7 +17,6 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
-from unmodelled.evaluation.gap import Gap
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.systems.model import System

@@ -10,12 +10,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import WHOLE
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTables
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
-from unmodelled.evaluation.gap import WHOLE
 from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 

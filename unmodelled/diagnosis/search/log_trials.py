@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
-from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
