@@ -17,7 +17,7 @@ from benchmarks.slider_crank import PERIOD, SYSTEM
 from benchmarks.timing import seconds, side_by_side
 from unmodelled.base.threads import one_thread
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fit import advance, begun
+from unmodelled.diagnosis.fitting.fit import begin, iterate
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 from unmodelled.engine.compiled.compiled import kernel
@@ -51,8 +51,8 @@ def run() -> dict[str, float]:
         numbers = {p.name: p for p in system.parameters}
         unknowns = Unknowns(simulation, tuple(Unknown.of(numbers[name]) for name in FITTED))
         start = unknowns.vector({name: 0.9 * numbers[name].value for name in FITTED})
-        descents = begun(unknowns, [start], substeps=1)
-        iterations = [seconds(lambda: advance(descents)) for _ in range(ROUNDS)]
+        descents = begin(unknowns, [start], substeps=1)
+        iterations = [seconds(lambda: iterate(descents)) for _ in range(ROUNDS)]
         fresh = [candidate(f"F{k}", "F_b", "v_s", "k_s") for k in range(ROUNDS)]
         for other in (system, *fresh):
             other.closed  # noqa: B018 - kept by the system, whoever asks first

@@ -13,8 +13,8 @@ from benchmarks.timing import compared, seconds
 from pipeline.rigs.clutch import ClutchCampaign
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.systems import phases
+from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
-from unmodelled.systems.phases import Experiments
 from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]

@@ -1,6 +1,6 @@
 """Measure the structure of the code and of the stage graph: python -m docs.structure [folder of a checkout].
 
-The numbers of docs/decisions/0010-a-library-and-a-pipeline.md come from this program. Definitions:
+The numbers of docs/decisions/0011-a-library-and-a-pipeline.md come from this program. Definitions:
 
 - A room is a folder or a module directly below a package. An arrow is a pair of rooms of which one imports
   the other.

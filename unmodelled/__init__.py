@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from unmodelled.api.diagnosis import Answer as Answer
-    from unmodelled.api.diagnosis import Effect as Effect
+    from unmodelled.api.diagnosis import GapLocation as GapLocation
+    from unmodelled.api.diagnosis import NamedEffect as NamedEffect
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.example import example as example
     from unmodelled.api.simulation import Simulation as Simulation
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 else:
     #: Modules and the public names that they define: the imports above, which a test compares.
     _NAMES = {
-        "api.diagnosis": ("Answer", "Effect", "diagnose"),
+        "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),

@@ -35,9 +35,9 @@ def page() -> str:
     """Return one section per group of configuration files."""
     index = "\n".join(f"- [{group}](#{group})" for group in GROUPS)
     head = (
-        "# Configs\n\nA key such as `model=hybrid` chooses the configuration file `conf/model/hybrid.yaml`. "
-        "`model.windows.horizon=30` changes one of its keys. For launchers and sweepers, see "
-        "[sweeps](../sweeps/README.md).\n\n"
+        "# Configs\n\nA key such as `model=hybrid` chooses the configuration file "
+        "`unmodelled/conf/model/hybrid.yaml`. `model.windows.horizon=30` changes one of its keys. "
+        "For launchers and sweepers, see [sweeps](../sweeps/README.md).\n\n"
     )
     return "\n".join([head + index + "\n", *(_section(group, text) for group, text in GROUPS.items())])
 

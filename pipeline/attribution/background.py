@@ -10,7 +10,8 @@ from unmodelled.base.errors import BadInput
 
 
 def shares_of_references(background: Sequences, steps: int) -> Tensor:
-    """(steps, references) share of every reference in the background of every step; each row sums to one.
+    """Return the share of every reference in the background of every step, (steps, references); each row sums
+    to one.
 
     B_k holds the references that last at least k steps, all alike: none is stretched or padded. So Phi may
     jump a little where a reference ends.

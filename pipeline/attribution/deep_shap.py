@@ -26,13 +26,16 @@ PART = 32
 
 @one_thread()
 def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences) -> list[Attribution]:
-    """What each feature and setting of each run adds to the mean output of the background, at every step.
+    """Attribute the output of every run at every step to its features and settings, against the background's
+    mean output.
 
     At step k the background is B_k of `shares_of_references`. The time grows with runs x steps x references x
     features.
 
     Args:
-        network: explained without dropout. runs: to explain. background: references, in contact (5.5.1).
+        network: network to explain, without dropout.
+        runs: runs to explain.
+        background: references, runs in contact (section 5.5.1).
 
     Raises:
         BadInput: when the background is empty or shorter than a run, holds other inputs than the network
@@ -59,10 +62,11 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 
 
 def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
-    """Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
+    """Return Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
 
     Args:
-        x: trace of the run. r: of the references, as many steps.
+        x: trace of the run.
+        r: trace of the references, with as many steps.
     """
     m = multipliers(network, x, r)
     to_state = _to_states(network, m, x.tau - r.tau)
@@ -96,7 +100,10 @@ class Multipliers:
     dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, d output = state . ds_k + settings . dq.
 
     Attributes:
-        gates: (..., 4 n_s). keep, show: (..., n_s). state: (..., n_s). settings: (..., n_q).
+        gates: weights of what enters the gates, (..., 4 n_s).
+        keep, show: weights of the last cell state and of the new one, (..., n_s).
+        state: weights of the hidden state in the output, m, (..., n_s).
+        settings: weights of the settings in the output, m per unit of the setting, (..., n_q).
     """
 
     gates: Tensor
@@ -107,7 +114,9 @@ class Multipliers:
 
 
 def multipliers(network: Recurrent, x: Trace, r: Trace) -> Multipliers:
-    """Multipliers between a run `x` (one run in its trace) and references `r`, of as many steps."""
+    """Return the multipliers between a run `x` (one run in its trace) and references `r`, of as many
+    steps.
+    """
     n = network.size
     i, f, o, g = torch.split(0.5 * (x.a + r.a), n, -1)
     c = 0.5 * (x.c + r.c)[:-1]

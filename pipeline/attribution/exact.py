@@ -37,13 +37,15 @@ def exact_shapley(
     background: Sequences,
     groups: Mapping[str, Sequence[str]] | None = None,
 ) -> list[Attribution]:
-    """Shapley values of every run at every step, against the background B_k of `shares_of_references`.
+    """Return Shapley values of every run at every step, against the background B_k of `shares_of_references`.
 
     Settings enter after the LSTM, so it runs once per coalition of signals. The time grows with
     runs x steps x references x coalitions.
 
     Args:
-        network: explained without dropout. runs: to explain. background: references, in contact (5.5.1).
+        network: network to explain, without dropout.
+        runs: runs to explain.
+        background: references, runs in contact (section 5.5.1).
         groups: name -> features or settings (not both) that count as one player, each in one group; none:
             every feature and every setting is a player.
 
@@ -69,7 +71,7 @@ def exact_shapley(
 
 
 def shapley_weights(players: int) -> Tensor:
-    """(players, 2^players) weight of the value of each coalition in the Shapley value of each player.
+    """Return the weight of every coalition's value in the Shapley value of each player, (players, 2^players).
 
     Player i is in coalition S when bit i of S is set.
     """
@@ -85,7 +87,7 @@ class _Players:
     """Who plays: first those of signals, then those of settings.
 
     Attributes:
-        names: of the players.
+        names: names of the players.
         signals: (players of signals, n_tau), settings: (players of settings, n_q) what belongs to each.
     """
 

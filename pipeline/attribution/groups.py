@@ -8,7 +8,7 @@ from unmodelled.base.errors import BadInput
 
 
 def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[int]]:
-    """Where the members of every group stand in `names`.
+    """Return the positions in `names` of the members of every group.
 
     Raises:
         BadInput: when a group is empty or names what is not in `names`, or a name is in no group or in two.
@@ -32,7 +32,7 @@ def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict
 
 
 def players(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """The groups that `names` holds all members of, and every other name by itself."""
+    """Return the groups that `names` holds all members of, and every other name by itself."""
     whole = {group: list(members) for group, members in groups.items() if set(members) <= set(names)}
     grouped = {member for members in whole.values() for member in members}
     return whole | {name: [name] for name in names if name not in grouped}

@@ -18,7 +18,8 @@ class Trace:
     """What happens inside the network along runs; time first.
 
     Attributes:
-        tau: (steps, runs, n_tau) features. q: (runs, n_q) settings.
+        tau: features in SI units, (steps, runs, n_tau).
+        q: settings in SI units, (runs, n_q).
         z: (steps, runs, 4 n_s) what enters the gates, in the order input, forget, output, candidate.
         a: (steps, runs, 4 n_s) what leaves them.
         c: (steps + 1, runs, n_s) cell states from c_0 = 0 on.
@@ -37,7 +38,7 @@ class Trace:
     output: Tensor
 
     def until(self, steps: int) -> Trace:
-        """The first `steps` steps."""
+        """Return the first `steps` steps."""
         timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
         return replace(self, c=self.c[: steps + 1], **timed)
 
@@ -51,8 +52,14 @@ class Recurrent:
 
     Attributes:
         inputs: names of the features and settings.
-        W_tau: (n_tau, 4 n_s). W_s: (n_s, 4 n_s). b: (4 n_s,) gates of eq. 5.8 to 5.11, ordered as in `Trace`.
-        W5_s: (n_s, n_eta). W5_q: (n_q, n_eta). b5: (n_eta,). W6: (n_eta,). b6: () head of eq. 5.12.
+        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, (n_tau, 4 n_s), ordered as in `Trace`.
+        W_s: weights of the hidden state in the gates, (n_s, 4 n_s).
+        b: biases of the gates, (4 n_s,).
+        W5_s: weights of the hidden state in the head of eq. 5.12, (n_s, n_eta).
+        W5_q: weights of the settings in the head, (n_q, n_eta).
+        b5: biases of the head, (n_eta,).
+        W6: weights of the ReLU units in the output, m, (n_eta,).
+        b6: bias of the output, m, ().
     """
 
     inputs: SequenceInputs
@@ -67,7 +74,7 @@ class Recurrent:
 
     @classmethod
     def of(cls, network: DetachmentNetwork) -> Recurrent:
-        """The matrices of `network`, on the CPU."""
+        """Return the matrices of `network`, on the CPU."""
         weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
         n_s, scale = network.lstm.hidden_size, weights["target_scale"]
         # torch keeps the candidate before the output gate
@@ -94,7 +101,7 @@ class Recurrent:
         return len(self.W_s)
 
     def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """z, a, c and s after a step from s and c (runs, n_s) with the features tau (runs, n_tau)."""
+        """Return z, a, c and s after a step from s and c (runs, n_s) with the features tau (runs, n_tau)."""
         z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
         gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
         a = torch.cat([gates.sigmoid(), candidate.tanh()], 1)
@@ -103,7 +110,7 @@ class Recurrent:
         return z, a, c, o * c.tanh()
 
     def trace(self, runs: Sequences, steps: int) -> Trace:
-        """Along the first `steps` steps of all runs, after the end of a run too.
+        """Run the network along the first `steps` steps of all runs, beyond the end of shorter runs too.
 
         Raises:
             BadInput: when the output is not finite before the end of a run.
@@ -124,11 +131,13 @@ class Recurrent:
         return Trace(tau, q, z, a, torch.cat([torch.zeros_like(c[:1]), c]), s, hidden, output)
 
     def settings(self, q: Tensor) -> Tensor:
-        """What the settings (..., n_q) add to what enters the ReLU units, with its bias, (..., n_eta)."""
+        """Return the contribution of the settings (..., n_q) to the input of the ReLU units, with its bias,
+        (..., n_eta).
+        """
         return q @ self.W5_q + self.b5
 
     def output(self, hidden: Tensor) -> Tensor:
-        """eps, m, (...), from what enters the ReLU units (..., n_eta)."""
+        """Return eps, m, (...), from the input of the ReLU units (..., n_eta)."""
         return hidden.relu() @ self.W6 + self.b6
 
 

@@ -19,11 +19,11 @@ class Attribution:
     """What every input adds to the prediction of one run, eq. 5.13 and 5.22; m.
 
     Attributes:
-        run: id of the experiment.
-        names: of the features and settings, or of groups of them.
-        phi: (names, steps) Phi_{i,k}.
-        base: (steps,) Phi_{0,k}, the mean output over the background.
-        output: (steps,) the network's.
+        run: number of the experiment.
+        names: names of the features and settings, or of groups of them.
+        phi: contributions Phi_{i,k}, m, (names, steps).
+        base: mean output over the background Phi_{0,k}, m, (steps,).
+        output: output of the network, m, (steps,).
     """
 
     run: int
@@ -49,7 +49,7 @@ class Attribution:
         return np.asarray(np.abs(self.phi).sum(1))
 
     def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
-        """With the attributions of every group added up; every name must be in one group.
+        """Add up the attributions of every group; every name must be in one group.
 
         Raises:
             BadInput: when that does not hold.
@@ -60,7 +60,8 @@ class Attribution:
 
 
 def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
-    """Share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23); 0 where all are zero.
+    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23); 0 where all
+    are zero.
 
     Raises:
         ValueError: when there is no attribution or they name different inputs.
@@ -76,8 +77,9 @@ class Agreement:
     """Spearman's rank correlations of two methods; nan where one of them says the same of everything.
 
     Attributes:
-        shares: (runs,) of the inputs' shares. trajectories: (runs,) of Phi at all inputs and steps.
-        all_shares, all_trajectories: of all runs together.
+        shares: correlation of the inputs' shares in every run, (runs,).
+        trajectories: correlation of Phi at all inputs and steps of every run, (runs,).
+        all_shares, all_trajectories: the same correlations over all runs together.
     """
 
     shares: Array
@@ -87,7 +89,7 @@ class Agreement:
 
 
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:
-    """Rank correlations of two methods on the same runs.
+    """Return the rank correlations of two methods on the same runs.
 
     Raises:
         ValueError: when there is no attribution, or runs, names or lengths differ.

@@ -16,7 +16,7 @@ from pipeline.cam_follower.sequences import Sequences
 
 
 def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
-    """exp, feature, magnitude (sum of |Phi| over the steps, m) and its share of the run's."""
+    """Return exp, feature, magnitude (sum of |Phi| over the steps, m) and its share of the run's sum."""
     sizes = np.concatenate([a.magnitudes for a in found])
     totals = np.repeat([a.magnitudes.sum() for a in found], len(found[0].names))
     shares = np.divide(sizes, totals, out=np.zeros_like(sizes), where=totals > 0)
@@ -26,19 +26,21 @@ def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
 
 
 def overall_shares(found: Sequence[Attribution]) -> pd.DataFrame:
-    """feature, share of the sum of |Phi| over all steps and runs (Fig. 5.23)."""
+    """Return feature and share of the sum of |Phi| over all steps and runs (Fig. 5.23)."""
     shares = relative_shares(found)
     return pd.DataFrame({"feature": [*shares], "share": [*shares.values()]})
 
 
 def accuracies(found: Sequence[Attribution]) -> pd.DataFrame:
-    """exp, steps, error (the largest of eq. 5.17, m) and its ratio to the largest contrast."""
+    """Return exp, steps, error (the largest of eq. 5.17, m) and its ratio to the largest contrast."""
     rows = [(a.run, len(a.error), a.error.max(), a.relative_error) for a in found]
     return pd.DataFrame(rows, columns=["exp", "steps", "error", "relative"])
 
 
 def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Phi_{i,k} over time (Fig. 5.22): exp, step, feature, phi (m); and exp, step, base, output (m)."""
+    """Return Phi_{i,k} over time (Fig. 5.22): exp, step, feature, phi (m); and exp, step, base, output
+    (m).
+    """
     phi, explained = [], []
     for a in found:
         step = np.arange(len(a.output))
@@ -54,7 +56,8 @@ def points(found: Sequence[Attribution], runs: Sequences, every: int) -> pd.Data
     """Return contributions beside the values of the inputs, for `explanation`.
 
     Args:
-        found: attributions of the runs. runs: the same runs, with the values of their inputs.
+        found: attributions of the runs.
+        runs: the same runs, with the values of their inputs.
         every: number of steps from one that is kept to the next.
 
     Returns:
@@ -80,7 +83,7 @@ def against_exact(
     background: Sequences,
     groups: Mapping[str, Sequence[str]],
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """DeepSHAP beside exact Shapley values.
+    """Compare DeepSHAP with exact Shapley values.
 
     Returns:
         exp, feature, magnitude, share, method (deep_shap or exact); and exp with Spearman's rank

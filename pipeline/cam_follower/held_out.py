@@ -14,7 +14,7 @@ from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.metrics import angle_mse, time_mse
 from unmodelled.base.progress import track
-from unmodelled.evaluation.splits import Fold
+from unmodelled.learning.splits import Fold
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold, Indices
+from unmodelled.learning.splits import Fold, Indices
 from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ class Observed:
     Attributes:
         experiments: one row a run; with `exp`, `label`, `H` (m) and `eps_share`.
         sequences: theta (rad), t (s) and eps (m), cut off and padded.
-        turns: of every run the samples of each full revolution; all samples where it completes none.
+        turns: samples of each full revolution of every run; all samples where the run completes none.
     """
 
     experiments: pd.DataFrame
@@ -40,7 +40,7 @@ class Observed:
 
     @classmethod
     def of(cls, campaign: Campaign, samples: int) -> Observed:
-        """The first `samples` samples of every run of `campaign`.
+        """Return the first `samples` samples of every run of `campaign`.
 
         Raises:
             BadInput: when theta, t or eps is missing or not a number somewhere, or a run has no samples.
@@ -52,7 +52,9 @@ class Observed:
         return cls(campaign.experiments, sequences, turns)
 
     def mean_maximum(self, eps: Array) -> Array:
-        """Mean over the revolutions of the largest detachment, m (..., runs), of `eps` (..., runs, steps)."""
+        """Return the mean over the revolutions of the largest detachment, m (..., runs), of `eps` (..., runs,
+        steps).
+        """
         means = [
             np.mean([eps[..., i, turn].max(-1) for turn in turns], axis=0)
             for i, turns in enumerate(self.turns)
@@ -60,7 +62,7 @@ class Observed:
         return np.stack(means, -1)
 
     def squared_error(self, eps: Array) -> Array:
-        """Mean squared error of every run, mm^2 (..., runs), of `eps` (..., runs, steps) in m."""
+        """Return the mean squared error of every run, mm^2 (..., runs), of `eps` (..., runs, steps) in m."""
         error = np.where(self.sequences.mask, eps - self.sequences.target, 0.0)
         mean: Array = np.square(error).sum(-1) / self.sequences.lengths * SQUARE_MM
         return mean
@@ -76,8 +78,9 @@ def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tabl
         jump_share: share of the stroke from which on a measured run is a jump.
 
     Returns:
-        runs: of the median prediction over repeats, one row a run: fold, exp, label, mse (mm^2), measured and
-            predicted (mean over revolutions of the largest detachment, m), jumps (whether it says so).
+        runs: table of the median prediction over repeats, one row per run: fold, exp, label, mse (mm^2),
+            measured and predicted (mean over revolutions of the largest detachment, m), jumps (whether the
+            prediction counts as a jump).
         repeats: the same of every repeat, with its number in place of `measured`.
         examples: one row a sample of some runs: fold, exp, label, t (s), measured, predicted, and low and
             high of the repeats (m).
@@ -112,14 +115,16 @@ def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tabl
 
 
 def threshold(share: Array, jump: Bools, default: float) -> float:
-    """The share of the stroke above which a run is called a jump: where logistic regression is undecided.
+    """Return the share of the stroke above which a run is called a jump: where logistic regression is
+    undecided.
 
     Shares span decades, so that it regresses on their logarithm, standardised; below a tenth of `default` all
     are alike. A gap without any run is wide, and the label with the fewest mistakes is anywhere in it: where
     in it the level lies is told by the runs on both sides, not by the two next to the gap.
 
     Args:
-        share: (runs,) mean maximal detachment. jump: (runs,) the truth.
+        share: mean maximal detachment of every run as a share of the stroke, (runs,).
+        jump: whether every run is labelled a jump, (runs,).
         default: what is returned where the runs do not say more: all of one kind, or alike.
     """
     logarithm = np.log(np.maximum(share, 0.1 * default) / default)
@@ -135,7 +140,7 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
 
 
 def example_rows(experiments: pd.DataFrame, test: Indices) -> dict[str, list[int]]:
-    """Rows of the test runs that are shown, by label: the same for every model."""
+    """Return the rows of the test runs that are shown, by label: the same for every model."""
     rows = {}
     for label, quantiles in QUANTILES.items():
         own = test[(experiments["label"].to_numpy() == label)[test]]

@@ -13,13 +13,13 @@ Array = NDArray[np.float64]
 
 
 def unwrapped(theta: Array) -> Array:
-    """The wrapped angle made continuous, rad; a start just below zero, logged as 2 pi, becomes negative."""
+    """Unwrap an angle, rad; a start just below zero, logged as 2 pi, becomes negative."""
     angle = np.unwrap(theta)
     return angle - TURN if angle[0] > np.pi else angle
 
 
 def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
-    """Samples of every full revolution.
+    """Return the samples of every full revolution.
 
     The first, which contains the start, and the last, which is cut short, are left out.
 
@@ -33,7 +33,9 @@ def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
 
 
 def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
-    """Per-revolution maximum (or minimum) of `signal` averaged over full revolutions; NaN without any."""
+    """Return the maximum (or minimum) of `signal` per revolution, averaged over full revolutions; NaN without
+    any.
+    """
     extreme = np.max if largest else np.min
     values = [extreme(signal[turn]) for turn in full_revolutions(angle)]
     return float(np.mean(values)) if values else float("nan")

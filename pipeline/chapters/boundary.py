@@ -11,12 +11,13 @@ SETTING = ["H", "beta", "m"]
 
 
 def first_crossing(V: Array, value: Array, level: float) -> float:
-    """First voltage at which `value` rises through `level`, linear between the points; NaN if it never does.
+    """Return the first voltage at which `value` rises through `level`, linear between the points; NaN if it
+    never does.
 
     Args:
         V: (n,) increasing voltages, V.
         value: (n,) at these voltages.
-        level: in the unit of `value`.
+        level: level to cross, in the unit of `value`.
     """
     up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
     if not len(up):
@@ -26,7 +27,7 @@ def first_crossing(V: Array, value: Array, level: float) -> float:
 
 
 def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
-    """Measured boundary: where the mean detachment rises through `jump_share` of the stroke.
+    """Return the measured boundary: where the mean detachment rises through `jump_share` of the stroke.
 
     Args:
         experiments: columns H, beta, m, V, label, eps_share.
@@ -44,7 +45,7 @@ def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
 
 
 def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
-    """Boundary where the predicted minimal contact force falls through zero.
+    """Return the boundary where the predicted minimal contact force falls through zero.
 
     Args:
         grid: columns H, beta, m, V: the design points.
@@ -66,7 +67,7 @@ def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
 
 
 def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
-    """Direct extrapolation of the minimal contact force over the settings (6.3.3), the baseline.
+    """Extrapolate the minimal contact force over the settings directly (section 6.3.3), the baseline.
 
     A ridge regression on polynomials of V, m, H, beta; degree (up to three) and penalty are chosen by
     cross-validation inside `train`.

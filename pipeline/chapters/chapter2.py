@@ -41,12 +41,12 @@ class Region:
         self._inside = Delaunay(self.outline)
 
     def holds(self, states: Array) -> NDArray[np.bool_]:
-        """(...,) whether `states` (..., 2) lie in it."""
+        """Return whether the region holds `states` (..., 2), (...,)."""
         return np.asarray(self._inside.find_simplex(states) >= 0)
 
 
 def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.DataFrame:
-    """RMSE of every curve against the true efficiency, inside and outside the currents measured.
+    """Return the RMSE of every curve against the true efficiency, inside and outside the measured currents.
 
     Args:
         curves: columns model, seed, current, efficiency, truth.
@@ -65,10 +65,11 @@ def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.Data
 def numbers(
     motor: dict[str, float], static: pd.DataFrame, sizes: pd.DataFrame, dynamic: pd.DataFrame
 ) -> dict[str, Any]:
-    """Leaves motor, efficiency, sizes and pendulum.
+    """Return the leaves motor, efficiency, sizes and pendulum.
 
     Args:
-        motor: with resistance R_a in Ohm and friction B' in A/V. static: of `curve_errors`.
+        motor: identified motor, with resistance R_a in Ohm and friction B' in A/V.
+        static: table of `curve_errors`.
         sizes: columns hidden, penalty, seed, training, new (RMSE).
         dynamic: columns model, fold (one a training), id, group, rmse (rad).
     """
@@ -94,12 +95,12 @@ def numbers(
 
 
 def per_run(dynamic: pd.DataFrame) -> pd.DataFrame:
-    """Median over the trainings: columns group, model, id, rmse."""
+    """Return the median over the trainings: columns group, model, id, rmse."""
     return dynamic.groupby(["group", "model", "id"])["rmse"].median().reset_index()
 
 
 def claims(static: pd.DataFrame, dynamic: pd.DataFrame) -> list[Row]:
-    """Rows of the claims of chapter 2."""
+    """Return the rows of the claims of chapter 2."""
     return [
         _static(static, "inside", "Between the measured currents a network predicts the efficiency better"),
         _static(static, "outside", "Beyond the measured currents a network fails, and the physics does not"),

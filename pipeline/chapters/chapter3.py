@@ -38,7 +38,8 @@ PROTOCOL = (
 
 
 def numbers(tables: dict[str, pd.DataFrame], simulations: int) -> dict[str, Any]:
-    """Leaves emd, log_likelihood_error, identification, table_3_2 and push_forward of one campaign.
+    """Return the leaves emd, log_likelihood_error, identification, table_3_2 and push_forward of one
+    campaign.
 
     Args:
         tables: `identified`, `accuracy`, `monte_carlo`, `sampling`, `estimates` of the campaign.
@@ -113,7 +114,7 @@ def _table_3_2(of: str, tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def table_3_2(found: dict[str, Any]) -> pd.DataFrame:
-    """Table 3.2 with the dissertation's numbers beside ours."""
+    """Return table 3.2 with the dissertation's numbers beside ours."""
     rows = []
     for of in CHAOS:
         likelihood = found["identification"][of]["log_likelihood"]["true"]["value"]

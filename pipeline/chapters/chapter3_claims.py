@@ -23,7 +23,7 @@ PUBLISHED_GAIN = 0.04
 
 
 def claims(found: dict[str, Any], identified: pd.DataFrame, samples: int) -> list[Row]:
-    """Rows of the claims of chapter 3."""
+    """Return the rows of the claims of chapter 3."""
     return [
         *(_reduction(found, of, "emd", PUBLISHED_EMD[of]) for of in CHAOS),
         *(_reduction(found, of, "log_likelihood_error", PUBLISHED_ERROR[of]) for of in CHAOS),

@@ -24,12 +24,12 @@ PUBLISHED_GAIN = 0.334
 
 
 def per_trajectory(errors: pd.DataFrame) -> pd.Series:
-    """Mean RMSE over the repeats, one entry a trajectory."""
+    """Return the mean RMSE over the repeats, one entry per trajectory."""
     return errors.groupby("id")["rmse"].mean()
 
 
 def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
-    """Leaves loocv.<model>, recurrent.<N>, region.<set>."""
+    """Return the leaves loocv.<model>, recurrent.<N>, region.<set>."""
     left_out = errors[errors["split"] == "leave_one_out"]
     result: dict[str, Any] = {"loocv": {}, "recurrent": {}, "region": {}, "protocol": PROTOCOL}
     for model, group in left_out[~left_out["extra"]].groupby("model"):
@@ -58,7 +58,7 @@ def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
 
 
 def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, Any]:
-    """Leaves recovered.spring and recovered.no_spring, shares of the spring's range."""
+    """Return the leaves recovered.spring and recovered.no_spring, shares of the spring's range."""
     result = {}
     for campaign, error in spring_error.items():
         share = float(np.sqrt(np.mean(error**2))) / spring_range
@@ -69,10 +69,12 @@ def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, 
 
 
 def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, Any]:
-    """Leaves parameters.<name>.error: |identified - true| / true at the end of training, over the folds.
+    """Return the leaves parameters.<name>.error: |identified - true| / true at the end of training, over the
+    folds.
 
     Args:
-        history: columns fold, repeat, epoch and one per parameter. truth: columns parameter, truth.
+        history: columns fold, repeat, epoch and one per parameter.
+        truth: columns parameter, truth.
     """
     last = history[history["epoch"] == history.groupby(["fold", "repeat"])["epoch"].transform("max")]
     true = dict(zip(truth["parameter"], truth["truth"], strict=True))
@@ -83,7 +85,7 @@ def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, An
 def claims(
     chapter: dict[str, Any], errors: pd.DataFrame, history: pd.DataFrame, advice: list[str]
 ) -> list[Row]:
-    """Rows of the claims of chapter 4."""
+    """Return the rows of the claims of chapter 4."""
     return [
         _gain(errors),
         _power_law(chapter["recurrent"]),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.chapters.leaves import mean_leaf
 from pipeline.chapters.summary import leaf, share
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold
+from unmodelled.learning.splits import Fold
 
 Array = NDArray[np.float64]
 
@@ -44,10 +44,12 @@ COMMON = (
 
 
 def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
-    """Which experiment of the text a row belongs to: uniform, factors, or scarce for the models without q_s.
+    """Return the experiment of the text for every row: uniform, factors, or scarce for the models without
+    q_s.
 
     Args:
-        trained: name of the split in conf/split/, which may join several. folds: named by a share, or by a
+        trained: name of the split in conf/split/, which may join several.
+        folds: named by a share, or by a
             factor.
     """
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
@@ -55,7 +57,7 @@ def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
 
 
 def scores(runs: pd.DataFrame) -> dict[str, Any]:
-    """mse_jump, mse_all and accuracy of one model on one fold.
+    """Return mse_jump, mse_all and accuracy of one model on one fold.
 
     Args:
         runs: label, mse (mm^2), jumps; a row a test run.
@@ -68,10 +70,10 @@ def scores(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def predictions(runs: pd.DataFrame) -> dict[str, Any]:
-    """Leaves uniform, split, baseline.bounce and hybrid.
+    """Return the leaves uniform, split, baseline.bounce and hybrid.
 
     Args:
-        runs: of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
+        runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
     """
     result: dict[str, Any] = {UNIFORM: {}, "split": {}, "baseline": {BOUNCE: {}}, "hybrid": {}}
     places = {BOUNCE: result["baseline"][BOUNCE], HYBRID: result["hybrid"]}
@@ -90,7 +92,8 @@ def predictions(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def force_accuracy(experiments: pd.DataFrame, folds: list[Fold]) -> dict[str, Any]:
-    """Leaf: F-dagger as a classifier of the runs tested with scarce data: a negative minimum says jump.
+    """Return the accuracy of F-dagger on the runs tested with scarce data: a negative minimum is called a
+    jump.
 
     Raises:
         BadInput: when there is no fold of scarce data.
@@ -103,7 +106,7 @@ def force_accuracy(experiments: pd.DataFrame, folds: list[Fold]) -> dict[str, An
 
 
 def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
-    """Leaves of section 5.5.
+    """Return the leaves of section 5.5.
 
     Args:
         tables: `overall`, `accuracy` and `agreement` as attribute writes them.
@@ -130,7 +133,7 @@ def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def readable(runs: pd.DataFrame) -> pd.DataFrame:
-    """One row a split, fold and model: the scores with their intervals."""
+    """Return one row per split, fold and model: the scores with their intervals."""
     rows = []
     for (split, fold, model), group in runs.groupby(["split", "fold", "model"], sort=False):
         row = {"split": split, "fold": fold, "model": model}

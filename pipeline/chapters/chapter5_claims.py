@@ -32,7 +32,7 @@ class Repeats:
     """What single repeats predicted, as numbers per repeat.
 
     Args:
-        table: of all models, splits and folds: model, split, fold, repeat, label, mse (mm^2), jumps.
+        table: table of all models, splits and folds: model, split, fold, repeat, label, mse (mm^2), jumps.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -47,15 +47,15 @@ class Repeats:
         self.factors = list(folds.loc[folds["split"] == FACTORS, "fold"])
 
     def error(self, model: str, fold: str = SCARCE) -> Array:
-        """Median MSE over the jump test runs, mm^2 (repeats,)."""
+        """Return the median MSE over the jump test runs, mm^2, (repeats,)."""
         return _per_repeat(self._error, model, fold)
 
     def mistaken(self, model: str, fold: str) -> Array:
-        """Share of the test runs whose label is mistaken, (repeats,)."""
+        """Return the share of the test runs whose label is mistaken, (repeats,)."""
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:
-        """Error on raw data over the error with linear physics features, (repeats,)."""
+        """Return the error on raw data over the error with linear physics features, (repeats,)."""
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
 
@@ -66,11 +66,11 @@ def _per_repeat(numbers: pd.Series[float], model: str, fold: str) -> Array:
 
 
 def claims(repeats: pd.DataFrame, overall: pd.DataFrame) -> list[Row]:
-    """Rows of the claims.
+    """Return the rows of the claims of chapter 5.
 
     Args:
         repeats: see `Repeats`.
-        overall: of attribute: model, repeat, feature, share.
+        overall: table of the verb attribute: model, repeat, feature, share.
 
     Raises:
         BadInput: when a model is missing.

@@ -29,7 +29,7 @@ SEPARATED = 0.95
 
 
 def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: str) -> list[Row]:
-    """Claims of sections 5.2, 5.3 and 6.5 about geometry, labels and F-dagger."""
+    """Return the claims of sections 5.2, 5.3 and 6.5 about geometry, labels and F-dagger."""
     equal, total = cells
     contact, accuracy = metrics["contact"], metrics["f_dagger"]["accuracy"]
     trivial = max(metrics[k]["value"] for k in ("contact", "jump")) / accuracy["n"]
@@ -77,7 +77,9 @@ def geometry_and_labels(metrics: dict[str, Any], cells: tuple[int, int], data: s
 
 
 def simulation(errors: pd.DataFrame) -> list[Row]:
-    """Claims of sections 6.5.1 and 6.5.2: alike when interpolating, hybrids better when extrapolating."""
+    """Return the claims of sections 6.5.1 and 6.5.2: alike when interpolating, hybrids better when
+    extrapolating.
+    """
     inside = {m: per_repeat(g) for m, g in errors[errors["split"] == "interpolation"].groupby("model")}
     first = errors[(errors["split"] == "extrapolation") & (errors["fold"] == "10%")]
     outside = {m: per_repeat(g) for m, g in first.groupby("model")}
@@ -126,7 +128,7 @@ def simulation(errors: pd.DataFrame) -> list[Row]:
 
 
 def boundary(errors: pd.DataFrame) -> list[Row]:
-    """Claim of section 6.5.4: from the 10 % most stable data, the boundary is found best by f_H2."""
+    """Return the claim of section 6.5.4: from the 10 % most stable data, f_H2 finds the boundary best."""
     first = errors[errors["fold"] == "10%"]
     mae = {str(m): g["mae"].to_numpy() for m, g in first.groupby("model")}
     order = [order_verdict(mae[other], mae["f_h2"]) for other in ("f_bb", "f_h1", "direct")]
@@ -151,5 +153,5 @@ def boundary(errors: pd.DataFrame) -> list[Row]:
 
 
 def complete(rows: list[Row], data: str) -> list[Row]:
-    """Every row with every key of the contract."""
+    """Return every row with every key of the contract."""
     return [{"interval": None, "data": data, **row} for row in rows]

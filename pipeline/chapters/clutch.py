@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.parquet import read_parquet
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.phases import Experiments, trajectories
+from unmodelled.systems.phases import trajectories
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ THINNED = 8
 
 
 def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
-    """One engagement, measured and simulated with the nominal parameters, both phases.
+    """Return one engagement, measured and simulated with the nominal parameters, both phases.
 
     Returns:
         t (s), u (A), measured_<output> and, simulated, every state and the signals of figures 3.19 and 3.20,
@@ -59,7 +60,7 @@ def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
 
 
 def currents(logs: Logs) -> pd.DataFrame:
-    """profile, t (s), u (A): the feedforward signal of every profile, from one experiment each."""
+    """Return profile, t (s), u (A): the feedforward signal of every profile, from one experiment each."""
     table = logs.experiments
     first = table.reset_index(drop=True).groupby("profile").head(1)
     parts = []
@@ -71,7 +72,7 @@ def currents(logs: Logs) -> pd.DataFrame:
 
 
 def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
-    """The tables `name`.parquet of all campaigns, with a column campaign.
+    """Read the tables `name`.parquet of all campaigns, with a column campaign.
 
     Raises:
         BadInput: when one is missing.
@@ -85,7 +86,7 @@ def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
 
 
 def interpolated_samples(sampling: pd.DataFrame, mae: float) -> float:
-    """Simulations a point at which samples reach the error `mae`, on straight lines between logarithms.
+    """Return the simulations per point at which samples reach the error `mae`, linear between logarithms.
 
     Nan where they do not within the sizes that were tried.
 

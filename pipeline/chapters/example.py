@@ -31,19 +31,19 @@ CURVE = 401
 
 
 def response(theta: Array) -> Array:
-    """y(x = 1; theta), any shape."""
+    """Return y(x = 1; theta), of the shape of `theta`."""
     value: Array = np.tan(theta / 8.0) + np.exp(theta / 6.0 - 1.0) + np.tanh(theta / 2.0)
     return value
 
 
 def expansion(degree: int, order: int) -> Expansion:
-    """The Hermite chaos of the clipped normal."""
+    """Return the Hermite chaos of the clipped normal distribution."""
     chaos = Chaos((FAMILY,), degree, order)
     return chaos.expand(ALPHA, response(chaos.nodes(ALPHA)))
 
 
 def exact_moments() -> Array:
-    """(MOMENTS,) raw moments of Y under the density of theta."""
+    """Return the raw moments (MOMENTS,) of Y under the density of theta."""
     nodes, weights = np.polynomial.legendre.leggauss(FINE)
     half = (FAMILY.high - FAMILY.low) / 2.0
     theta = FAMILY.low + half * (nodes + 1.0)
@@ -52,13 +52,13 @@ def exact_moments() -> Array:
 
 
 def from_raw(raw: Array, support: Array | None = None) -> tuple[GaussianDensity, MaximumEntropy]:
-    """Densities with the raw moments (MOMENTS,)."""
+    """Return densities with the raw moments `raw` (MOMENTS,)."""
     mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
     return GaussianDensity(mean, std), MaximumEntropy.fit(mean, std, moments, support)
 
 
 def tables() -> dict[str, pd.DataFrame]:
-    """What figures 3.3 to 3.5 show, by name."""
+    """Return the tables of figures 3.3 to 3.5, by name."""
     exact = monotone_density(response, FAMILY, ALPHA)
     fits, curves = _fits(exact)
     return {
@@ -142,7 +142,7 @@ def _fits(exact: Density) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def leaves() -> dict[str, Any]:
-    """Leaves example.coefficients, example.moments, example.emd."""
+    """Return the leaves example.coefficients, example.moments, example.emd."""
     exact, degree, order = monotone_density(response, FAMILY, ALPHA), *TEXT
     raw, support = exact_moments(), exact.window()
     wide, narrow = from_raw(raw)[1], from_raw(raw, support)[1]

@@ -14,7 +14,7 @@ SAMPLES = 2000
 
 
 def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
-    """Mean with its 95 % bootstrap interval over the entries."""
+    """Return the mean of the entries with its 95 % bootstrap interval."""
     values = np.asarray(values, np.float64)
     rng = np.random.default_rng(0)
     means = values[rng.integers(0, len(values), (SAMPLES, len(values)))].mean(axis=1)
@@ -28,6 +28,6 @@ def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
 
 
 def spread_leaf(values: Array, unit: str) -> dict[str, Any]:
-    """Median, and the range of the inner 95 % of the entries."""
+    """Return the median of the entries, and the range of the inner 95 % of them."""
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
     return {"value": float(middle), "unit": unit, "interval": [float(low), float(high)], "n": len(values)}

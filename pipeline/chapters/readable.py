@@ -10,7 +10,7 @@ from unmodelled.base.files import read_json, replacing, write_json
 
 
 def training_seconds(fits: Path) -> float:
-    """Time that the fits in `fits`/<model>/<split> took, s."""
+    """Return the time that the fits in `fits`/<model>/<split> took, s."""
     return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
 
 

@@ -26,7 +26,7 @@ PROTOCOL = (
 
 
 def read_diagnoses(folder: Path) -> Diagnoses:
-    """By machine and by what is withheld, from `folder`/<machine>/<what>_withheld/diagnosis.json.
+    """Read `folder`/<machine>/<what>_withheld/diagnosis.json, by machine and by what is withheld.
 
     Raises:
         BadInput: when there is none, or one is no diagnosis.
@@ -44,7 +44,7 @@ def read_diagnoses(folder: Path) -> Diagnoses:
 
 
 def leaves(report: Report) -> dict[str, Any]:
-    """The numbers of one diagnosis."""
+    """Return the numbers of one diagnosis."""
     gap = report["gap"]
     n = len(gap["held_out"])
     return {
@@ -66,7 +66,7 @@ def _limits(interval: Sequence[float | None]) -> dict[str, Any]:
 
 
 def verdicts(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """A row for everything that was withheld from one machine."""
+    """Return a row for everything that was withheld from one machine."""
     rows = []
     for withheld, report in reports.items():
         gap, effects = report["gap"], report["effects"]
@@ -89,7 +89,7 @@ def verdicts(reports: Mapping[str, Report]) -> pd.DataFrame:
 
 
 def numbers(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """The identified numbers: parameters of the known physics and of the effects."""
+    """Return the identified numbers: parameters of the known physics and of the effects."""
     rows = []
     for withheld, report in reports.items():
         own = {name: ("known physics", values) for name, values in report["parameters"].items()}
@@ -116,7 +116,9 @@ def numbers(reports: Mapping[str, Report]) -> pd.DataFrame:
 
 
 def left_over(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Where the gap lies, what the named effects leave of it in every experiment, and the notes."""
+    """Return where the gap lies, its remainder beside the named effects in every experiment, and the
+    notes.
+    """
     rows = [
         {"withheld": withheld, "kind": kind, "where": where, "share": share, "left": left}
         for withheld, report in reports.items()

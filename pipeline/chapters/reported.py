@@ -59,7 +59,7 @@ _REFIT = {
 
 
 def read_told(path: Path) -> dict[str, Any]:
-    """A diagnosis with all that can be told of it.
+    """Read a diagnosis with all that a page tells of it.
 
     Raises:
         BadInput: naming the place that is missing or wrong.
@@ -68,7 +68,7 @@ def read_told(path: Path) -> dict[str, Any]:
 
 
 def read_judged(path: Path) -> dict[str, Any]:
-    """A diagnosis of a withheld case.
+    """Read a diagnosis of a withheld case.
 
     Raises:
         BadInput: naming the place that is missing or wrong.
@@ -77,7 +77,7 @@ def read_judged(path: Path) -> dict[str, Any]:
 
 
 def read_held_out(path: Path) -> list[str]:
-    """Ids of the experiments that a diagnosis held out.
+    """Read the ids of the experiments that a diagnosis held out.
 
     Raises:
         BadInput: naming the place that is missing or wrong.
@@ -87,7 +87,7 @@ def read_held_out(path: Path) -> list[str]:
 
 
 def read_truth(path: Path) -> dict[str, Any]:
-    """What is planted in a withheld case.
+    """Read the planted effects of a withheld case.
 
     Raises:
         BadInput: naming the place that is missing or wrong.
@@ -96,7 +96,7 @@ def read_truth(path: Path) -> dict[str, Any]:
 
 
 def read_refit(path: Path) -> dict[str, Any]:
-    """What refitting a withheld case, its truth known, says.
+    """Read the result of refitting a withheld case whose planted effects are known.
 
     Raises:
         BadInput: naming the place that is missing or wrong.

@@ -34,8 +34,8 @@ CAMPAIGNS = {"slider_crank": "spring", "slider_crank_bare": "no_spring"}
 
 
 def cells(folder: Path) -> list[tuple[str, int, bool, str, Path]]:
-    """(model, horizon of a recurrent model or 0, whether it had additional epochs, split, folder) of every
-    cell.
+    """Return (model, horizon of a recurrent model or 0, whether it had additional epochs, split, folder) of
+    every cell.
 
     Raises:
         BadInput: when there is none.
@@ -51,7 +51,7 @@ def cells(folder: Path) -> list[tuple[str, int, bool, str, Path]]:
 
 
 def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
-    """The tables `kind`.parquet of all cells, with model, split, horizon and extra."""
+    """Read the tables `kind`.parquet of all cells, with model, split, horizon and extra."""
     parts = []
     for model, horizon, extra, split, path in cells(predictions):
         fit = read_json(fits / path.parent.name / path.name / "fit.json")
@@ -61,8 +61,9 @@ def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
 
 
 def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Parameters after every epoch (set, fold, repeat, epoch, parameter, value), and time per epoch of the
-    recurrent models (horizon, fold, seconds_per_epoch)."""
+    """Return parameters after every epoch (set, fold, repeat, epoch, parameter, value), and time per epoch of
+    the recurrent models (horizon, fold, seconds_per_epoch).
+    """
     history, timing = [], []
     for model, horizon, extra, split, path in cells(fits):
         table = read_parquet(path / "history.parquet")
@@ -78,7 +79,7 @@ def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def parameters(system: System, bench: Path) -> pd.DataFrame:
-    """Table 4.1: what the system file says and what is true of the virtual bench."""
+    """Return table 4.1: the values of the system file and the true values of the virtual bench."""
     truth = read_json(bench)
     known = {p.name: p for p in system.parameters}
     rows = []
@@ -91,7 +92,7 @@ def parameters(system: System, bench: Path) -> pd.DataFrame:
 
 
 def signals(system: System, logs: Logs) -> pd.DataFrame:
-    """id, t, theta, omega, T, and d, v from the geometry of the system file at the measured states."""
+    """Return id, t, theta, omega, T, and d, v from the geometry of the system file at the measured states."""
     geometry = numpy_system_function(system, [system.signals["d"], system.signals["v"]], efforts_zero=True)
     e = np.zeros(len(system.ports))
     d, v = geometry(logs.t, logs.x, logs.u, e, np.array(system.values), logs.c[logs.owner]).T
@@ -101,7 +102,7 @@ def signals(system: System, logs: Logs) -> pd.DataFrame:
 
 
 def experiments(logs: Logs) -> pd.DataFrame:
-    """id, profile, start, speed (rms of omega, rad/s) and slow (one of the slower half)."""
+    """Return id, profile, start, speed (rms of omega, rad/s) and slow (one of the slower half)."""
     table = logs.experiments_with_speed()
     speed = table["rms_omega"].to_numpy(np.float64)
     order = np.argsort(speed, kind="stable")
@@ -113,10 +114,11 @@ def experiments(logs: Logs) -> pd.DataFrame:
 def forces(
     predictions: dict[str, Path], measured: dict[str, pd.DataFrame], truth: dict[str, Path]
 ) -> pd.DataFrame:
-    """What the networks say on the training data, beside the load that the bench had.
+    """Return the networks' forces on the training data, beside the true load of the bench.
 
     Args:
-        predictions: campaign -> folder of <model>/<split>. measured: campaign -> `signals`.
+        predictions: campaign -> folder of <model>/<split>.
+        measured: campaign -> `signals`.
         truth: campaign -> truth.parquet of the bench (id, t, d, v, F), read for judging alone.
     """
     parts = []
@@ -144,13 +146,15 @@ def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
 
 
 def surface(predictions: Path) -> pd.DataFrame:
-    """The network F(d, v) of one fold on a grid, before and after training: stage, d, v, F."""
+    """Return the network F(d, v) of one fold on a grid, before and after training: stage, d, v, F."""
     table = read_parquet(predictions / "surface.parquet")
     return table.rename(columns={"q0": "d", "q1": "v", "effort": "F"}).drop(columns="network")
 
 
 def spring_errors(force: pd.DataFrame, spring: pd.DataFrame) -> dict[str, Array]:
-    """Error of the conservative network against the spring, N, at the visited positions, per campaign."""
+    """Return the error of the conservative network against the spring, N, at the visited positions, per
+    campaign.
+    """
     split = force[force["model"] == "nnap_split"]
     result = {}
     for campaign, table in split.groupby("campaign"):

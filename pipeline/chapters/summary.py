@@ -17,7 +17,7 @@ Leaf = dict[str, Any]
 
 
 def leaf(values: Array, unit: str) -> Leaf:
-    """Median of `values` (one per repeat) with its 95 % interval over the repeats."""
+    """Return the median of `values` (one per repeat) with its 95 % interval over the repeats."""
     values = np.asarray(values, np.float64)
     content: Leaf = {"value": float(np.median(values)), "unit": unit, "n": len(values)}
     if len(values) > 1:
@@ -26,7 +26,7 @@ def leaf(values: Array, unit: str) -> Leaf:
 
 
 def share(hits: int, total: int) -> Leaf:
-    """A share with its 95 % Wilson interval."""
+    """Return a share with its 95 % Wilson interval."""
     from scipy.stats import binomtest
 
     interval = binomtest(hits, total).proportion_ci(method="wilson")
@@ -34,7 +34,7 @@ def share(hits: int, total: int) -> Leaf:
 
 
 def labels(experiments: pd.DataFrame) -> dict[str, Any]:
-    """Counts of the labels, and F-dagger as a classifier of jumps: a negative minimum says jump.
+    """Count the labels, and judge F-dagger as a classifier of jumps: a negative minimum is called a jump.
 
     Neither the pitch curve nor the threshold, which is zero, was fitted to any label.
     """
@@ -57,7 +57,7 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
 
 
 def table_5_1(mechanism: CamFollower) -> pd.DataFrame:
-    """Table 5.1 by our geometry beside the published one: 40 cells."""
+    """Compare table 5.1 by our geometry with the published one: 40 cells."""
     phi = np.linspace(0.0, 2.0 * np.pi, 20_001)
     rows = []
     for i, H in enumerate(published.STROKES):
@@ -71,12 +71,14 @@ def table_5_1(mechanism: CamFollower) -> pd.DataFrame:
 
 
 def per_repeat(errors: pd.DataFrame, column: str = "omega_mse") -> Array:
-    """Median over the test runs, one number per repeat."""
+    """Return the median over the test runs, one number per repeat."""
     return np.asarray(errors.groupby("repeat")[column].median(), np.float64)
 
 
 def simulation(errors: pd.DataFrame) -> dict[str, Any]:
-    """Leaves of the free-run errors per model: interpolation pooled over folds, extrapolation per level."""
+    """Return the leaves of the free-run errors per model: interpolation pooled over folds, extrapolation per
+    level.
+    """
     result: dict[str, Any] = {"interpolation": {}, "extrapolation": {}}
     for (split, model), group in errors.groupby(["split", "model"]):
         if split == "interpolation":
@@ -98,7 +100,7 @@ def _errors(group: pd.DataFrame) -> dict[str, Leaf]:
 
 
 def contact_force(force: pd.DataFrame, experiments: pd.DataFrame) -> dict[str, Any]:
-    """Mean absolute error of F_min (eq. 6.12) on I_2 to I_10, models trained on I_1 alone."""
+    """Return the mean absolute error of F_min (eq. 6.12) on I_2 to I_10, of models trained on I_1 alone."""
     first = force[force["fold"] == "10%"].merge(
         experiments.loc[experiments["subset"] >= 2, ["exp", "f_min"]], on="exp", suffixes=("", "_measured")
     )
@@ -108,7 +110,7 @@ def contact_force(force: pd.DataFrame, experiments: pd.DataFrame) -> dict[str, A
 
 
 def boundary_errors(boundary: pd.DataFrame) -> pd.DataFrame:
-    """Mean absolute error of Q per model, fold and repeat, V.
+    """Return the mean absolute error of Q per model, fold and repeat, V.
 
     Args:
         boundary: columns model, fold, repeat, H, beta, m, Q; the truth has model "measured".
@@ -121,7 +123,7 @@ def boundary_errors(boundary: pd.DataFrame) -> pd.DataFrame:
 
 
 def boundary_leaves(errors: pd.DataFrame) -> dict[str, Any]:
-    """`boundary.<subset count>.<model>.mae` from `boundary_errors`."""
+    """Return the leaves `boundary.<subset count>.<model>.mae` of `boundary_errors`."""
     result: dict[str, Any] = {}
     for (fold, model), group in errors.groupby(["fold", "model"]):
         level = str(int(str(fold).rstrip("%")) // 10)

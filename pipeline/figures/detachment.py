@@ -31,11 +31,11 @@ def _read(data: Path, *columns: str) -> Campaign:
 
 @styled
 def force_examples(data: Path) -> Figure:
-    """The force F† that would keep contact, and the detachment, of a run in contact and of a jump.
+    """Force F† that would keep contact, and detachment, of a contact run and of a jump run.
 
-    Both are the median runs of their label by the mean of the minima per revolution (dashed). While F† stays
-    positive the follower stays on the cam; where it falls below zero the cam would have to pull, and the
-    follower leaves at that moment.
+    Both runs are the median of their label by the mean of the minima per revolution (dashed). While F† is
+    positive the follower stays on the cam. Where it is negative the cam would have to pull, and the follower
+    leaves at that moment.
     """
     campaign = _read(data, "t", "theta", "eps", "F_dagger")
     table = campaign.experiments

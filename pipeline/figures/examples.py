@@ -16,12 +16,12 @@ FACTORS = ("V", "m", "H", "beta")
 
 
 def levels(experiments: pd.DataFrame, factor: str) -> Array:
-    """Levels of a factor, increasing."""
+    """Return the levels of a factor, increasing."""
     return np.unique(experiments[factor].to_numpy(np.float64))
 
 
 def centre(experiments: pd.DataFrame) -> dict[str, float]:
-    """A setting just above the middle of every range, with the lightest follower.
+    """Return a setting just above the middle of every range, with the lightest follower.
 
     There a light follower jumps already, and changes of each factor make or end the jumps.
     """
@@ -33,7 +33,9 @@ def centre(experiments: pd.DataFrame) -> dict[str, float]:
 
 
 def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
-    """Rows that turn, where only `factor` leaves the `centre`: `count` levels over the whole range."""
+    """Return rows that turn, in which only `factor` leaves the `centre`: `count` levels over the whole
+    range.
+    """
     chosen = experiments["label"] != "stall"
     for other, value in centre(experiments).items():
         if other != factor:
@@ -45,13 +47,14 @@ def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
 
 
 def median_row(experiments: pd.DataFrame, column: str) -> int | None:
-    """Row with the median of `column`; None in an empty table."""
+    """Return the row with the median of `column`; None in an empty table."""
     ordered = experiments.sort_values([column, "exp"]).index
     return int(ordered[len(ordered) // 2]) if len(ordered) else None
 
 
 def nominal_and_bouncing(experiments: pd.DataFrame) -> tuple[int | None, int | None]:
-    """A contact and a jump that differ in the voltage only, where the campaign has such a pair.
+    """Return a contact run and a jump run that differ in the voltage only, where the campaign has such a
+    pair.
 
     The jump is the median one by its detachment, the contact the median one by voltage of the same cam and
     mass.
@@ -67,7 +70,7 @@ def nominal_and_bouncing(experiments: pd.DataFrame) -> tuple[int | None, int | N
 
 
 def folded(theta: Array) -> Array:
-    """The angle of one revolution without the whole turns before it, rad.
+    """Return the angle within one revolution, rad.
 
     Unlike a remainder it does not wrap where the shaft swings back over the end of the revolution.
     """

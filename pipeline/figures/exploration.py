@@ -44,12 +44,13 @@ def _small_panel(axes: Axes, rises: Array) -> None:
 
 @styled
 def direct_extrapolation(data: Path) -> Figure:
-    """Direct extrapolation of the minimal contact force over the settings, without any model of the dynamics.
+    """Minimal contact force, measured and extrapolated over the settings without a model of the dynamics.
 
-    Left the measurement, then a polynomial of the settings fitted to the minimal contact force of the
-    most stable runs, whose share is in the title. Dots are those of them that lie in this slice: the stroke
-    and mass with the most measured boundary points that the smallest share still reaches. The function is
-    zero on the dashed line, which stops at the border of the tried voltages and should lie on the solid one.
+    Left: measurement. The other panels: a polynomial of the settings, fitted to the minimal contact force of
+    the most stable runs, whose share is in the title; dots are those runs in this slice. The slice has the
+    stroke and mass with the most measured boundary points among those in the smallest share. The polynomial
+    is zero on the dashed line, which stops at the border of the tested voltages; it should lie on the solid
+    line, the measured boundary (section 6.3.3).
     """
     experiments, force, boundary = (table(data, name) for name in ("experiments", "force", "boundary"))
     force, (H, m) = shares(force[force["model"] == "direct"]), _slice(experiments, boundary)
@@ -227,11 +228,12 @@ def boundary_grid(data: Path) -> Figure:
 
 @styled
 def boundary_errors(data: Path) -> Figure:
-    """Mean absolute error (MAE) of the predicted Q, over the share of the stable contact runs trained on.
+    """Mean absolute error (MAE, V) of the predicted boundary Q, over the share of stable runs in the training
+    data.
 
     The mean is over all cams and masses with a measured Q; a line is the median over the repeats, its band
-    holds the inner half of them. Direct extrapolation fits the contact force over the settings without any
-    model of the dynamics. A model that stays low to the left finds the boundary from runs far away from it.
+    the inner half of them. Direct extrapolation fits the contact force over the settings without a model of
+    the dynamics. A model with a low error on the left predicts the boundary from runs far away from it.
     """
     boundary = table(data, "boundary")
     truth = boundary.loc[boundary["model"] == "measured", [*SETTING, "Q"]]

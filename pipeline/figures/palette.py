@@ -26,35 +26,37 @@ LOOKS = {
 
 
 def look(model: str) -> Look:
-    """The look of `model`; one without an entry goes by its own name."""
+    """Return the look of `model`; a model without an entry is labelled with its own name."""
     return LOOKS.get(model, Look(model, "#8c6d31", "*"))
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """A table written by tabulate, from the data folder."""
+    """Read a table written by tabulate from the data folder."""
     return read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
 
 
 def shares(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows of models that were trained on a share of the most stable runs, with that `share`, %."""
+    """Return the rows of models that were trained on a share of the most stable runs, with that
+    `share`, %.
+    """
     kept = rows[rows["fold"].str.endswith("%")]
     return kept.assign(share=kept["fold"].str.rstrip("%").astype(float))
 
 
 def smallest_share(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows of models that were trained on the smallest share, I1."""
+    """Return the rows of models that were trained on the smallest share, I1."""
     kept = shares(rows)
     return kept[kept["share"] == kept["share"].min()]
 
 
 def present(rows: pd.DataFrame) -> list[str]:
-    """Models of `rows` in the order of legends; the measurement is not one."""
+    """Return the models of `rows` in the order of legends, without the measurement."""
     order = [*LOOKS, *sorted(set(rows["model"]) - set(LOOKS))]
     return [name for name in order if name != "measured" and (rows["model"] == name).any()]
 
 
 def handle(model: str) -> Line2D:
-    """An entry of `model` for a legend."""
+    """Return the legend entry of `model`."""
     style = look(model)
     line = Line2D([], [], color=style.colour, marker=style.marker, label=style.label)
     line.set(linestyle=style.line, linewidth=style.width)
@@ -62,7 +64,9 @@ def handle(model: str) -> Line2D:
 
 
 def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
-    """Median of `y` over the repeats at every `x` as a line, the inner half of the repeats as a band."""
+    """Draw the median of `y` over the repeats at every `x` as a line, and the inner half of the repeats as a
+    band.
+    """
     style = look(model)
     quartiles = points.groupby(x)[y].quantile([0.25, 0.5, 0.75]).unstack()
     at = quartiles.index.to_numpy()
@@ -81,7 +85,9 @@ def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
 
 
 def plain_log(axes: Axes) -> None:
-    """Round numbers instead of powers of ten beside a logarithmic axis, which rarely covers many decades."""
+    """Write round numbers instead of powers of ten beside a logarithmic axis, which rarely covers many
+    decades.
+    """
     low, high = axes.get_ylim()
     steps = (1.0, 2.0, 5.0) if high / low > 8.0 else tuple(range(1, 10))
     axes.yaxis.set_major_locator(LogLocator(subs=steps))

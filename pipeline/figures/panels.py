@@ -23,7 +23,9 @@ STALL = Patch(color=LABELS["stall"], label="stall")
 
 
 def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Panels]:
-    """A panel for every cam: strokes H from the bottom up, rises beta from left to right; axes are shared."""
+    """Make a panel for every cam: strokes H from the bottom up, rises beta from left to right; axes are
+    shared.
+    """
     strokes, rises = levels(experiments, "H")[::-1], levels(experiments, "beta")
     figure = new_figure(height=0.9 + panel_height * len(strokes))
     grid = figure.subplots(len(strokes), len(rises), sharex=True, sharey=True, squeeze=False)
@@ -37,7 +39,7 @@ def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Pa
 
 
 def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
-    """The `cam_grid` with axes for `cells`."""
+    """Make the `cam_grid` with axes for `cells`."""
     figure, panels = cam_grid(experiments, panel_height=1.25)
     masses = levels(experiments, "m")
     for axes in panels.values():
@@ -50,7 +52,7 @@ def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
 
 
 def edges(centres: Array) -> Array:
-    """Borders between cells around `centres`, increasing; one more than there are centres."""
+    """Return the borders between cells around `centres`, increasing; one more than there are centres."""
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     inner = (centres[:-1] + centres[1:]) / 2.0
@@ -95,7 +97,7 @@ def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: s
         panels: made by `map_grid`.
         boundary: columns H, beta, m, Q; where a setting is absent the line is broken.
         masses: the rows of the maps, kg.
-        name: for the legend.
+        name: name in the legend.
 
     Returns:
         A handle for the legend.

@@ -35,10 +35,10 @@ def _split(rows: pd.DataFrame, split: str) -> pd.DataFrame:
 def hidden_units(data: Path) -> Figure:
     """Error of the simulated speed over the number of hidden units, trained on 30 % of the contact runs.
 
-    The runs are drawn at random and the error, of the speed projected on the angle, is the median over all
-    other contact runs. A line is the median over the repeats, its band holds the inner half of them; a ring
-    marks the number in all other figures: 128, 32 and 32, as in the dissertation. A model is large enough
-    where its line stops falling.
+    The training runs are drawn at random. The error of the speed, projected on the angle, is the median over
+    all other contact runs. A line is the median over the repeats, its band the inner half of them. A ring
+    marks the number of units in all other figures: 128, 32 and 32, as in the dissertation. A model is large
+    enough where its line stops falling.
     """
     tuning = table(data, "tuning")
     figure = new_figure(4.2, 7.5)
@@ -66,9 +66,10 @@ def simulation_drift(data: Path) -> Figure:
     """Simulated speed of three held-out runs over time and projected on the angle, against the measurement.
 
     Each run is simulated freely from its measured start by models trained on the contact runs outside the two
-    subsets of its fold (five-fold interpolation, first repeat). Of the runs on file, they are those with a
-    low, a median and a high error. Over time a small error of speed adds up to a shift of the ripple. On the
-    angle the shift is gone: the error there (filled) is the fairer one, mostly below that over time (hollow).
+    subsets of its fold (five-fold interpolation, first repeat). The runs shown have a low, a median and a
+    high error. Over time, a small error of the speed accumulates to a shift of the ripple. Projected on the
+    angle there is no such shift; the error there (filled) is the fairer one and mostly below the error over
+    time (hollow).
     """
     examples, errors = (_split(table(data, name), "interpolation") for name in ("examples", "errors"))
     errors = errors[(errors["repeat"] == 0) & errors["exp"].isin(examples["exp"])]

@@ -76,7 +76,7 @@ class Archive:
         """Return the content of the member `name`.
 
         Args:
-            name: member.
+            name: name of the member.
             factor: bytes in memory per byte of the member, once it has been read.
 
         Raises:
@@ -101,9 +101,9 @@ class Archive:
         """Return columns of a CSV member as text.
 
         Args:
-            name: member.
-            columns: wanted ones.
-            names: of all columns, for a file without a header.
+            name: name of the member.
+            columns: names of the wanted columns.
+            names: names of all columns, for a file without a header.
 
         Raises:
             BadInput: when the member is no table, has no rows, or lacks a column.
@@ -144,7 +144,9 @@ def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
     """Return cells as numbers.
 
     Args:
-        cells: (n,) text. where, column: for the error message. first: row of the first cell in the file.
+        cells: (n,) text.
+        where, column: file and column that the error message names.
+        first: row of the first cell in the file.
 
     Raises:
         BadInput: naming the row of the first cell that is not a finite number, or beyond any measurement.

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from pipeline.recordings.log_folder import Experiment, write_log_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
-from unmodelled.base.parquet import write_parquet
 from unmodelled.logs.resample import resample
 from unmodelled.logs.trajectory import Campaign
 
@@ -31,7 +31,8 @@ class CamDrivetrainRecording:
 
     Attributes:
         trajectories: store written by ingest. H (m), beta (rad), m (kg): levels.
-        start: what is left out of every run, s. period: of the logs, s.
+        start: duration that is left out at the start of every run, s.
+        period: sampling period of the logs, s.
     """
 
     trajectories: str
@@ -51,18 +52,17 @@ class CamDrivetrainRecording:
         chosen = [self._run(campaign.experiments, levels) for levels in product(self.H, self.beta, self.m)]
         table = campaign.experiments.iloc[chosen]
         names = [f"exp{exp}" for exp in table["exp"]]
+        experiments = []
+        for row, name in zip(chosen, names, strict=True):
+            log, run = campaign[row], campaign.experiments.iloc[row]
+            t, (theta,) = resample(log["t"], log["theta"][None], self.period)
+            kept = t >= t[0] + self.start
+            samples = pd.DataFrame({"t": t[kept] - t[kept][0], "theta": theta[kept]})
+            cam = f"H={run['H']:g} beta={run['beta']:.4g}"
+            settings = {factor: float(run[factor]) for factor in (*FACTORS, "V")}
+            experiments.append(Experiment(name, samples, {"group": cam, **settings}))
         with replacing_folder(folder) as out:
-            for row, name in zip(chosen, names, strict=True):
-                log = campaign[row]
-                t, (theta,) = resample(log["t"], log["theta"][None], self.period)
-                kept = t >= t[0] + self.start
-                samples = pd.DataFrame({"t": t[kept] - t[kept][0], "theta": theta[kept]})
-                write_parquet(samples, out / f"{name}.parquet")
-            cams = [f"H={H:g} beta={beta:.4g}" for H, beta in zip(table["H"], table["beta"], strict=True)]
-            rows = pd.DataFrame({"id": names, "file": [f"{name}.parquet" for name in names], "group": cams})
-            for name in (*FACTORS, "V"):
-                rows[name] = table[name].to_numpy()
-            rows.to_csv(out / "experiments.csv", index=False, lineterminator="\n")
+            write_log_folder(out, experiments)
         description = "contact runs of the cam-follower bench: angle of its cam shaft"
         return {**campaign.provenance, "description": description, "experiments": len(names)}
 

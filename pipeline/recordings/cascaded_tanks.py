@@ -27,7 +27,8 @@ class CascadedTanksRecording:
     """The two records as a log folder, each cut into equally long experiments.
 
     Attributes:
-        archive: zip file or folder with `FILE`. parts: experiments per record.
+        archive: zip file or folder with `FILE`.
+        parts: number of experiments per record.
     """
 
     archive: str | None

@@ -34,7 +34,7 @@ class DoublePendulumRecording:
 
     Attributes:
         archive: zip file or folder with sys_id/*.csv.
-        period: of the logs, s; one recording was logged faster.
+        period: sampling period of the logs, s; one recording was logged faster.
     """
 
     archive: str | None

@@ -17,10 +17,10 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.io import loadmat, whosmat
 
+from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.limits import check_file, check_memory, limit_process
-from unmodelled.base.parquet import write_parquet
 from unmodelled.base.workers import pool_of
 
 Array = NDArray[np.float64]
@@ -40,7 +40,8 @@ class EmpsRecording:
     with place or direction.
 
     Attributes:
-        dataset: folder with the files of `FILES`. parts: experiments per recording.
+        dataset: folder with the files of `FILES`.
+        parts: number of experiments per recording.
     """
 
     dataset: str | None
@@ -55,26 +56,23 @@ class EmpsRecording:
         if not self.dataset:
             raise BadInput("source.dataset: must be given: EMPS=<folder with DATA_EMPS.mat>")
         source = Path(str(self.dataset)).expanduser()
-        recordings = {group: read(source / name) for group, name in FILES.items()}
-        rows = []
+        experiments = [
+            Experiment(f"{group}_{k}", part, {"group": group})
+            for group, name in FILES.items()
+            for k, part in enumerate(parts(read(source / name), self.parts, name), start=1)
+        ]
         with replacing_folder(folder) as out:
-            for group, recording in recordings.items():
-                for k, part in enumerate(_parts(recording, self.parts), start=1):
-                    name = f"{group}_{k}"
-                    write_parquet(part, out / f"{name}.parquet")
-                    rows.append((name, f"{name}.parquet", group))
-            table = pd.DataFrame(rows, columns=["id", "file", "group"])
-            table.to_csv(out / "experiments.csv", index=False, lineterminator="\n")
+            write_log_folder(out, experiments)
         return {
             "data": "measured",
             "description": "public measurements of EMPS, a real positioning axis: voltage, position",
             "url": "https://www.nonlinearbenchmark.org/benchmarks/emps",
-            "experiments": len(rows),
+            "experiments": len(experiments),
         }
 
 
 def read(path: Path) -> pd.DataFrame:
-    """The columns `COLUMNS` of one recording.
+    """Read the columns `COLUMNS` of one recording.
 
     Raises:
         BadInput: names the file, and the variable that is missing, too large or not a column of finite
@@ -129,10 +127,3 @@ def _column(path: Path, name: str, values: Any) -> Array:
     if len(bad):
         raise BadInput(f"{path}: variable {name}: row {bad[0] + 1}: not a finite number")
     return column
-
-
-def _parts(recording: pd.DataFrame, count: int) -> list[pd.DataFrame]:
-    """Equally long parts, each with its own clock; what is left over at the end is dropped."""
-    length = len(recording) // count
-    parts = (recording.iloc[k * length : (k + 1) * length] for k in range(count))
-    return [part.assign(t=part["t"] - part["t"].iloc[0]) for part in parts]

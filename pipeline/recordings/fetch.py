@@ -22,7 +22,8 @@ class PublicDataSet:
     """A measured campaign that is published in a git repository.
 
     Attributes:
-        url, revision: of the repository. dataset: a folder, or the zip as downloaded, instead of the network.
+        url, revision: address and revision of the repository.
+        dataset: folder, or downloaded zip file, that is read instead of the network.
     """
 
     url: str

@@ -23,7 +23,7 @@ class Experiment:
     """One row of experiments.csv and its log.
 
     Attributes:
-        id: of the experiment.
+        id: name of the experiment.
         samples: column t (s, counted from any moment) and the columns of inputs and outputs.
         constants: operating point, and `group` where experiments belong together.
     """
@@ -53,9 +53,9 @@ def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]
     """Cut a recording into `count` equally long parts; the samples that are left over at its end are dropped.
 
     Args:
-        recording: of a file.
-        count: of the parts.
-        where: that file, for the error message.
+        recording: samples of a file.
+        count: number of parts.
+        where: file that the error message names.
 
     Raises:
         BadInput: when `count` is not a whole number of parts that the recording has room for.
@@ -72,9 +72,9 @@ def on_clock(recording: pd.DataFrame, period: float, held: Sequence[str], where:
 
     Args:
         recording: column t (s) and signals.
-        period: of the uniform clock, s.
+        period: sampling period of the uniform clock, s.
         held: signals that jump, read by straight lines; all others are read by a cubic spline.
-        where: file, for the error message.
+        where: file that the error message names.
 
     Raises:
         BadInput: when time does not increase or has a gap, or the period is no number or far too short.

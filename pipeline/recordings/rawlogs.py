@@ -86,7 +86,7 @@ class RawLogs(Archive):
 
 
 def parse(text: bytes, where: str) -> Array:
-    """Numbers of a seven-row CSV file, (7, n).
+    """Return the numbers of a seven-row CSV file, (7, n).
 
     Raises:
         BadInput: when the number of rows, the length of a row or a cell is wrong.

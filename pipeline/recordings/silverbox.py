@@ -32,7 +32,8 @@ class SilverboxRecording:
     """The record as a log folder: parts of the growing noise (a group) and the realisations of the multisine.
 
     Attributes:
-        archive: zip file or folder with `FILE`. parts: experiments that the growing noise is cut into.
+        archive: zip file or folder with `FILE`.
+        parts: number of experiments that the growing noise is cut into.
     """
 
     archive: str | None

@@ -29,7 +29,8 @@ class Ur10eJointRecording:
 
     Attributes:
         archive: zip file or folder with the files of jointwise_motion.
-        joint: 1 to 6, from the base on. parts: experiments.
+        joint: number of the joint, 1 to 6 from the base on.
+        parts: number of experiments.
     """
 
     archive: str | None

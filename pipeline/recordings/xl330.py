@@ -35,7 +35,8 @@ class Xl330Recording:
     The runs were logged at 190 or 285 samples a second, and are read on one clock.
 
     Attributes:
-        archive: zip file or folder with the JSON files of the runs. period: of the logs, s.
+        archive: zip file or folder with the JSON files of the runs.
+        period: sampling period of the logs, s.
     """
 
     archive: str | None

@@ -37,7 +37,7 @@ COLUMNS = ("Claim", "Page", "Dissertation", "Ours", "Verdict", "Protocol")
 
 
 def claims_table(id: str, claims: Sequence[dict[str, Any]]) -> Table:
-    """One row per claim."""
+    """Return a table with one row per claim."""
     return Table(
         id,
         "Claims of the dissertation",

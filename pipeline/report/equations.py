@@ -32,7 +32,7 @@ ATTRIBUTES = {"display", "close", "open", "mathvariant"}
 
 
 def read_equations(path: Path) -> dict[str, Any]:
-    """A file of chapter and rows (kind, text, mathml).
+    """Read a file of chapter and rows (kind, text, mathml).
 
     Raises:
         BadInput: when it is not such a file, or a formula holds anything but mathematics.

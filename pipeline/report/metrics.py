@@ -16,7 +16,7 @@ COLUMNS = ("Metric", "Value", "95 % interval", "Unit", "n", "Protocol")
 
 
 def metrics_table(id: str, content: dict[str, Any]) -> Table:
-    """Flatten nested numbers; a protocol that all of them share stands above the table."""
+    """Flatten nested numbers into a table; a protocol that all numbers share stands above the table."""
     general = content.get("protocol", "")
     rows = []
     for name, leaf, protocol in leaves({k: v for k, v in content.items() if k not in ABOUT}, general):

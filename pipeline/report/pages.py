@@ -183,7 +183,9 @@ class Contents:
 
 
 def pages(results: Results) -> list[Page]:
-    """The declared pages, one more for every other chapter with results, and one for what belongs nowhere."""
+    """Return the declared pages, one page for every other chapter with results, and one for results without a
+    chapter.
+    """
     found = {figure.chapter for figure in results.figures} | {table.chapter for table in results.tables}
     found |= {row["chapter"] for row in results.claims} | {
         results.chapter_of(topic) for topic in results.metrics

@@ -62,7 +62,7 @@ class Results:
     executions: list[Mapping[str, Any]] = field(default_factory=list)
 
     def chapter_of(self, topic: str) -> int | None:
-        """Chapter of a metrics file: as it says itself, or by its name."""
+        """Return the chapter of a metrics file, from its content or else from its name."""
         match = re.fullmatch(r"chapter(\d+)", topic)
         chapter: int | None = self.metrics[topic].get("chapter", int(match[1]) if match else None)
         return chapter

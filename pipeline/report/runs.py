@@ -17,7 +17,7 @@ SETTINGS = {"profile": "", "revision": "mono"}
 
 
 def stages_table(executions: Sequence[Execution]) -> Table:
-    """Time per stage, the longest first; a stage with cells is their sum."""
+    """Return the time per stage, the longest first; a stage with cells is their sum."""
     cells: dict[str, list[float]] = defaultdict(list)
     for execution in executions:
         cells[str(execution["stage"]).partition("@")[0]].append(execution["seconds"])
@@ -56,7 +56,7 @@ def _share(seconds: float, everything: float) -> Cell:
 
 
 def executions_table(executions: Sequence[Execution]) -> Table:
-    """The last execution of every cell of the graph, with its configuration as a file."""
+    """Return the last execution of every cell of the graph, with its configuration as a file."""
     keys = ("stage", "command", "seed", "seconds", "finished", "revision", "machine")
     rows = [
         (
@@ -90,7 +90,7 @@ def _moment(iso: str) -> str:
 
 
 def versions_table(executions: Sequence[Execution]) -> Table:
-    """Packages and machines behind the executions, every version of each."""
+    """Return packages and machines behind the executions, every version of each."""
     counts = Counter(item for e in executions for item in e["versions"].items())
     counts.update(("machine", e["machine"]) for e in executions)
     rows = [
@@ -104,7 +104,7 @@ def versions_table(executions: Sequence[Execution]) -> Table:
 
 
 def runs_table(runs: Mapping[str, Mapping[str, Any]]) -> Table:
-    """One row per fit; the folders above it name the choices in conf/ that it was made with."""
+    """Return one row per fit; the folders above it name the choices in conf/ that it was made with."""
     columns = ("Mechanism", "Model", "Split", "Folds", "Repeats", "Seed", "Time (s)", "Parameters")
     rows = []
     for path, about in runs.items():
@@ -119,7 +119,9 @@ def runs_table(runs: Mapping[str, Mapping[str, Any]]) -> Table:
 def campaigns_table(
     campaigns: Mapping[str, Mapping[str, Any]], shown_on: Mapping[str, tuple[str, str]]
 ) -> Table:
-    """What was run on which data; `shown_on` has label and address of the page with a campaign's results."""
+    """Return which data every campaign is from; `shown_on` has label and address of the page with its
+    results.
+    """
     rows = []
     for name, about in campaigns.items():
         label, address = shown_on.get(name, ("–", ""))
@@ -138,7 +140,7 @@ def campaigns_table(
 
 
 def provenance_table(metrics: Mapping[str, Mapping[str, Any]]) -> Table:
-    """The data, profile and code behind every file of numbers."""
+    """Return the data, profile and code behind every file of numbers."""
     rows = [
         (
             Cell(topic.replace("_", " "), topic),
@@ -158,7 +160,7 @@ def provenance_table(metrics: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def settings(metrics: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Profiles and revisions of the code that the numbers were made with, where they come from the graph."""
+    """Return profiles and revisions of the code that the numbers from the graph were made with."""
     made = [about for about in metrics.values() if about.get("profile", "-") != "-"]
     found = {key: sorted({str(about[key]) for about in made if about.get(key)}) for key in SETTINGS}
     return [f"{key} {', '.join(values)}" for key, values in found.items() if values]

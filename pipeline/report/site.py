@@ -46,7 +46,9 @@ class Site:
     record: dict[str, Table]
 
     def origin(self, page: Page) -> str:
-        """Kind of the data behind `page`: of its campaign, else of what stands on it, or of all campaigns."""
+        """Return the kind of the data behind `page`: of its campaign, else of its content, or of all
+        campaigns.
+        """
         if page.campaign in self.results.campaigns:
             return str(self.results.campaigns[page.campaign]["data"])
         every = {str(about["data"]) for about in self.results.campaigns.values()}
@@ -172,7 +174,7 @@ def _render(template: str, file: str, page: Page, site: Site, more: Mapping[str,
 
 
 def index(every: Sequence[Page], shown: Mapping[str, Contents], results: Results) -> list[Entry]:
-    """Pages, figures, claims, tables, numbers and diagnoses."""
+    """Return the search entries of pages, figures, claims, tables, numbers and diagnoses."""
     found = [entry("page", page.title, f"{page.label} {page.summary}", page.file) for page in every]
     found += [entry("diagnosis", d.label, d.headline, d.file) for d in results.diagnoses]
     for page in every[1:]:

@@ -193,7 +193,8 @@ class CamFollowerRig:
         self, H: float, beta: float, m: float, V: float, theta: float = 0.0, omega: float = 0.0,
         friction_offset: float = 0.0, duration: float = 15.0,
     ) -> dict[str, Array]:  # fmt: skip
-        """Noise-free run from angle `theta` and speed `omega`, follower on the cam, `duration` s at most.
+        """Simulate a noise-free run from angle `theta` (rad) and speed `omega` (rad/s), with the follower on
+        the cam, for `duration` s at most.
 
         Keys: t, theta (not wrapped), omega, current, y, v, force (N), contact (0 or 1), h and slope (m/rad)
         of the pitch curve, and energy (J: kinetic and potential, of shaft, cam and follower).
@@ -216,7 +217,8 @@ class CamFollowerRig:
         return run | {"t": self.period * np.arange(len(rows)), "energy": motion + self.gravity * height}
 
     def run(self, H: float, beta: float, m: float, V: float, seed: int) -> dict[str, Array]:
-        """Log of one experiment in SI units: t, theta (wrapped), omega, alpha, y, h and eps = y - h.
+        """Return the log of one experiment in SI units: t, theta (wrapped), omega, alpha, y, h and eps = y -
+        h.
 
         Each source of scatter is seeded by `seed` and the factors it belongs to (cam, assembly, experiment),
         so a log does not depend on which other experiments are run.

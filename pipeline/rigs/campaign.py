@@ -32,7 +32,10 @@ class CamFollowerCampaign:
     """A full factorial on the virtual cam-follower bench.
 
     Attributes:
-        H: strokes, m. beta: rise angles, rad. m: follower masses, kg. V: voltages, V.
+        H: strokes, m.
+        beta: rise angles, rad.
+        m: follower masses, kg.
+        V: voltages, V.
     """
 
     H: Sequence[float]
@@ -62,7 +65,9 @@ class CamFollowerCampaign:
 def factorial(
     heights: Iterable[float], skews: Iterable[float], masses: Iterable[float], voltages: Iterable[float]
 ) -> pd.DataFrame:
-    """Full factorial of H (m), beta (rad), m (kg) and V (volt); V varies fastest, exp counts from 1."""
+    """Return a full factorial of H (m), beta (rad), m (kg) and V (volt); V varies fastest, exp counts
+    from 1.
+    """
     table = pd.DataFrame(product(heights, skews, masses, voltages), columns=list(FACTORS), dtype=float)
     table.insert(0, "exp", range(1, len(table) + 1))
     return table

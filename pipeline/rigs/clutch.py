@@ -33,8 +33,11 @@ class Profiles:
     """A full factorial of fill pulses and ramps.
 
     Attributes:
-        pulse: level of the fill pulse, A. highest: where the ramp ends, A.
-        u1: widths of the pulse, s. u2: levels from which the ramp starts, A. u3: slopes of the ramp, A/s.
+        pulse: level of the fill pulse, A.
+        highest: level at which the ramp ends, A.
+        u1: widths of the pulse, s.
+        u2: levels from which the ramp starts, A.
+        u3: slopes of the ramp, A/s.
     """
 
     pulse: float
@@ -49,7 +52,9 @@ class Profiles:
         return list(product(self.u1, self.u2, self.u3))
 
     def current(self, t: Array, u1: float, u2: float, u3: float) -> Array:
-        """Set-point (A) at times `t` (s): nothing before 0, the pulse until u1, then the ramp."""
+        """Return the set-point of the current (A) at times `t` (s): nothing before 0, the pulse until u1,
+        then the ramp.
+        """
         top = u1 + (self.highest - u2) / u3
         times = [0.0, _EDGE, u1, u1 + _EDGE, top]
         levels = [0.0, self.pulse, self.pulse, u2 + u3 * _EDGE, self.highest]
@@ -109,7 +114,9 @@ class ClutchCampaign:
         return SHARP if self.sharp else MILD
 
     def table(self) -> pd.DataFrame:
-        """The engagements: id, file, u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm, profile."""
+        """Return the engagements: id, file, u1 (s), u2 (A), u3 (A/s), omega_m (rad/s), T_b0 (N m), rpm,
+        profile.
+        """
         rows = product(enumerate(self.profiles.settings, start=1), SPEEDS, BRAKES)
         return pd.DataFrame(
             [
@@ -151,10 +158,12 @@ class ClutchCampaign:
         }
 
     def simulate(self, table: pd.DataFrame, theta: Array) -> tuple[Array, dict[str, Array]]:
-        """Currents (N, n) of the n engagements in `table` and their noise-free runs (`ClutchRig.simulate`).
+        """Return the currents (N, n) of the n engagements in `table` and their noise-free runs
+        (`ClutchRig.simulate`).
 
         Args:
-            table: rows of `table()`. theta: (n, 2) scales of the spring threshold and the touch point.
+            table: rows of `table()`.
+            theta: (n, 2) scales of the spring threshold and the touch point.
         """
         t = PERIOD * np.arange(round(DURATION / PERIOD) + 1, dtype=np.float64)
         settings = table[["u1", "u2", "u3"]].itertuples(index=False)
@@ -163,12 +172,12 @@ class ClutchCampaign:
         return current, self.rig.simulate(current, PERIOD, self.setting(table, theta))
 
     def setting(self, table: pd.DataFrame, theta: Array) -> Setting:
-        """What differs between the engagements; arguments as of `simulate`."""
+        """Return the settings that differ between engagements; arguments as of `simulate`."""
         threshold, touch = self.rig.p_hc0 * theta[:, 0], self.rig.z_p * theta[:, 1]
         return Setting(table["omega_m"].to_numpy(float), table["T_b0"].to_numpy(float), threshold, touch)
 
     def draw(self, source: np.random.Generator) -> Array:
-        """A draw of theta from the clipped normal distribution (3.12)."""
+        """Draw theta from the clipped normal distribution (eq. 3.12)."""
         means, deviations = np.reshape(list(self.alpha), (2, 2))
         low, high = norm.cdf((np.transpose(BOX) - means) / deviations)
         return np.asarray(means + deviations * norm.ppf(low + source.uniform(size=2) * (high - low)))

@@ -27,7 +27,7 @@ class Setting:
     touch: Array
 
     def only(self, i: int) -> "Setting":
-        """Engagement `i` alone."""
+        """Return the setting of engagement `i` alone."""
         one = slice(i, i + 1)
         return Setting(self.omega_m[one], self.brake[one], self.threshold[one], self.touch[one])
 
@@ -67,12 +67,14 @@ class ClutchRig:
     C0: float = 0.00487
 
     def converter(self, omega_1: Array, omega_m: Array) -> Array:
-        """Torque T_1 of the converter on the input shaft, N m."""
+        """Return the torque T_1 of the converter on the input shaft, N m."""
         nu = omega_1 / omega_m
         return omega_m**2 * np.maximum(1.0, self.ratio - self.slope * nu) * self.C0 * (1.0 - nu**4)
 
     def clutch(self, p: Array, z: Array, slip: Array, touch: Array) -> Array:
-        """Torque T_c of the slipping clutch, N m, at pressure `p` (bar) and piston position `z` (mm)."""
+        """Return the torque T_c of the slipping clutch, N m, at pressure `p` (bar) and piston position `z`
+        (mm).
+        """
         z = np.clip(z, 0.0, self.z_M)
         x = np.clip(0.5 + (z - touch) / (2.0 * self.w_delta), 0.0, 1.0)
         contact = x * x * (3.0 - 2.0 * x)
@@ -81,7 +83,9 @@ class ClutchRig:
         return contact * self.alpha * plates + (1.0 - contact) * film
 
     def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Flags) -> Array:
-        """Time derivatives of `x` (5, n): p, p', z~, omega_1, omega_2; at current `u` (A) of slope `du`."""
+        """Return the time derivatives of `x` (5, n): p, p', z~, omega_1, omega_2; at current `u` (A) of slope
+        `du`.
+        """
         p, dp, z, omega_1, omega_2 = x
         ddp = self.wn**2 * (self.Kp * u + self.p_rest - p) - 2.0 * self.zeta * self.wn * dp + self.b2 * du
         dz = (self.Kz * (p - setting.threshold) - z) / self.tau_z + self.c2 * dp
@@ -95,7 +99,9 @@ class ClutchRig:
         return np.array([dp, ddp, dz, d_omega_1, np.where(locked, together / self.R, load)])
 
     def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Flags) -> Array:
-        """State (5, n) after `h` s by the method of Runge and Kutta; the current runs along a line."""
+        """Return the state (5, n) after `h` s by the method of Runge and Kutta; the current runs along a
+        line.
+        """
         k1 = self.rates(x, u, du, setting, locked)
         k2 = self.rates(x + 0.5 * h * k1, u + 0.5 * h * du, du, setting, locked)
         k3 = self.rates(x + 0.5 * h * k2, u + 0.5 * h * du, du, setting, locked)
@@ -105,7 +111,7 @@ class ClutchRig:
         return after
 
     def simulate(self, current: Array, period: float, setting: Setting) -> dict[str, Array]:
-        """Noise-free engagements from the steady state without current.
+        """Simulate noise-free engagements from the steady state without current.
 
         Args:
             current: (N, n) A, every `period` s, straight lines in between; starts at zero.

@@ -23,9 +23,14 @@ class PendulumCampaign:
     """Some runs of the bench under random multi-sine torques, SI units.
 
     Attributes:
-        runs: their number. duration: of each, s. period: of the logger, s.
-        inertia: J, kg m^2. damping: b, N m s/rad. weight: times the distance of the centre, N m.
-        coulomb: dry friction, N m, over a speed of `creep`, rad/s. counts: of the encoder, per turn.
+        runs: number of runs.
+        duration: duration of a run, s.
+        period: sampling period of the logger, s.
+        inertia: moment of inertia J, kg m^2.
+        damping: coefficient of viscous friction b, N m s/rad.
+        weight: weight times distance of the centre of mass from the joint, N m.
+        coulomb: dry friction, N m, over a speed of `creep`, rad/s.
+        counts: counts of the encoder per turn.
         torque: amplitude of the drive, N m.
     """
 

@@ -17,7 +17,8 @@ TURN = 2.0 * np.pi
 def cam_spline(
     H: float, beta: float, base: float, roller: float, rounding: float
 ) -> tuple[Array, list[float]]:
-    """Spline of the pitch curve; area moments of the cam: polar (m^4), and first about the two axes (m^3).
+    """Return a spline of the pitch curve, and the cam's area moments: polar (m^4), and first about two axes
+    (m^3).
 
     The roller centre lies `roller` along the outward normal of a cycloidal cam without dwell. A sharply
     concave cam makes that curve fold back; the roller then rests on the outermost branch, its kink blunted.
@@ -44,7 +45,9 @@ def cam_spline(
 
 @kept()
 def profile(theta: float, spline: Array) -> tuple[float, float, float]:
-    """Lift of the roller centre (m) and its first and second derivative with respect to the angle."""
+    """Return the lift of the roller centre (m) and its first and second derivative with respect to the
+    angle.
+    """
     width = 2.0 * np.pi / spline.shape[1]
     k = int((theta % (2.0 * np.pi)) / width) % spline.shape[1]
     u = theta % (2.0 * np.pi) - k * width

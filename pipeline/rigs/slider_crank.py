@@ -93,20 +93,20 @@ class SliderCrankRig:
     jitter: float = 1e-6
 
     def spring(self, d: Any) -> Any:
-        """Force of the spring towards the shaft (N) at distance `d` (m; number or array)."""
+        """Return the force of the spring towards the shaft (N) at distance `d` (m; number or array)."""
         return self.preload + self.stiffness * d + self.stiffening * (10.0 * d) ** 4
 
     def friction(self, v: float) -> float:
-        """Friction force against the slider's velocity `v` (m/s), N."""
+        """Return the friction force against the slider's velocity `v` (m/s), N."""
         dry = self.coulomb + (self.static - self.coulomb) * exp(-((v / self.stribeck) ** 2))
         return dry * tanh(v / self.stick) + self.viscous * v
 
     def without_spring(self) -> "SliderCrankRig":
-        """The same bench with the spring taken off."""
+        """Return the same bench with the spring taken off."""
         return replace(self, preload=0.0, stiffness=0.0, stiffening=0.0)
 
     def simulate(self, torque: Profile, start: float, samples: int = 800) -> dict[str, Array]:
-        """Noise-free run from rest at crank angle `start` (rad), one row per `period`.
+        """Simulate a noise-free run from rest at crank angle `start` (rad), one row per `period`.
 
         Keys: theta (not wrapped), omega, d, v, drive (torque on the shaft with ripple, N m), spring and
         friction (N), energy (J: kinetic, of gravity and of the spring), gap (m: how far the loop is open at
@@ -134,7 +134,7 @@ class SliderCrankRig:
         return run | {"t": np.arange(samples, dtype=np.float64) * self.period, "T": commands[::_SUBSTEPS]}
 
     def log(self, true: dict[str, Array], noise: np.random.Generator) -> dict[str, Array]:
-        """What the drive logs of a run of `simulate`: t (s), theta (rad), omega (rad/s) and T (N m).
+        """Return the drive's log of a run of `simulate`: t (s), theta (rad), omega (rad/s) and T (N m).
 
         theta has the encoder's steps and lies in [0, 2 pi). The drive gets omega from it by central
         differences over two samples, with all its steps.

@@ -25,8 +25,12 @@ class MotorBench:
     """A separately excited DC motor in steady state at a constant voltage, SI units.
 
     Attributes:
-        voltage: of the armature, V. resistance: of the cold winding, Ohm. brushes: voltage they cost, V.
-        constant: motor constant K without load, V s/rad. dry: friction, N m. viscous: friction, N m s/rad.
+        voltage: voltage of the armature, V.
+        resistance: resistance of the cold winding, Ohm.
+        brushes: voltage drop of the brushes, V.
+        constant: motor constant K without load, V s/rad.
+        dry: torque of dry friction, N m.
+        viscous: coefficient of viscous friction, N m s/rad.
         nominal: current, A, at which the winding's resistance has risen by the share `warming` and the motor
             constant has fallen by the share `reaction`.
         fan: power, W, that it takes above `fan_starts`, A, within about an ampere.
@@ -45,7 +49,7 @@ class MotorBench:
     fan_starts: float = 9.0
 
     def efficiency(self, current: Array) -> Array:
-        """Mechanical power by electrical power, at armature currents in A."""
+        """Return mechanical power by electrical power, at armature currents in A."""
         load = current / self.nominal
         resistance = self.resistance * (1.0 + self.warming * load**2)
         constant = self.constant * (1.0 - self.reaction * load**1.5)
@@ -60,10 +64,12 @@ class TutorialCampaign:
     """Efficiencies measured between two currents, and runs of a pendulum with small and with large torques.
 
     Attributes:
-        samples: measured, evenly spread. new: measured at random currents, to judge by.
-        lowest, highest: current, A. noise: of an efficiency, rms.
-        runs: of the pendulum with a torque of `small`, N m, group "explored"; `far_runs` with `large`, group
-            "unseen".
+        samples: number of measured samples, evenly spread.
+        new: number of test samples at random currents.
+        lowest, highest: limits of the current, A.
+        noise: standard deviation of the noise of an efficiency.
+        runs: number of runs of the pendulum with a torque of `small`, N m, group "explored"; `far_runs` with
+            `large`, group "unseen".
         coulomb: dry friction of the pendulum, N m.
         motor: the bench.
     """

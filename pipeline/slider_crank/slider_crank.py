@@ -29,7 +29,7 @@ _x1, _y1, _x2, _y2, _phi, _v = (symbol(name) for name in ("ddx1", "ddy1", "ddx2"
 
 
 def newton_euler() -> sp.Expr:
-    """Acceleration of the crank, rad/s^2, in the symbols of `systems/slider_crank.yaml`.
+    """Return the acceleration of the crank, rad/s^2, in the symbols of `systems/slider_crank.yaml`.
 
     Source: eq. 4.11 with the geometry of Fig. 4.2.
     """

@@ -22,7 +22,7 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.evaluation.splits import Fold, Indices, Split
+from unmodelled.learning.splits import Fold, Indices, Split
 from unmodelled.logs.trajectory import Campaign
 
 Tables = dict[str, pd.DataFrame]

@@ -1,4 +1,4 @@
-"""Diagnose the same logs with every system file of a folder; figures and pages are made from the answers later."""
+"""Diagnose the same logs with every system file of a folder, without figures and pages."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from unmodelled.systems.reader import read_system
 def diagnose_systems(systems: Path, logs: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
     """Write diagnosis.json, augmented_system.yaml and tables to `out`/<system file> for every system file.
 
-    A run that was killed goes on after the system files that are done, as long as system files, logs, arguments
-    and program are the same.
+    A run that was killed goes on after the system files that are done, as long as system files, logs,
+    arguments and program are the same.
 
     Args:
         systems: system file, or folder of system files that describe the same machine.

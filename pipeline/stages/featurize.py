@@ -21,7 +21,7 @@ from unmodelled.logs.resample import resample
 from unmodelled.logs.trajectory import Campaign
 
 #: What to do with the result (`unmodelled.cli.written`).
-NEXT = "next: {program} train model.features={out}"
+NEXT = "next: {program} train model=f_h2 split=extrapolation model.features={out}"
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet, write_parquet
 from unmodelled.base.progress import track
-from unmodelled.evaluation.splits import Fold, Split, nominal_subsets
+from unmodelled.learning.splits import Fold, Split, nominal_subsets
 from unmodelled.logs.trajectory import Campaign
 
 PROTOCOL = (

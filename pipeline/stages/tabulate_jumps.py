@@ -15,7 +15,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet, write_parquet
-from unmodelled.evaluation.splits import Split
+from unmodelled.learning.splits import Split
 from unmodelled.logs.trajectory import Campaign
 
 PREDICTED = ("runs", "repeats", "examples")

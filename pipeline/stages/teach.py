@@ -23,9 +23,9 @@ from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.evaluation.splits import Fold
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.held_out import free_runs
+from unmodelled.learning.splits import Fold
 from unmodelled.learning.windows import Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs

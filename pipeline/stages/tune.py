@@ -17,7 +17,7 @@ from unmodelled.base.files import replacing
 from unmodelled.base.ownership import Out, verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.evaluation.splits import Split
+from unmodelled.learning.splits import Split
 
 #: No network of a few hundred runs is wider.
 WIDEST = 100_000

@@ -17,7 +17,7 @@ from unmodelled.systems.reader import read_system
 def answers(
     cases: Path, diagnoses: Path, refits: Path
 ) -> Iterator[tuple[Path, dict[str, Any], dict[str, Any]]]:
-    """Of every case: <campaign>/<case>, the content of its diagnosis.json, and its row (see `judged`).
+    """Return for every case <campaign>/<case>, the content of its diagnosis.json, and its row (see `judged`).
 
     Args:
         cases: folder of campaigns of withheld cases, a kind each.

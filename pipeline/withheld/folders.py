@@ -15,7 +15,7 @@ PROVENANCE = "provenance.json"
 
 
 def campaigns_in(folder: Path) -> list[Path]:
-    """Folders of campaigns.
+    """Return the folders of campaigns.
 
     Raises:
         BadInput: when there are none.
@@ -24,7 +24,7 @@ def campaigns_in(folder: Path) -> list[Path]:
 
 
 def cases_in(campaign: Path) -> list[Path]:
-    """Folders of cases.
+    """Return the folders of cases.
 
     Raises:
         BadInput: when there are none.

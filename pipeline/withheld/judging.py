@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
-from unmodelled.evaluation.gap import shrink
+from unmodelled.diagnosis.data.gap import shrink
 
 Content = Mapping[str, Any]
 ActsAt = Mapping[str, Collection[str]]
@@ -38,7 +38,7 @@ class Planted:
 
     @classmethod
     def of(cls, row: Content, seen: bool) -> Planted:
-        """From its row in truth.json."""
+        """Read a planted effect from its row in truth.json."""
         own = (row["family"], row["channel"])
         alike = {(other["family"], other["channel"]) for other in row["alike"]}
         return cls(*own, frozenset({own, *alike}), row.get("factor"), row.get("level"), seen)
@@ -48,20 +48,20 @@ class Planted:
 
     @property
     def channels(self) -> frozenset[str]:
-        """Those that are right."""
+        """Channels of the right answers."""
         return frozenset(channel for _, channel in self.answers)
 
     def is_named(self, named: Content, acts_at: ActsAt) -> bool:
-        """By an effect of diagnosis.json, wherever that acts among the experiments."""
+        """Return whether an effect of diagnosis.json names it, whichever experiments that effect acts in."""
         return any((named["family"], channel) in self.answers for channel in channels(named["port"], acts_at))
 
     def is_placed(self, named: Content) -> bool:
-        """Whether it is said to act in the right experiments, too."""
+        """Return whether `named` acts in the right experiments, too."""
         return (named.get("factor"), named.get("level")) == (self.factor, self.level)
 
 
 def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
-    """A channel of diagnosis.json, and those where it acts if it is a parameter."""
+    """Return a channel of diagnosis.json; for a parameter, the channels where the parameter acts."""
     yield port
     yield from acts_at.get(port, ())
 
@@ -174,7 +174,7 @@ class Case:
 
 
 def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) -> dict[str, Any]:
-    """A row of the table of cases.
+    """Return a row of the table of cases.
 
     Args:
         truth, diagnosis: content of truth.json and diagnosis.json.

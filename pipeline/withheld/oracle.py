@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.withheld.channels import parameter_channels
+from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.deviation import errors
@@ -19,7 +20,6 @@ from unmodelled.diagnosis.fitting.judged_models import values_per_experiment
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
-from unmodelled.evaluation.gap import shrink
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]

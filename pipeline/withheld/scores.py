@@ -34,7 +34,7 @@ PROTOCOL = (
 
 
 def scores(cases: pd.DataFrame) -> dict[str, Any]:
-    """Leaves of a table of cases, those of which there is no case left out.
+    """Return the leaves of a table of cases, without leaves that have no case.
 
     - single, local: of the cases whose effect the oracle sees; top1: the strongest named effect is right;
       in_set: what is right is named or said to be indistinguishable; channel; set_size. local.placed: also
@@ -72,7 +72,7 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
 
 
 def listed(cases: pd.DataFrame) -> pd.DataFrame:
-    """`scores` as a table, costs left out: a row per leaf, and its value on every machine besides."""
+    """Return `scores` without costs as a table: a row per leaf, with its value on every machine."""
     systems = {str(name): dict(_leaves(scores(group))) for name, group in cases.groupby("system")}
     rows = []
     leaves = ((name, leaf) for name, leaf in _leaves(scores(cases)) if not name.startswith("cost."))
@@ -147,7 +147,9 @@ def _pruned(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def calibration_error(cases: pd.DataFrame) -> dict[str, Any]:
-    """Mean distance between confidence and share of right answers over the bins; interval by bootstrap."""
+    """Return the mean distance between confidence and share of right answers over the bins; interval by
+    bootstrap.
+    """
     confidence, right = cases["confidence"].to_numpy(np.float64), cases["right"].to_numpy(np.float64)
     rng = np.random.default_rng(0)
     drawn = rng.integers(0, len(cases), (SAMPLES, len(cases)))
@@ -164,7 +166,9 @@ def _expected_error(confidence: Array, right: Array) -> float:
 
 
 def calibration(cases: pd.DataFrame) -> pd.DataFrame:
-    """By bin of the confidence: its mean, the share of right answers with its interval, number of cases."""
+    """Return per bin of the confidence its mean, the share of right answers with its interval, and the number
+    of cases.
+    """
     bins = np.minimum((cases["confidence"] * BINS).astype(int), BINS - 1)
     rows = []
     for _, group in cases.groupby(bins):
@@ -175,7 +179,9 @@ def calibration(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def detection(cases: pd.DataFrame) -> pd.DataFrame:
-    """By level of single effects: how many the oracle sees, and how many are found, seen or not."""
+    """Return per level of single effects how many of them the oracle sees, and how many are found, seen or
+    not.
+    """
     single = cases[cases["kind"] == "single"]
     bins = np.clip(np.searchsorted(LEVELS, single["level"], "right") - 1, 0, len(LEVELS) - 2)
     rows = []
@@ -187,12 +193,12 @@ def detection(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def confusion(cases: pd.DataFrame) -> pd.DataFrame:
-    """How often which family or verdict is said first, by planted family; of what the oracle sees."""
+    """Count which family or verdict is named first, by planted family, for effects that the oracle sees."""
     some = cases[cases["kind"].isin(["single", "local"]) & cases["seen"]]
     counts = some.groupby(["family", "first_family"]).size()
     return counts.rename("cases").reset_index()
 
 
 def misses(cases: pd.DataFrame) -> pd.DataFrame:
-    """Cases whose answer is not right, the most confident first."""
+    """Return the cases whose answer is not right, the most confident first."""
     return cases.loc[~cases["right"], SHOWN].sort_values("confidence", ascending=False, kind="stable")

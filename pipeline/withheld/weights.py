@@ -13,11 +13,11 @@ PRIOR = 0.3
 
 
 def fitted_weights(table: pd.DataFrame, signs: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Of a logistic regression per verdict, drawn to zero like a normal prior does.
+    """Fit a logistic regression per verdict, with a normal prior of mean zero on the weights.
 
     Args:
         table: a row per diagnosis: `verdict`, whether it was `right`, and its signs.
-        signs: names of their columns.
+        signs: names of the columns with the signs.
     """
     found = {}
     for verdict, mine in table.groupby("verdict"):

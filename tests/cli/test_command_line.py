@@ -69,7 +69,9 @@ def test_unknown_model() -> None:
 
 def test_missing_features(tmp_path: Path) -> None:
     assert_refused(
-        run("train", f"model.features={tmp_path}/none", f"out={tmp_path}/fit"), "none", "no such file"
+        run("train", "model=f_h2", f"model.features={tmp_path}/none", f"out={tmp_path}/fit"),
+        "none",
+        "no such file",
     )
     assert not (tmp_path / "fit").exists()
 

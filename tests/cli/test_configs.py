@@ -58,9 +58,9 @@ def test_every_choice_composes_and_instantiates(choice: str) -> None:
     assert hydra.utils.instantiate(resolved) is not None
 
 
-@pytest.mark.parametrize("name", sorted(p.stem for p in (CONF / "training").glob("*.yaml")))
+@pytest.mark.parametrize("name", PROGRAM.groups()["training"])
 def test_shared_files_are_used(name: str) -> None:
-    files = [*(CONF / "model").glob("*.yaml"), *(CONF / "detachment").glob("*.yaml")]
+    files = [*PROGRAM.groups()["model"].values(), *PROGRAM.groups()["detachment"].values()]
     assert any(f"/training@_here_: {name}\n" in p.read_text() for p in files)
 
 

@@ -12,7 +12,7 @@ from hydra.utils import get_method
 
 from pipeline.__main__ import CONF, PROGRAM, main
 from unmodelled.base.errors import BadInput
-from unmodelled.base.ownership import MARKER, OUTPUTS, Out, Place, path_arguments
+from unmodelled.base.ownership import MARKER, OUTPUTS, Out, OutputPlace, path_arguments
 
 Stage = Callable[..., object]
 
@@ -22,9 +22,9 @@ def stage(verb: str) -> Stage:
     return found
 
 
-def place(verb: str) -> Place:
+def place(verb: str) -> OutputPlace:
     found = stage(verb).__dict__["place"]
-    assert isinstance(found, Place)
+    assert isinstance(found, OutputPlace)
     return found
 
 
@@ -67,7 +67,7 @@ def call(verb: str, known: dict[str, Path], out: Path) -> None:
 
 def test_every_verb_but_those_without_an_out_is_looked_at() -> None:
     assert set(PROGRAM.verbs) - set(WRITING) == {"tabulate_real"}
-    assert all(isinstance(place(verb), Place) for verb in PROGRAM.verbs)
+    assert all(isinstance(place(verb), OutputPlace) for verb in PROGRAM.verbs)
     assert {verb for verb in WRITING if not inputs(verb)} == {"acquire", "tune"}
 
 

@@ -86,7 +86,7 @@ def test_the_command_line_says_so_in_one_line(
     change: str, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     try:
-        code: object = main(["train", "model.features=nowhere", change])
+        code: object = main(["train", "model=f_h2", "model.features=nowhere", change])
     except SystemExit as left:
         code = left.code
     said = capsys.readouterr().err

@@ -16,7 +16,7 @@ from unmodelled.diagnosis.data.result import (
     JudgedModel,
     Verdict,
 )
-from unmodelled.diagnosis.fitting.fit import Fit, fit
+from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.coulomb_friction import CoulombFriction
@@ -88,7 +88,7 @@ def as_given(system: System, logs: Logs) -> Diagnosis:
 
 def _fitted(label: str, system: System, logs: Logs, held: Sequence[int]) -> tuple[JudgedModel, Fit]:
     runs = [i for i in range(len(logs)) if i not in held]
-    found = fit(Simulation(system, Recording.of(logs, HORIZON, runs)))
+    found = fit_parameters(Simulation(system, Recording.of(logs, HORIZON, runs)))
     known = system.with_values(found.values)
     seen = prepare(known, logs)
     return JudgedModel(label, known, seen, free_runs(known, seen, HORIZON, held)), found

@@ -15,7 +15,7 @@ from tests.diagnosis.conftest import Known
 from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.deviation import gap
-from unmodelled.diagnosis.fitting.fit import Fit, fit
+from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import floor, start_noise
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown
@@ -42,7 +42,7 @@ def rough(simulation: Simulation) -> float:
 
 def test_a_pendulum_with_friction_and_wrong_parameters(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench())
-    found = fit(simulation)
+    found = fit_parameters(simulation)
     assert found.converged and found.names == ("b", "mgl", "F_c")
     truth = Bench()
     planted = {"b": truth.b, "mgl": truth.mgl, "F_c": float(np.max(truth.friction))}
@@ -52,7 +52,7 @@ def test_a_pendulum_with_friction_and_wrong_parameters(tmp_path: Path) -> None:
     assert found.gap.value == gap(simulation, found.numbers, found.substeps).value
     assert found.gap.value < 1.3 * floor(simulation, found.numbers).value
     known = pendulum(tmp_path / "known")
-    without = fit(Simulation(known, simulation.recording))
+    without = fit_parameters(Simulation(known, simulation.recording))
     assert without.converged and without.gap.value > 5.0 * found.gap.value
     assert np.std(found.start / start_noise(simulation, found.numbers)) < 1.2
 
@@ -63,7 +63,7 @@ def test_the_slider_crank_bench(slider_crank: Known) -> None:
     wrong = system.with_values({"m3": 1.1, "J1": 0.005, "F_c": 0.0, "viscous": 1.0, "B_m": 0.007})
     simulation = Simulation(wrong, Recording.of(logs, 0.1))
     free = [Unknown.of(p) for p in system.parameters if p.name in truth]
-    found = fit(simulation, free)
+    found = fit_parameters(simulation, free)
     assert found.converged
     assert found.values == pytest.approx(truth, rel=0.12)
     assert found.gap.value < 1.25 * floor(simulation, found.numbers, found.substeps).value
@@ -74,7 +74,7 @@ def test_the_slider_crank_bench(slider_crank: Known) -> None:
 def test_intervals_are_as_wide_as_they_say(tmp_path: Path, seed: int) -> None:
     """Over parameters and draws of the noise together."""
     bench = Bench(noise=1e-3, seed=seed, runs=6)
-    found = fit(simulation_of(tmp_path, bench))
+    found = fit_parameters(simulation_of(tmp_path, bench))
     off = errors_of(found, {"b": bench.b, "mgl": bench.mgl, "F_c": 0.06})
     assert 0.05 < np.sqrt(np.mean(off**2)) < 2.5
 
@@ -84,7 +84,7 @@ def test_spikes_and_a_run_gone_wrong_do_little_harm(tmp_path: Path) -> None:
     logs = Bench().logs(tmp_path / "logs", system)
     y = logs.y.copy()
     y[7::40] += 0.05
-    found = fit(Simulation(system, Recording.of(replace(logs, y=y), 0.1)))
+    found = fit_parameters(Simulation(system, Recording.of(replace(logs, y=y), 0.1)))
     assert found.values["mgl"] == pytest.approx(1.2, rel=0.02)
     assert found.values["F_c"] == pytest.approx(0.06, rel=0.25)
 
@@ -94,7 +94,7 @@ def test_a_delay(tmp_path: Path, name: str) -> None:
     system = pendulum(tmp_path, *FRICTION)
     logs = Bench(delay=5).logs(tmp_path / "logs", system)
     simulation = Simulation(system, Recording.of(logs, 0.1, latest=0.02), {"lag": name})
-    found = fit(simulation, [B, MGL, F_C, Unknown("lag", 0.0, 0.02, 0.002)])
+    found = fit_parameters(simulation, [B, MGL, F_C, Unknown("lag", 0.0, 0.02, 0.002)])
     assert found.converged
     assert found.values["lag"] == pytest.approx(5 * PERIOD, abs=2e-4)
     assert found.left.value < 1.1 * rough(simulation)
@@ -102,7 +102,7 @@ def test_a_delay(tmp_path: Path, name: str) -> None:
 
 def test_a_gain_of_the_sensor(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench(gain=1.1), *GAIN)
-    found = fit(simulation)
+    found = fit_parameters(simulation)
     assert found.values["k"] == pytest.approx(0.1, abs=3e-3)
     assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
 
@@ -110,19 +110,21 @@ def test_a_gain_of_the_sensor(tmp_path: Path) -> None:
 def test_a_value_for_every_experiment(tmp_path: Path) -> None:
     planted = (0.02, 0.04, 0.06, 0.08)
     simulation = simulation_of(tmp_path, Bench(friction=planted))
-    found = fit(simulation, [B, MGL, replace(F_C, own=True)])
+    found = fit_parameters(simulation, [B, MGL, replace(F_C, own=True)])
     assert found.names[2:] == tuple(f"F_c@run{k}" for k in range(4))
     assert list(found.own["F_c"].values()) == pytest.approx(planted, abs=2e-3)
     sigma = np.sqrt(np.diag(found.covariance))[2:]
     assert (np.abs(np.array(list(found.own["F_c"].values())) - planted) < 4.0 * sigma).all()
-    shared = fit(simulation, [B, MGL, F_C])
+    shared = fit_parameters(simulation, [B, MGL, F_C])
     assert shared.gap.value > 2.0 * found.gap.value
 
 
 def test_some_runs_only(tmp_path: Path) -> None:
     system = pendulum(tmp_path, *FRICTION)
     logs = Bench(friction=(0.02, 0.04, 0.06, 0.08)).logs(tmp_path / "logs", system)
-    found = fit(Simulation(system, Recording.of(logs, 0.1, runs=[3, 1])), [B, MGL, replace(F_C, own=True)])
+    found = fit_parameters(
+        Simulation(system, Recording.of(logs, 0.1, runs=[3, 1])), [B, MGL, replace(F_C, own=True)]
+    )
     assert found.own["F_c"] == pytest.approx({"run1": 0.04, "run3": 0.08}, abs=3e-3)
     assert set(found.gap.per_experiment) == {"run1", "run3"}
 
@@ -137,9 +139,9 @@ def test_the_best_of_several_starts_goes_on(tmp_path: Path) -> None:
     simulation = Simulation(wide, recording)
     free = [Unknown("a", -1.0, 1.0, 0.05), Unknown("n", 1.0, 30.0, 1.0)]
     starts = [{"n": float(n)} for n in (3, 7, 11, 15)]
-    found = fit(simulation, free, starts)
+    found = fit_parameters(simulation, free, starts)
     assert found.values == pytest.approx({"a": 0.1, "n": 12.0}, rel=0.05)
-    lost = fit(simulation, free, starts[:1])
+    lost = fit_parameters(simulation, free, starts[:1])
     assert lost.gap.value > 1.5 * found.gap.value
 
 
@@ -154,7 +156,7 @@ def test_states_that_no_output_shows(tmp_path: Path) -> None:
     logs = Bench(memory=(0.5, 0.05)).logs(tmp_path / "logs", system)
     simulation = Simulation(system, Recording.of(logs, 0.1))
     assert simulation.hidden == [2]
-    found = fit(simulation, [Unknown("stiff", 0.0, 5.0, 0.3), Unknown("lag", 0.01, 1.0, 0.1)])
+    found = fit_parameters(simulation, [Unknown("stiff", 0.0, 5.0, 0.3), Unknown("lag", 0.01, 1.0, 0.1)])
     assert found.values == pytest.approx({"stiff": 0.5, "lag": 0.05}, rel=0.05)
     assert found.gap.value < 1.3 * floor(simulation, found.numbers).value
 
@@ -162,7 +164,7 @@ def test_states_that_no_output_shows(tmp_path: Path) -> None:
 def test_what_data_do_not_tell_has_no_interval(tmp_path: Path) -> None:
     number = ("ports:", "  idle: {value: 1.0, unit: '1'}\nports:")
     simulation = simulation_of(tmp_path, Bench(), number)
-    found = fit(simulation, [B, Unknown("idle", 0.0, 2.0, 1.0)])
+    found = fit_parameters(simulation, [B, Unknown("idle", 0.0, 2.0, 1.0)])
     assert found.values["idle"] == 1.0
     assert np.isinf(found.covariance[1, 1]) and np.isfinite(found.covariance[0, 0])
 
@@ -191,7 +193,7 @@ dynamics:
     pd.DataFrame({"t": t, "u": u, "y": y}).to_csv(tmp_path / "run.csv", index=False)
     (tmp_path / "experiments.csv").write_text("id,file\nrun,run.csv\n")
     simulation = Simulation(system, Recording.of(read_logs(tmp_path, system), 0.1))
-    found = fit(simulation)
+    found = fit_parameters(simulation)
     assert simulation.hidden == [0] and found.start.shape[1] == 0
     assert found.values["k"] == pytest.approx(8.0, rel=0.01)
     assert 0.9 < found.gap.value / floor(simulation, found.numbers).value < 1.1

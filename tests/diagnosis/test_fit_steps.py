@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tests.diagnosis.benches import Bench, integrated
 from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
 from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
-from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
@@ -84,7 +84,7 @@ def test_starts_are_eliminated_as_if_all_were_solved_together() -> None:
 
 def test_fits_are_deterministic(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench(samples=200))
-    first, second = (fit(simulation, starts=[{}, {"mgl": 2.0}]) for _ in range(2))
+    first, second = (fit_parameters(simulation, starts=[{}, {"mgl": 2.0}]) for _ in range(2))
     assert first.values == second.values and first.loss == second.loss
     np.testing.assert_array_equal(first.covariance, second.covariance)
     np.testing.assert_array_equal(first.start, second.start)
@@ -94,11 +94,11 @@ def test_fits_are_deterministic(tmp_path: Path) -> None:
 def test_bounds_hold(tmp_path: Path) -> None:
     simulation = simulation_of(tmp_path, Bench())
     tight = [replace(B, low=0.02), MGL, replace(F_C, high=0.04)]
-    found = fit(simulation, tight)
+    found = fit_parameters(simulation, tight)
     assert found.converged
     assert found.values["b"] == 0.02 and found.values["F_c"] == pytest.approx(0.04, rel=1e-12)
     assert found.values["mgl"] == pytest.approx(1.2, rel=0.02)
-    outside = fit(simulation, [replace(B, low=0.05, high=0.08)], starts=[{"b": 0.5}], iterations=3)
+    outside = fit_parameters(simulation, [replace(B, low=0.05, high=0.08)], starts=[{"b": 0.5}], iterations=3)
     assert 0.05 <= outside.values["b"] <= 0.08
 
 
@@ -113,10 +113,10 @@ def test_divergence_is_a_large_error(tmp_path: Path) -> None:
     runs = simulation(values)
     assert not runs.diverged[:, 0].any() and runs.diverged[:, 1].mean() > 0.5
     assert gap(simulation, values[:, 1:]).value > 5.0
-    lost = fit(simulation, [growing], starts=[{"grow": 10.0, "b": 0.015}], iterations=3)
+    lost = fit_parameters(simulation, [growing], starts=[{"grow": 10.0, "b": 0.015}], iterations=3)
     assert np.isfinite(lost.loss) and np.isfinite(lost.gap.value)
     assert not lost.converged or lost.gap.value < 1.0
-    found = fit(simulation, [B, MGL, F_C, growing], starts=[{"grow": 10.0}, {"grow": 0.0}])
+    found = fit_parameters(simulation, [B, MGL, F_C, growing], starts=[{"grow": 10.0}, {"grow": 0.0}])
     assert found.values["mgl"] == pytest.approx(1.2, rel=0.01)
 
 
@@ -128,4 +128,4 @@ def test_steps_are_as_small_as_noise_asks_for(tmp_path: Path) -> None:
     stiff[..., simulation.names.index("creep")] = 2e-4
     stiff[..., simulation.names.index("F_c")] = 0.06
     assert substeps_needed(simulation, stiff)[0] > 1
-    assert fit(simulation, [MGL], iterations=1).substeps == 1
+    assert fit_parameters(simulation, [MGL], iterations=1).substeps == 1

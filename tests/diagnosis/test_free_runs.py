@@ -12,10 +12,10 @@ from tests.diagnosis.benches import FRICTION, Bench, pendulum
 from tests.diagnosis.conftest import Known
 from tests.diagnosis.studies import HORIZON
 from tests.evaluation.compiled_free_run import free_run
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR, output_scale
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.engine.free_run import Integration
-from unmodelled.evaluation.gap import LARGEST_ERROR, output_scale
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System

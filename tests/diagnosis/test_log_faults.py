@@ -18,7 +18,7 @@ from tests.diagnosis.benches import pendulum
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
-from unmodelled.diagnosis.data.duplicates import among, different
+from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_copies import copies
 from unmodelled.diagnosis.search.log_faults import log_faults
@@ -277,7 +277,7 @@ def test_withheld_machines_raise_no_alarm(kind: str, count: int, tmp_path: Path)
 
 def test_one_file_under_four_names(right: Path) -> None:
     system = read_system(SYSTEM)
-    logs = among(read_logs(right, system), [0, 0, 0, 0])
+    logs = read_logs(right, system).among([0, 0, 0, 0])
     logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
     fault = only(log_faults(system, logs, HORIZON))
     assert (fault.problem, fault.experiments, fault.explains) == ("identical", ("a", "b", "c", "d"), None)
@@ -290,7 +290,7 @@ def test_one_file_under_four_names(right: Path) -> None:
 
 def test_some_copies_count_as_one_experiment(right: Path) -> None:
     system = read_system(SYSTEM)
-    logs = among(read_logs(right, system), [0, 1, 2, 1])
+    logs = read_logs(right, system).among([0, 1, 2, 1])
     logs = replace(logs, ids=("a", "b", "c", "d"), experiments=logs.experiments.assign(id=list("abcd")))
     (fault,) = log_faults(system, logs, HORIZON)
     assert fault.experiments == ("b", "d") and not fault.decides

@@ -155,24 +155,29 @@ def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:
 def test_what_is_printed(found: Diagnosis) -> None:
     lines = sentences(found)
     text = "\n".join(lines)
-    assert lines[0].startswith("verdict: the gap is due to an effect") and "confidence 0.94" in lines[0]
+    assert (
+        lines[0].startswith("verdict: an effect that the model omits explains the gap")
+        and "confidence 0.94" in lines[0]
+    )
     for words in (
-        "coulomb_friction at joint: F_c*sign(omega) (the gap shrinks by 81 %, confidence 0.97)",
-        "F_c = 0.06 N m [0.054, 0.066]",
-        "these data cannot tell it from stribeck_friction at joint",
+        "coulomb_friction at joint: F_c*sign(omega) (explains 81 % of the squared gap above the "
+        "noise floor, confidence 0.97)",
+        "F_c = 0.06 N m (95 % interval 0.054 to 0.066)",
+        "these logs cannot distinguish it from stribeck_friction at joint",
         "constant_load at joint where group is old",
-        "b_deviation: -0.02 to 0.01 N m s/rad, one for each experiment",
+        "b_deviation = -0.02 to 0.01 N m s/rad, fitted per experiment",
         "drift (parameter) at parameter:b",
-        "b: 0.03 N m s/rad in the file, identified as 0.0151 [0.0149, 0.0153]",
-        f"noise floor {found.augmented.gap.floor:.3g} (standard deviations",
+        "b = 0.0151 N m s/rad (95 % interval 0.0149 to 0.0153), 0.03 N m s/rad in the system file",
+        f"noise floor {found.augmented.gap.floor:.3g} (in standard deviations of the outputs",
         f"theta: {found.known.gap.units['theta'].at_horizon:.2g} rad off after 0.1 s, ",
         f"with the effects found: {found.augmented.gap.units['theta'].says(0.1)}",
-        "held out: run1, run3",
-        "shrink: 99 % [97, 100]",
+        "on held-out experiments run1, run3)",
+        "shrink: 99 % of the squared gap above the noise floor (95 % interval 97 to 100 %)",
         "note: theta was unwrapped",
     ):
         assert words in text
     assert text.index("\ntheta: ") < text.index("\ngap: ")
+    assert lines[-1] == "next: simulate augmented_system.yaml on new logs to confirm the effect"
 
 
 def test_what_diverges_is_said_and_null(found: Diagnosis) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from dataclasses import fields, replace
 from pathlib import Path
@@ -22,8 +23,9 @@ NAMES = [each.name for each in fields(Thresholds)]
 @pytest.mark.parametrize("each", fields(Thresholds), ids=NAMES)
 def test_a_threshold_has_meaning_unit_origin_and_sensitivity(each: object) -> None:
     about = each.metadata  # type: ignore[attr-defined]
-    assert set(about) == {"meaning", "unit", "origin", "sensitivity"}
+    assert set(about) == {"unit", "origin", "sensitivity"}
     assert all(about.values())
+    assert f"\n    {each.name}: " in (inspect.getdoc(Thresholds) or "")  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("name", NAMES)

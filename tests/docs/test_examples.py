@@ -1,4 +1,4 @@
-"""Every example in a docstring of the library prints what it shows.
+"""Every example in a docstring prints what it shows.
 
 Numbers are compared as they are printed: an example rounds them, or ends them in "...".
 """
@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FILES = [path for path in sorted((ROOT / "unmodelled").rglob("*.py")) if ">>> " in path.read_text()]
+CODE = [path for package in ("unmodelled", "pipeline") for path in sorted((ROOT / package).rglob("*.py"))]
+FILES = [path for path in CODE if ">>> " in path.read_text()]
 MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
 
 

@@ -10,9 +10,9 @@ import torch
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from unmodelled.diagnosis.data.gap import WHOLE, FreeRun, steps_of
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
-from unmodelled.evaluation.gap import WHOLE, FreeRun, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate

@@ -13,7 +13,7 @@ from pipeline.chapters import chapter5
 from pipeline.chapters.chapter5_claims import claims
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold
+from unmodelled.learning.splits import Fold
 
 MODELS = ("tau1", "tau2", "tau3", "tau4")
 FOLDS = {"uniform": ["1%", "5%", "10%", "30%", "50%"], "factors": ["H", "beta", "m"]}

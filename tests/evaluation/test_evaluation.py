@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pipeline.cam_follower import labels, metrics
 from pipeline.chapters import boundary
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation import splits
+from unmodelled.learning import splits
 
 TURN = 2 * np.pi
 

@@ -25,8 +25,8 @@ from tests.evaluation.gap_systems import (
     truth,
 )
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.evaluation.gap import LARGEST_ERROR
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.reader import read_system
 

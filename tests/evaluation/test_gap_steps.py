@@ -10,9 +10,9 @@ import pytest
 
 from tests.evaluation.compiled_free_run import free_run
 from tests.evaluation.gap_systems import PENDULUM, clock, drive, logs_of, swing, system_of, truth
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.engine.free_run import Integration
-from unmodelled.evaluation.gap import LARGEST_ERROR
 from unmodelled.systems.reader import read_system
 
 DECAY = """

@@ -14,7 +14,7 @@ from pytest import approx
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
 from unmodelled.base.errors import BadInput
-from unmodelled.explanation.candidates import candidates, number
+from unmodelled.explanation.candidates import candidates, short_number
 from unmodelled.explanation.closed_form import LARGEST, ClosedForm, closed_form
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import symbol
@@ -78,7 +78,7 @@ def test_hardening_spring_with_dry_and_viscous_friction() -> None:
 def test_linear_spring() -> None:
     form = motion().form(250 * motion().d)
     assert form.coefficients == {"d": approx(250, rel=0.01)}
-    assert form.text == f"{number(form.coefficients['d'])}*d"
+    assert form.text == f"{short_number(form.coefficients['d'])}*d"
 
 
 def test_drag_and_a_constant_load() -> None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from hydra.utils import instantiate
 from matplotlib.figure import Figure
+from omegaconf import OmegaConf
 
 import unmodelled as um
 from tests.diagnosis.diagnoses import HELD_OUT, HORIZON, JOINT, Said, diagnosis
@@ -20,9 +22,11 @@ from unmodelled.base.ownership import MARKER
 from unmodelled.base.parquet import read_parquet
 from unmodelled.diagnosis.answer.findings import Findings
 from unmodelled.diagnosis.where.where import where
+from unmodelled.learning.uncertainty.identified import CLIPPED_NORMAL
 from unmodelled.learning.uncertainty.problem import callable_response
 from unmodelled.report.figures.files import FIGURES
 
+CONF = Path(um.__file__).parent / "conf"
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 
 
@@ -214,12 +218,46 @@ def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp
     assert again.value == pytest.approx(found.augmented.gap.value, rel=1e-6)
 
 
+def test_the_page_names_the_command_that_gives_the_same_answer(answer: um.Answer, tmp_path: Path) -> None:
+    answer.save(tmp_path / "out")
+    found = answer.findings.diagnosis
+    files = f"system={found.system.source} logs={found.logs.source}"
+    for figure in read_json(tmp_path / "out" / "figures" / "figures.json"):
+        assert figure["command"] == f"unmodelled diagnose {files} horizon={HORIZON} seed=3"
+
+
 def test_every_figure_of_the_page_can_be_drawn_by_its_name(answer: um.Answer) -> None:
     for name in FIGURES:
         assert answer.plot(name).axes
     assert answer.plot()._repr_svg_() == answer.plot("gap")._repr_svg_()  # type: ignore[attr-defined]
     with pytest.raises(um.BadInput, match="figure: there is no 'gaps'; did you mean 'gap'"):
         answer.plot("gaps")
+
+
+def test_of_logs_in_degrees_there_is_an_answer_without_effects(tmp_path: Path) -> None:
+    system, logs = um.example("pendulum")
+    degrees = logs.table().assign(theta=lambda rows: np.degrees(rows["theta"]))
+    found = um.diagnose(system, um.Logs.from_frames(dict(iter(degrees.groupby("experiment"))), system))
+    assert (found.verdict, found.effects, found.system) == ("check_logs", (), system)
+    assert len(found.table()) == 0 and "degrees" in repr(found)
+    assert found.plot()._repr_svg_() == found.plot("experiments")._repr_svg_()  # type: ignore[attr-defined]
+    with pytest.raises(um.BadInput, match="figure: there is no 'gap'"):
+        found.plot("gap")
+    assert found.save(tmp_path / "out") == ()
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "degrees" in page and "unmodelled diagnose" not in page  # logs in memory are no argument
+    assert not (tmp_path / "out" / "augmented_system.yaml").exists()
+
+
+def test_what_cannot_be_diagnosed_is_refused_without_naming_files() -> None:
+    system, logs = um.example("pendulum")
+    (frame,) = (rows for name, rows in logs.table().groupby("experiment") if name == "run1")
+    with pytest.raises(um.BadInput, match=r"^logs: column id: 1 experiment; a diagnosis needs 2 or more"):
+        um.diagnose(system, um.Logs.from_frames({"run1": frame}, system))
+    blind = replace(system.with_values({}), ports=(), source="")
+    blind = replace(blind, parameters=tuple(replace(p, identify=False) for p in blind.parameters))
+    with pytest.raises(um.BadInput, match=r"^system pendulum: ports: there is none"):
+        um.diagnose(blind, logs)
 
 
 def test_effects_and_places_print_themselves(answer: um.Answer) -> None:
@@ -246,6 +284,12 @@ def test_estimates_are_saved(uncertainty: um.IdentifiedUncertainty, tmp_path: Pa
     saved = read_parquet(tmp_path / "out" / "estimates.parquet")
     pd.testing.assert_frame_equal(saved, uncertainty.table())
     assert read_json(tmp_path / "out" / "uncertainty.json")["advice"] == list(uncertainty.advice)
+
+
+def test_the_distribution_that_is_assumed_is_that_of_the_command_line() -> None:
+    written = instantiate(OmegaConf.load(CONF / "uncertainty" / "clipped_normal.yaml"))
+    given = {"deviations": tuple(written.deviations), "nodes": tuple(written.nodes)}
+    assert replace(written, family=written.family.func, **given) == CLIPPED_NORMAL
 
 
 @pytest.mark.parametrize(

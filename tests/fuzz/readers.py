@@ -37,10 +37,10 @@ from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
 from unmodelled.cli.sweep.runs import OVERRIDES, read_run
-from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
 from unmodelled.learning.fit import Fit
+from unmodelled.learning.splits import leave_one_out
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs

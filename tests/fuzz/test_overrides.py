@@ -134,6 +134,6 @@ def test_no_value_is_executed(
     change: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
-    assert _code(["train", "model.features=features", "out=out", change]) == 2
+    assert _code(["train", "model=f_h2", "model.features=features", "out=out", change]) == 2
     assert len(capfd.readouterr().err.splitlines()) == 1
     assert not (folder / "hacked").exists()

@@ -11,11 +11,11 @@ import torch
 
 from pipeline.rigs.pendulum import PendulumCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.evaluation import Evaluation, evaluate
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.recipe import refused, required
+from unmodelled.learning.splits import Fold
 from unmodelled.learning.training import train
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs
@@ -97,6 +97,7 @@ def test_results_print_themselves(fit: Fit, pendulum: tuple[System, Logs]) -> No
     assert str(fit).splitlines()[0] == "6 models of pendulum (3 folds): 8 hidden units in joint"
     assert str(fit).splitlines()[1].startswith("b: ") and "N m s/rad" in repr(fit)
     assert [line.partition(":")[0] for line in repr(found).splitlines()] == ["theta", "omega"]
+    assert "<td>b</td>" in fit._repr_html_() and "<td>rad/s</td>" in found._repr_html_()
     (row,) = fit.table().to_dict("records")
     assert (row["parameter"], row["known"]) == ("b", 0.01) and row["low"] <= row["median"] <= row["high"]
     rows = found.table().set_index("state")
@@ -133,6 +134,16 @@ def test_what_cannot_be_evaluated_is_refused(fit: Fit, pendulum: tuple[System, L
     everything = Fit(**{**vars(one), "trained_on": {"all": logs.ids}})
     with pytest.raises(BadInput, match="every experiment was trained on"):
         evaluate(everything, logs)
+
+
+def test_a_fit_replaces_no_file_of_a_user(fit: Fit, tmp_path: Path) -> None:
+    fit.save(tmp_path / "fit")
+    fit.save(tmp_path / "fit")  # its own
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "system.yaml").write_text("mine")
+    with pytest.raises(BadInput, match=r"has no file \.made_by"):
+        fit.save(tmp_path / "mine")
+    assert (tmp_path / "mine" / "system.yaml").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

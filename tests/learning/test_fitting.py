@@ -14,18 +14,18 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from pipeline.__main__ import PROGRAM
 from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.rigs.slider_crank import SliderCrankCampaign
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import leave_one_out
 from unmodelled.learning import fitting
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts
 from unmodelled.learning.on_device import train_on
+from unmodelled.learning.splits import leave_one_out
 from unmodelled.learning.windows import Progress, Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
@@ -37,7 +37,7 @@ from unmodelled.systems.reader import read_system
 ROOT = Path(__file__).parents[2]
 #: Models of any system build on one of these files of conf/training/.
 TRAINING = re.compile(r"/training@_here_: (one_step|multi_step|shooting)\n")
-MODELS = sorted(p.stem for p in (ROOT / "conf" / "model").glob("*.yaml") if TRAINING.search(p.read_text()))
+MODELS = [name for name, file in PROGRAM.groups()["model"].items() if TRAINING.search(file.read_text())]
 TINY = ["epochs=2", "recurrent_epochs=2", "window_epochs=2", "shooting_epochs=4"]
 
 
@@ -68,9 +68,8 @@ def fitted_to(recipe: AugmentedRecipe, data: tuple[System, Logs], out: Path, see
 
 
 def recipe_of(name: str) -> AugmentedRecipe:
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        overrides = [f"model={name}", *(f"++profile.{change}" for change in TINY)]
-        config: Any = compose("train", overrides)
+    overrides = [f"model={name}", *(f"++profile.{change}" for change in TINY)]
+    config: Any = PROGRAM.compose("train", overrides)
     found = hydra.utils.instantiate(OmegaConf.create(OmegaConf.to_container(config, resolve=False))["model"])
     assert isinstance(found, AugmentedRecipe)
     return found

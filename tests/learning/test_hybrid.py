@@ -22,7 +22,7 @@ from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, shortened
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold, Split
+from unmodelled.learning.splits import Fold, Split
 from unmodelled.logs.trajectory import Campaign
 
 MECHANISM = CamFollower()

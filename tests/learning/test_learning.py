@@ -9,9 +9,9 @@ import hydra
 import numpy as np
 import pytest
 import torch
-from hydra import compose, initialize_config_dir
 from numpy.typing import NDArray
 
+from pipeline.__main__ import PROGRAM
 from pipeline.cam_follower import free_run, one_step
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.conditions import Bench
@@ -24,21 +24,21 @@ from pipeline.cam_follower.relu_ode import Hybrid
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
-from unmodelled.evaluation import splits
+from unmodelled.learning import splits
 from unmodelled.learning.checkpoint import save
 from unmodelled.logs.trajectory import Campaign
 
-CONF = Path(__file__).parents[2] / "conf"
-MODELS = sorted(
-    p.stem for p in (CONF / "model").glob("*.yaml") if "/training@_here_: drivetrain\n" in p.read_text()
-)
+MODELS = [
+    name
+    for name, file in PROGRAM.groups()["model"].items()
+    if "/training@_here_: drivetrain\n" in file.read_text()
+]
 TRUTH = np.array([0.0045, 0.29, 0.075, 0.85, 0.2, 6.0])
 
 
 def recipe(name: str, steps: int = 20) -> DrivetrainRecipe:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
-        small = [f"profile.steps={steps}", "profile.hybrid_steps=5"]
-        config = compose("train", [f"model={name}", *small])
+    small = [f"profile.steps={steps}", "profile.hybrid_steps=5"]
+    config = PROGRAM.compose("train", [f"model={name}", *small])
     result = hydra.utils.instantiate(config["model"])
     assert isinstance(result, DrivetrainRecipe)
     return result

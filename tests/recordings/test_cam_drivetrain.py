@@ -20,7 +20,7 @@ from pipeline.recordings.cam_drivetrain import CamDrivetrainRecording
 from pipeline.stages.acquire import acquire
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.trajectory import Campaign
@@ -140,7 +140,7 @@ def test_the_system_files_fit_the_bench(store: Path, tmp_path: Path) -> None:
     left = {}
     for path in sorted(SYSTEMS.glob("*.yaml")):
         system = read_system(path)
-        found = fit(Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1)))
+        found = fit_parameters(Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1)))
         assert found.converged
         left[path.stem] = found.gap.value
         if path.stem == "nothing_withheld":

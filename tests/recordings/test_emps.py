@@ -16,7 +16,7 @@ from pipeline.recordings.emps import FILES, EmpsRecording
 from pipeline.stages.acquire import acquire
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -81,7 +81,7 @@ def test_the_system_files_fit_a_carriage(folder: Path, tmp_path: Path) -> None:
     for path in sorted(SYSTEMS.glob("*.yaml")):
         system = read_system(path)
         simulation = Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1))
-        found = fit(simulation)
+        found = fit_parameters(simulation)
         assert found.converged
         left[path.stem] = found.gap.value
         if path.stem == "nothing_withheld":

@@ -23,7 +23,7 @@ from unmodelled.uncertainty.propagation import (
     of_moments,
     sample_moments,
 )
-from unmodelled.uncertainty.response import Formula, checked
+from unmodelled.uncertainty.response import Formula, evaluate_response
 from unmodelled.uncertainty.sampling import data_sets, draw, even_grid
 from unmodelled.uncertainty.surface import ResponseSurface
 
@@ -140,7 +140,7 @@ def test_a_theta_without_the_event_is_refused() -> None:
         BadInput,
         match=r"^the event does not happen at theta = \(1.25, 0.5\) for output 2 of 3: narrow the bounds$",
     ):
-        checked(response, np.array([[0.9, 0.5], [1.25, 0.5]]))
+        evaluate_response(response, np.array([[0.9, 0.5], [1.25, 0.5]]))
     with pytest.raises(BadInput, match="the event does not happen"):
         ResponseSurface.of(response, (5, 5))
     with pytest.raises(BadInput, match="the event does not happen"):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.identify import Identification, Settings, identify
 from unmodelled.uncertainty.profile import profile
-from unmodelled.uncertainty.replicate import coverage, replicate, scatter
+from unmodelled.uncertainty.replicate import coverage, replicate, summarise_estimates
 
 Array = NDArray[np.float64]
 TRUTH = np.array([0.9, 0.05])
@@ -60,7 +60,7 @@ def test_scatter_and_coverage_of_a_normal_sample() -> None:
         return found
 
     found = replicate(drawn(120, 1), remembering, seed=1, workers=2)
-    seen = scatter(found)
+    seen = summarise_estimates(found)
     expected = TRUTH[1] / np.sqrt([COUNT, 2.0 * COUNT])
     np.testing.assert_allclose(seen.std, expected, rtol=0.2)
     np.testing.assert_allclose(seen.mean, TRUTH, atol=4.0 * expected.max() / np.sqrt(120))
@@ -84,7 +84,7 @@ def test_scatter_with_a_parameter_that_never_moves() -> None:
         Identification(np.array([x, 1.0, -x]), 0.0, 1, np.zeros(1), x > 0.1, np.array([False, True, x > 0.3]))
         for x in (0.1, 0.2, 0.4, 0.3)
     ]
-    seen = scatter(found)
+    seen = summarise_estimates(found)
     np.testing.assert_allclose(seen.correlation, [[1, 0, -1], [0, 1, 0], [-1, 0, 1]], atol=1e-12)
     np.testing.assert_allclose(seen.at_bound, [0.0, 1.0, 0.25])
     assert seen.converged == 0.75
@@ -109,6 +109,6 @@ def test_impossible_numbers_are_refused() -> None:
             replicate(drawn(count, 0), identify_one, seed=0, workers=workers)
     found = replicate(drawn(2, 0), identify_one, seed=0, workers=1)
     with pytest.raises(BadInput, match="level"):
-        scatter(found).interval(1.0)
+        summarise_estimates(found).interval(1.0)
     with pytest.raises(BadInput, match="at least 2"):
-        scatter(found[:1])
+        summarise_estimates(found[:1])

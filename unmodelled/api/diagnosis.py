@@ -28,12 +28,12 @@ MODELS = ("known", "reidentified", "augmented", "neural", "floor")
 
 
 @dataclass(frozen=True)
-class Effect:
-    """An effect that the model leaves out.
+class NamedEffect:
+    """Effect that the model leaves out, as an answer names it.
 
     Attributes:
         family: kind of the effect, coulomb_friction for instance.
-        port: where it acts: a port, actuator:<input>, sensor:<output> or parameter:<name>.
+        port: place of the effect: a port, actuator:<input>, sensor:<output> or parameter:<name>.
         law: formula of the effect, in names of the augmented system.
         parameters: numbers of the law by name, each with value, unit and interval (95 %), SI.
         confidence: calibrated probability that it is this effect or one of `indistinguishable`, 0 to 1.
@@ -50,16 +50,20 @@ class Effect:
     indistinguishable: tuple[str, ...]
 
     @classmethod
-    def of(cls, content: Mapping[str, Any]) -> Effect:
-        """Return the effect that an entry of diagnosis.json describes."""
+    def of(cls, content: Mapping[str, Any]) -> NamedEffect:
+        """Return the effect that an entry of diagnosis.json describes.
+
+        Args:
+            content: entry of the list `effects` in diagnosis.json.
+        """
         names = ("family", "port", "law", "parameters", "confidence", "shrink")
         alike = tuple(effect_name(other) for other in content["indistinguishable"])
         return cls(**{name: content[name] for name in names}, indistinguishable=alike)
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
-    """Where the gap lies, as tables with the largest shares first.
+class GapLocation:
+    """Location of the gap, as tables with the largest shares first.
 
     Attributes:
         channels: port, share of the squared gap above the noise floor.
@@ -74,8 +78,12 @@ class Place:
     experiments: pd.DataFrame
 
     @classmethod
-    def of(cls, content: Mapping[str, Any]) -> Place:
-        """Return what the entry `where` of diagnosis.json says."""
+    def of(cls, content: Mapping[str, Any]) -> GapLocation:
+        """Return the tables that the entry `where` of diagnosis.json describes.
+
+        Args:
+            content: entry `where` of diagnosis.json.
+        """
         columns = {
             "channels": ["port", "share"],
             "regions": ["signal", "low", "high", "share"],
@@ -94,7 +102,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Answer:
-    """What a diagnosis says; made by `diagnose`.
+    """Answer of a diagnosis; made by `diagnose`.
 
     Attributes:
         findings: everything that was computed, the fitted models included.
@@ -113,14 +121,14 @@ class Answer:
         return self.findings.diagnosis.confidence
 
     @cached_property
-    def effects(self) -> tuple[Effect, ...]:
+    def effects(self) -> tuple[NamedEffect, ...]:
         """Return the effects that the model leaves out, the strongest first."""
-        return tuple(Effect.of(entry) for entry in self.findings.content["effects"])
+        return tuple(NamedEffect.of(entry) for entry in self.findings.content["effects"])
 
     @cached_property
-    def where(self) -> Place:
+    def where(self) -> GapLocation:
         """Return where the gap lies: channels, regions, factors, experiments."""
-        return Place.of(self.findings.content["where"])
+        return GapLocation.of(self.findings.content["where"])
 
     @property
     def system(self) -> System:
@@ -248,10 +256,11 @@ class Answer:
 
     @property
     def _command(self) -> str:
-        """The command line that gives this answer, where system and logs are files."""
+        """The command line that gives this answer; none where system or logs are no files."""
         found = self.findings.diagnosis
-        files = f"system={found.system.source} logs={found.logs.source}"
-        return f"python -m pipeline diagnose {files} horizon={found.horizon} seed={found.seed}"
+        system, logs = found.system.source, found.logs.source
+        command = f"unmodelled diagnose {system=!s} {logs=!s} horizon={found.horizon} seed={found.seed}"
+        return command if system and logs else ""
 
 
 def diagnose(

@@ -16,8 +16,8 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.parquet import write_parquet
+from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.evaluation.gap import Gap, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
 from unmodelled.report.figures.free_run import measured_and_simulated

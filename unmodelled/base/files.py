@@ -152,22 +152,6 @@ def _temporary(path: Path) -> Path:
     return hidden(path, f"{os.getpid()}.{token_hex(4)}")
 
 
-def check_name(key: str, path: Path) -> None:
-    """Refuse a path that the file system rejects, or that lies in a folder without access.
-
-    Args:
-        key: name of the argument, for the message.
-        path: path to check.
-
-    Raises:
-        BadInput: if the path is too long or cannot be looked up; the message names the argument.
-    """
-    try:
-        path.exists()
-    except OSError as error:
-        raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}: give another path") from None
-
-
 def _explained(error: OSError, path: Path, temporary: Path) -> str:
     """Return one line that says which file could not be written, or could not be read by the block."""
     reason = error.strerror or str(error)

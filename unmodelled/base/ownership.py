@@ -41,7 +41,7 @@ class Out(Enum):
 
 
 @dataclass(frozen=True)
-class Place:
+class OutputPlace:
     """Output of a verb and the inputs that may contain it.
 
     Attributes:
@@ -59,7 +59,7 @@ class _Running:
     """Verb at work: its name, its own folder if it has one, and its input paths by argument name."""
 
     verb: str = "a Python program"
-    place: Place = Place()
+    place: OutputPlace = OutputPlace()
     own: Path | None = None
     inputs: Mapping[str, Path] = field(default_factory=dict)
 
@@ -81,7 +81,7 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        signature, place = inspect.signature(function), Place(out, frozenset(inside))
+        signature, place = inspect.signature(function), OutputPlace(out, frozenset(inside))
         paths = path_arguments(signature.parameters)
 
         @functools.wraps(function)
@@ -135,7 +135,7 @@ def writing(verb: str, out: Path, sources: Mapping[str, str]) -> Iterator[None]:
         yield
         return
     inputs = {name: Path(source) for name, source in sources.items() if source}
-    token = _RUNNING.set(_Running(verb, Place(), out.absolute(), inputs))
+    token = _RUNNING.set(_Running(verb, OutputPlace(), out.absolute(), inputs))
     try:
         _check_out(out, Out.FOLDER)
         yield
@@ -202,6 +202,22 @@ def check_named(path: Path) -> None:
         )
 
 
+def check_name(key: str, path: Path) -> None:
+    """Refuse a path that the file system rejects, or that lies in a folder without access.
+
+    Args:
+        key: name of the argument, for the message.
+        path: path to check.
+
+    Raises:
+        BadInput: if the path is too long or cannot be looked up; the message names the argument.
+    """
+    try:
+        path.exists()
+    except OSError as error:
+        raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}: give another path") from None
+
+
 def check_replaceable(path: Path) -> None:
     """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty.
 
@@ -228,7 +244,7 @@ def check_replaceable(path: Path) -> None:
         return
     if stamp is None:
         raise BadInput(
-            f"{path}: holds {names[0]!r} and has no file {MARKER}, which every verb leaves in its folder: "
+            f"{path}: holds {names[0]!r} and has no file {MARKER}, so that no verb made it: "
             "give another folder, or remove this one yourself"
         )
     maker, files = stamp

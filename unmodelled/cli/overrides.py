@@ -20,8 +20,7 @@ from hydra.utils import get_method
 from omegaconf import DictConfig, OmegaConf
 
 from unmodelled.base.errors import BadInput, Faults, closest, nearest
-from unmodelled.base.files import check_name
-from unmodelled.base.ownership import path_arguments
+from unmodelled.base.ownership import check_name, path_arguments
 from unmodelled.cli.program import Program
 
 #: No count or seed is larger.

@@ -54,7 +54,7 @@ class Order:
 Column = Member | Order
 
 
-class Experiments(Protocol):
+class OperatingPoints(Protocol):
     """Part of `Logs` that holds the operating points."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
@@ -72,7 +72,7 @@ class Experiments(Protocol):
         """Values of the constants, shape (experiments, constants)."""
 
 
-L = TypeVar("L", bound=Experiments)
+L = TypeVar("L", bound=OperatingPoints)
 
 
 def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:

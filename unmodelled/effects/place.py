@@ -44,7 +44,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class SiteQuantity:
     """Quantity that a local name of a law stands for.
 
     Attributes:
@@ -82,7 +82,7 @@ class Site:
     place: Place
     unit: str
     dimension: Dimension | None
-    quantities: Mapping[str, Quantity]
+    quantities: Mapping[str, SiteQuantity]
     effort: float
     period: float
     duration: float
@@ -166,15 +166,15 @@ def _parameter(system: System, place: Place, scales: Scales) -> Site:
     return _single(system, place, scales, "p", quantity)
 
 
-def _single(system: System, place: Place, scales: Scales, local: str, quantity: Quantity) -> Site:
+def _single(system: System, place: Place, scales: Scales, local: str, quantity: SiteQuantity) -> Site:
     return Site(
         *(system, place, quantity.unit, quantity.dimension, {local: quantity}),
         *(quantity.spread.rms, scales.period, scales.duration),
     )
 
 
-def _quantity(system: System, text: str, expression: sp.Expr, unit: str, spread: Spread) -> Quantity:
-    return Quantity(text, expression, unit, _dimension(system, unit), spread)
+def _quantity(system: System, text: str, expression: sp.Expr, unit: str, spread: Spread) -> SiteQuantity:
+    return SiteQuantity(text, expression, unit, _dimension(system, unit), spread)
 
 
 def _dimension(system: System, unit: str) -> Dimension | None:

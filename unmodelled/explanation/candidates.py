@@ -110,11 +110,11 @@ class Term:
                 return [v, f"abs({v})"]
             case Motion.CUBIC:
                 return [f"{v}**3"]
-        jump = f"tanh({v}/{number(self.jump)})" if self.jump else f"sign({v})"
-        return [jump] if self.motion is Motion.DRY else [jump, f"exp(-({v}/{number(self.fade)})**2)"]
+        jump = f"tanh({v}/{short_number(self.jump)})" if self.jump else f"sign({v})"
+        return [jump] if self.motion is Motion.DRY else [jump, f"exp(-({v}/{short_number(self.fade)})**2)"]
 
 
-def number(value: float) -> str:
+def short_number(value: float) -> str:
     """Return a number as text with four significant digits.
 
     Args:
@@ -124,7 +124,7 @@ def number(value: float) -> str:
         Text in the grammar of system files.
 
     Examples:
-        >>> number(550800.0), number(0.002), number(-4.25)
+        >>> short_number(550800.0), short_number(0.002), short_number(-4.25)
         ('5.508e5', '0.002', '-4.25')
     """
     digits, _, exponent = f"{value:.4g}".partition("e")
@@ -188,7 +188,7 @@ def columns_of(terms: Sequence[Term], position: Array, velocity: Array) -> Array
     return np.stack([term(position, velocity) for term in terms], axis=-1)
 
 
-def formula(coefficients: Mapping[str, float]) -> str:
+def sum_text(coefficients: Mapping[str, float]) -> str:
     """Return the sum of terms with their coefficients on one line.
 
     Args:
@@ -198,8 +198,10 @@ def formula(coefficients: Mapping[str, float]) -> str:
         Expression in the grammar of system files; "0" without terms.
 
     Examples:
-        >>> formula({"1": 2.0, "d": -30.0})
+        >>> sum_text({"1": 2.0, "d": -30.0})
         '2 - 30*d'
     """
-    parts = [number(c) if text == "1" else f"{number(c)}*{text}" for text, c in coefficients.items()]
+    parts = [
+        short_number(c) if text == "1" else f"{short_number(c)}*{text}" for text, c in coefficients.items()
+    ]
     return " + ".join(parts).replace("+ -", "- ") or "0"

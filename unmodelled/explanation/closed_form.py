@@ -23,8 +23,8 @@ from unmodelled.explanation.candidates import (
     candidates,
     columns_of,
     compatible,
-    formula,
-    number,
+    short_number,
+    sum_text,
 )
 
 Array = NDArray[np.float64]
@@ -110,12 +110,12 @@ def closed_form(
     squares = search.held_out()
     size = _shortest(squares, max(_WORTH * float(np.ptp(f)), _DIGITS * float(np.abs(f).max())))
     terms = _refined(search.best()[size], x, v, f)
-    values = np.array([float(number(c)) for c in _fitted(terms, x, v, f)[0]])
+    values = np.array([float(short_number(c)) for c in _fitted(terms, x, v, f)[0]])
     coefficients = {term.text(*names): float(c) for term, c in zip(terms, values, strict=True)}
     rmse = float(np.sqrt(np.mean((columns_of(terms, x, v) @ values - f) ** 2)))
     share = rmse / float(np.ptp(f)) if np.ptp(f) else 0.0
     cross_validated = float(np.sqrt(squares[:, size].mean()))
-    return ClosedForm(formula(coefficients), coefficients, terms, rmse, share, cross_validated)
+    return ClosedForm(sum_text(coefficients), coefficients, terms, rmse, share, cross_validated)
 
 
 def _check(arrays: dict[str, Array]) -> None:

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Method
-from unmodelled.evaluation.splits import Fold, Split
 from unmodelled.learning.evaluation import judged
 from unmodelled.learning.fit import Fit, load_stack
 from unmodelled.learning.fitting import fit, start_from
 from unmodelled.learning.held_out import surfaces
 from unmodelled.learning.initial import initial_parameters, initial_weights, scales
 from unmodelled.learning.recipe import Tables, check_folds, required
+from unmodelled.learning.splits import Fold, Split
 from unmodelled.learning.windows import Problem, Training
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs

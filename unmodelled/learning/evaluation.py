@@ -11,6 +11,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.notebook import shown
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, surfaces
@@ -72,6 +73,10 @@ class Evaluation:
         )
 
     __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        caption = "Root mean square error of free runs of held-out experiments"
+        return shown("Held-out free runs", [], {caption: self.table()})
 
     def plot(self, experiment: str | None = None) -> Figure:
         """Draw the measured and the simulated states of one held-out experiment over time.

@@ -11,6 +11,8 @@ import pandas as pd
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing, write_json
+from unmodelled.base.notebook import shown
+from unmodelled.base.ownership import writing
 from unmodelled.base.parquet import read_parquet, write_parquet
 from unmodelled.base.shapes import check_shape
 from unmodelled.engine.compiled.structure import Augmented, Network
@@ -99,6 +101,10 @@ class Fit:
 
     __repr__ = __str__
 
+    def _repr_html_(self) -> str:
+        first, *_ = str(self).splitlines()
+        return shown(f"Fit of {self.system.name}", [first], {"Identified parameters": self.table()})
+
     def save(self, folder: Path | str) -> None:
         """Write the fit to a folder, from which `load` and the verb `evaluate` read it.
 
@@ -107,9 +113,12 @@ class Fit:
                 was fitted, in numbers).
 
         Raises:
-            BadInput: when a file cannot be written.
+            BadInput: when the folder holds what another verb or a user wrote, or a file cannot be written.
         """
-        folder = Path(folder)
+        with writing("train", Path(folder), {"system": self.system.source}):
+            self._write(Path(folder))
+
+    def _write(self, folder: Path) -> None:
         write_system(self.system, folder / "system.yaml")
         save(self.model, folder / "model.pt", self._about())
         with replacing(folder / "history.parquet") as temporary:

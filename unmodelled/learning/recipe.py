@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import pandas as pd
 
 from unmodelled.base.errors import BadInput
-from unmodelled.evaluation.splits import Fold, Split
+from unmodelled.learning.splits import Fold, Split
 
 Tables = dict[str, pd.DataFrame]
 

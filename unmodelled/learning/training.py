@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import pandas as pd
 
-from unmodelled.evaluation.splits import Fold, leave_one_out
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
+from unmodelled.learning.splits import Fold, leave_one_out
 from unmodelled.learning.windows import Windows
 from unmodelled.logs.logs import Logs
 from unmodelled.models.structures import Structure

@@ -10,9 +10,9 @@ from scipy.optimize import least_squares
 
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.logs import Logs, names
+from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import TIME, Event, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.phases import event_named
 
 Array = NDArray[np.float64]
 

@@ -47,8 +47,8 @@ def read_logs(folder: Path | str, system: System) -> Logs:
             HDF5 files it names, with `t` in s and the columns of inputs and outputs. An optional
             provenance.json says where the data come from. Or an HDF5 file with a group per experiment
             (`hdf5.read_campaign`).
-        system: what the columns mean. A store must have been written for a system with the same inputs and
-            outputs.
+        system: system whose inputs and outputs name the columns. A store must have been written for a system
+            with the same inputs and outputs.
 
     Returns:
         The experiments on one uniform clock.

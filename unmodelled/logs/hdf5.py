@@ -66,6 +66,9 @@ class Address:
 def is_hdf5(path: Path) -> bool:
     """Return whether a file begins as an HDF5 file does.
 
+    Args:
+        path: path of the file.
+
     Raises:
         BadInput: when it is no regular file, or cannot be read.
     """
@@ -146,12 +149,24 @@ def write_hdf5(
     Args:
         path: file to write or replace.
         experiments: (n rows) `id` and what else describes an experiment: numbers and text become attributes.
-        samples: n logs, column `t` (s) and further columns, (samples,) each.
+        samples: one log per experiment: column `t` (s) and further columns, each of shape (samples,).
         units: name of a column -> its unit, where it is known.
-        provenance: where the data come from.
+        provenance: origin of the data.
 
     Raises:
         BadInput: when an id cannot be the name of a group, or the file cannot be written.
+
+    Example:
+        >>> from tempfile import TemporaryDirectory
+        >>> table = pd.DataFrame({"id": ["run1", "run2"], "m": [0.5, 0.7]})
+        >>> t = 0.01 * np.arange(60)
+        >>> samples = [{"t": t, "x": np.sin(t)}, {"t": t, "x": np.cos(t)}]
+        >>> with TemporaryDirectory() as folder:
+        ...     path = Path(folder) / "campaign.h5"
+        ...     write_hdf5(path, table, samples, {"t": "s", "x": "m"}, {"data": "measured"})
+        ...     is_hdf5(path), read_campaign(path, ["m"])[:2]
+        (True, (['id', 'file', 'm'],
+         [(1, ['run1', 'campaign.h5:/run1', '0.5']), (2, ['run2', 'campaign.h5:/run2', '0.7'])]))
     """
     import h5py
 

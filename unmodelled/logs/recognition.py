@@ -44,7 +44,8 @@ def foreign(path: Path, wanted: str) -> BadInput | None:
     """Return the error that a file is by its first bytes, and what to do; None for what may be a CSV file.
 
     Args:
-        path: of the file. wanted: what it should be.
+        path: path of the file.
+        wanted: name of the kind of file that it should be.
 
     Raises:
         OSError: when the file cannot be read.
@@ -61,13 +62,15 @@ def foreign(path: Path, wanted: str) -> BadInput | None:
 
 
 def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
-    """Refuse a header that lacks some of the columns `wanted`, saying what it has instead.
+    """Refuse a header that lacks some columns, saying what it has instead.
 
     Args:
-        path: of the file. header: cells of row 1, cut at commas.
+        path: path of the file.
+        header: cells of row 1, cut at commas.
+        wanted: names of columns that it must have.
 
     Raises:
-        BadInput: with one line for every fault.
+        BadInput: in any case, with one line for every fault.
     """
     rows, separator = _start(path), _separator(header, wanted)
     place = f"{path}: row 1"
@@ -91,15 +94,16 @@ def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> N
 
 
 def refuse_missing(place: str, holder: str, names: Sequence[str], wanted: Sequence[str]) -> None:
-    """Refuse a table that lacks some of the columns `wanted`, saying which name it may have instead.
+    """Refuse a table that lacks some columns, saying which name it may have instead.
 
     Args:
         place: file, and row or group in it, with which the message begins.
-        holder: what has the names of the columns: the header, or the group.
-        names: columns of the table.
+        holder: word for the part that has the names of the columns: the header, or the group.
+        names: names of the columns of the table.
+        wanted: names of columns that it must have.
 
     Raises:
-        BadInput: with one line for every column that is missing.
+        BadInput: when it does, with one line for every column that is missing.
     """
     faults = Faults()
     spare = {_plain(name): name for name in names if name and name not in wanted}
@@ -111,7 +115,11 @@ def refuse_missing(place: str, holder: str, names: Sequence[str], wanted: Sequen
 
 
 def odd_row(cells: Sequence[str]) -> str:
-    """Return what a row may be that has not as many cells as the header, as a message goes on."""
+    """Return the end of a message about a row that has not as many cells as the header.
+
+    Args:
+        cells: cells of the row.
+    """
     if cells[0].startswith(COMMENT):
         return "; it is a comment: delete it"
     if all(NUMBER.fullmatch(cell) for cell in cells):
@@ -120,7 +128,11 @@ def odd_row(cells: Sequence[str]) -> str:
 
 
 def not_utf8(path: Path) -> str:
-    """Return in which row a file stops being UTF-8 text."""
+    """Return the end of a message about a file that is not UTF-8 text: the row where it stops being so.
+
+    Args:
+        path: path of the file.
+    """
     with path.open("rb") as file:
         for row, line in enumerate(file, start=1):
             try:

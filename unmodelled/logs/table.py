@@ -37,9 +37,9 @@ class Columns:
     """Columns of numbers of one file.
 
     Attributes:
-        path: of the file.
-        values: name -> (n,) finite numbers.
-        header: whether row 1 of the file names the columns, as in CSV files.
+        path: path of the file.
+        values: finite numbers by name of the column, each of shape (samples,).
+        header: True for a CSV file, which has a row with names.
     """
 
     path: Path
@@ -50,7 +50,11 @@ class Columns:
         return next((len(v) for v in self.values.values()), 0)
 
     def row(self, i: int) -> int:
-        """Return the row of sample `i`: counted from 1, in a CSV file with the header and blank lines."""
+        """Return the row of a sample: counted from 1, in a CSV file with the header and blank lines.
+
+        Args:
+            i: number of the sample, from 0.
+        """
         if not self.header:
             return i + 1
         lines = self.path.read_bytes().splitlines()
@@ -58,7 +62,11 @@ class Columns:
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
-    """The columns `names` of a CSV or Parquet file.
+    """Read some columns of a CSV or Parquet file.
+
+    Args:
+        path: path of the file.
+        names: names of the columns.
 
     Raises:
         BadInput: when the file is missing, too large, no table, or lacks or repeats a column, or when a cell
@@ -77,7 +85,11 @@ def read_columns(path: Path, names: Sequence[str]) -> Columns:
 
 
 def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
-    """Header and rows of a CSV file as text, stripped; blank lines are skipped.
+    """Read header and rows of a CSV file as text, stripped; blank lines are skipped.
+
+    Args:
+        path: path of the file.
+        wanted: names of columns that it must have.
 
     Raises:
         BadInput: when the file is missing, too large or no table, lacks or repeats one of the columns
@@ -90,10 +102,15 @@ def read_rows(path: Path, wanted: Sequence[str]) -> tuple[list[str], Rows]:
 
 
 def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> None:
-    """Refuse a header that repeats a column or lacks one of `wanted`.
+    """Refuse a header that repeats a column or lacks one that is wanted.
+
+    Args:
+        path: path of the file.
+        header: names of the columns.
+        wanted: names of columns that it must have.
 
     Raises:
-        BadInput: naming the columns.
+        BadInput: when it does, naming the columns.
     """
     faults = Faults()
     for name, count in Counter(header).items():
@@ -106,10 +123,17 @@ def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> No
 
 
 def numbers(path: Path, column: str, cells: Rows, at: int) -> list[float]:
-    """The finite numbers in cells `at` of rows.
+    """Return the finite numbers in one column of rows of text.
+
+    Args:
+        path: path of the file.
+        column: name of the column.
+        cells: rows with their numbers in the file.
+        at: index of the column.
 
     Raises:
-        BadInput: naming the first cell without one, or beyond any measurement, and how many more there are.
+        BadInput: when a cell is no number, or beyond any measurement; it names the first one, and how many
+            more there are.
     """
     found = _Column(path, column)
     for row, line in cells:
@@ -182,10 +206,12 @@ def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> N
     """Refuse names of columns and cells that no terminal, page or figure can show.
 
     Args:
-        path: of the table. experiments: the n rows. rows: (n,) their numbers in the file.
+        path: path of the table.
+        experiments: table with a row per experiment.
+        rows: numbers of these rows in the file.
 
     Raises:
-        BadInput: naming row and column.
+        BadInput: when there is one, naming row and column.
     """
     for name in experiments.columns:
         if not _is_text(str(name)):
@@ -289,12 +315,12 @@ def check_finite(path: Path, column: str, values: Array) -> None:
     """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
 
     Args:
-        path: file, for the message.
+        path: path of the file.
         column: name of the column.
-        values: (n,) its numbers.
+        values: numbers of the column, shape (samples,).
 
     Raises:
-        BadInput: naming the row of the first of them, and how many more there are.
+        BadInput: when there is one; it names the row of the first, and how many more there are.
     """
     bad = np.flatnonzero(~(np.abs(values) < LARGEST))
     if len(bad):

@@ -11,8 +11,8 @@ from unmodelled.engine.cascade.cascade import common_states
 from unmodelled.engine.cascade.event_times import EventTimes
 from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.experiments import event_named
 from unmodelled.systems.model import System
-from unmodelled.systems.phases import event_named
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -38,7 +38,8 @@ def write_page(folder: Path, command: str) -> None:
     command. Style, script and figures are in the file itself.
 
     Args:
-        folder: of the diagnosis. command: that made it.
+        folder: folder of the diagnosis.
+        command: command line that made the diagnosis.
 
     Raises:
         BadInput: when a file is missing, damaged or cannot be written.
@@ -65,7 +66,7 @@ def write_page(folder: Path, command: str) -> None:
 
 
 def view(folder: Path) -> dict[str, Any]:
-    """What a template is given to show the diagnosis in `folder`.
+    """Return the values with which a template shows the diagnosis in `folder`.
 
     Raises:
         BadInput: when a file is missing or damaged.
@@ -102,7 +103,7 @@ def view(folder: Path) -> dict[str, Any]:
 
 
 def short(value: float | None) -> str:
-    """Three digits."""
+    """Return a number with three significant digits."""
     return number(value if value is None else float(f"{value:.3g}"))
 
 

@@ -19,7 +19,7 @@ GAPS = {
 
 
 def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
-    """The numbers of every effect's law, one table each."""
+    """Return the numbers of every effect's law, one table each."""
     found = []
     for k, effect in enumerate(content["effects"], start=1):
         rows = []
@@ -36,7 +36,7 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
 
 
 def gap_table(content: Mapping[str, Any]) -> Table:
-    """The gaps on the held-out experiments."""
+    """Return the gaps on the held-out experiments."""
     gap = content["gap"]
     rows = [
         (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
@@ -50,7 +50,9 @@ def gap_table(content: Mapping[str, Any]) -> Table:
 
 
 def units_table(content: Mapping[str, Any]) -> Table:
-    """The errors on the held-out experiments in units of the outputs; no rows where they are not known."""
+    """Return the errors on the held-out experiments in units of the outputs; no rows where they are not
+    known.
+    """
     rows, gap = [], content["gap"]
     label = "With the effects found" if content["effects"] else "Re-identified"
     models = {"known": "As given", "augmented": label}
@@ -75,7 +77,7 @@ def _error(value: float | None) -> Cell:
 
 
 def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
-    """Channels, regions and factors, as far as there are any; `units` of signals by name."""
+    """Return the tables of channels, regions and factors that have rows; `units` of signals by name."""
     where = content["where"]
     channels = [(Cell(row["port"], row["port"]), _share(row["share"])) for row in where["channels"]]
     regions = [
@@ -110,7 +112,7 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
 
 
 def experiments_table(content: Mapping[str, Any]) -> Table:
-    """Gaps of all experiments."""
+    """Return the gaps of all experiments."""
     held, fitted = set(content["gap"]["held_out"]), content["verdict"] != "check_logs"
     rows = [
         (
@@ -126,7 +128,7 @@ def experiments_table(content: Mapping[str, Any]) -> Table:
 
 
 def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Table:
-    """The uncertain parameters of the system; `units` by name."""
+    """Return the uncertain parameters of the system; `units` by name."""
     rows = []
     for name, entry in content["parameters"].items():
         value, interval = quantity(entry["identified"], _interval(entry["interval"]))
@@ -137,7 +139,7 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
 
 
 def candidates_table(content: Mapping[str, Any]) -> Table:
-    """All models that were fitted."""
+    """Return all models that were fitted."""
     rows = [
         (Cell(effect_name(row), effect_name(row)), _number(row["gap"]), _number(row["evidence"]))
         for row in content["candidates"]

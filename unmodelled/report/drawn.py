@@ -26,7 +26,7 @@ class Figure:
 
 
 def read_figures(folder: Path) -> list[Figure]:
-    """What `folder`/figures.json lists, by chapter and number.
+    """Read the list of figures in `folder`/figures.json, by chapter and number.
 
     Raises:
         BadInput: when it is damaged, or names a file that does not exist.

@@ -21,7 +21,7 @@ _EQUALS = re.compile(r"(?<![<>=!])=(?!=)")
 
 
 def formula(law: str, left: str = "") -> str:
-    """The equations of a law, each displayed on a line of its own.
+    """Return the equations of a law, each displayed on a line of its own.
 
     Args:
         law: expressions, equations such as `x_h*d(z)/dt = v` and conditions such as `abs(r) <= delta`,
@@ -54,7 +54,7 @@ def _parts(law: str) -> Iterator[str]:
 
 
 def name(text: str) -> str:
-    """A name with Greek letters, and what follows its first underscore as an index."""
+    """Return a name with Greek letters, and the part after its first underscore as an index."""
     base, _, index = text.partition("_")
     if not (base and index):
         return f"<mi>{escape(_letter(text))}</mi>"

@@ -14,7 +14,7 @@ PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 
 
 def headline(content: Mapping[str, Any]) -> str:
-    """The verdict of diagnosis.json in one sentence."""
+    """Return the verdict of diagnosis.json as one sentence."""
     names = [effect_name(effect) for effect in content["effects"]]
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
@@ -32,7 +32,7 @@ def headline(content: Mapping[str, Any]) -> str:
 
 
 def effect_name(entry: Mapping[str, Any]) -> str:
-    """Family, variant, place, and the experiments where it acts, in words."""
+    """Return family, variant, place and experiments of an effect in words."""
     if not entry.get("family"):
         return "no effect"
     family = str(entry["family"]).replace("_", " ")
@@ -52,7 +52,7 @@ def _place(channel: str) -> str:
 
 
 def percent(value: float | None) -> str:
-    """A share; never rounded to all of something."""
+    """Return a share in percent; a share below 99.95 % is never rounded to 100 %."""
     if value is None:
         return "–"
     share = 100.0 * value

@@ -11,7 +11,7 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: Any) -> str:
-    """Four significant digits; whole numbers in full."""
+    """Return four significant digits; whole numbers in full."""
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -28,7 +28,7 @@ def number(value: Any) -> str:
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
-    """Value and interval, to the two digits that the width of the interval supports."""
+    """Return value and interval, to the two digits that the width of the interval supports."""
     if interval is None:
         return number(value), ""
     low, high = interval
@@ -42,20 +42,22 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
 
 
 def unit_text(unit: str | None) -> str:
-    """A unit with raised exponents; empty where there is none."""
+    """Return a unit with raised exponents; empty where there is none."""
     if unit in (None, "", "-", "1"):
         return ""
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(SUPERSCRIPTS), str(unit))
 
 
 def percentage(unit: str) -> tuple[bool, str]:
-    """Whether a number of this unit is a share, and what else the unit says: "lower, share" is "lower"."""
+    """Return whether a number of this unit is a share, and the rest of the unit: "lower, share" is
+    "lower".
+    """
     found = re.fullmatch(r"(?:(?P<before>[^,]+), )?share(?P<after> \(.*\))?", unit)
     return bool(found), f"{found['before'] or ''}{found['after'] or ''}".strip() if found else unit
 
 
 def duration(seconds: float) -> str:
-    """Seconds, minutes or hours, the larger two of them."""
+    """Return a duration in seconds, minutes or hours, the larger two of them."""
     if round(seconds, 1) < 60:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

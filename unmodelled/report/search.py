@@ -12,21 +12,21 @@ Entry = dict[str, str]
 
 
 def figure_entries(figures: Iterable[Figure], file: str) -> list[Entry]:
-    """One entry for every figure of the page `file`."""
+    """Return one entry for every figure of the page `file`."""
     return [entry("figure", f"Figure {f.number}", f.caption, f"{file}#{f.id}") for f in figures]
 
 
 def table_entries(tables: Iterable[Table], file: str) -> list[Entry]:
-    """One entry for every filled table of the page `file`."""
+    """Return one entry for every filled table of the page `file`."""
     return [entry("table", t.title, t.caption, f"{file}#{t.id}") for t in tables if t.rows]
 
 
 def script(entries: Sequence[Entry]) -> str:
-    """The entries as JavaScript that cannot end the element it stands in."""
+    """Return the entries as JavaScript that cannot end the element it stands in."""
     text = json.dumps(entries, indent=0).replace("<", "\\u003c")
     return f"window.SEARCH = {text};\n"
 
 
 def entry(kind: str, title: str, text: str, url: str) -> Entry:
-    """One entry; `url` is seen from the page with the box."""
+    """Return one entry; `url` is seen from the page with the box."""
     return {"kind": kind, "title": title, "text": text, "url": url}

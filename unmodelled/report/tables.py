@@ -51,7 +51,7 @@ class Table:
 
 
 def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
-    """A CSV file; a column is numeric when every filled cell of it is."""
+    """Return a CSV file as a table; a column is numeric when every filled cell of it is."""
     columns, *rows = list(csv.reader(io.StringIO(text)))
     numbers = [[_parsed(cell) for cell in row] for row in rows]
     units = [name == "unit" for name in columns]
@@ -83,5 +83,5 @@ def _parsed(text: str) -> float | int | None:
 
 
 def exact(value: Any) -> str:
-    """All digits; nothing where there is no value."""
+    """Return all digits of a value; an empty text where there is no value."""
     return "" if value is None else str(value)

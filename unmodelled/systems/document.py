@@ -151,7 +151,7 @@ class Node:
         return shown(self.content)
 
 
-def load(path: Path) -> Node:
+def load_yaml(path: Path) -> Node:
     """Read a YAML file whose top level is a mapping.
 
     Args:

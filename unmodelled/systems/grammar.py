@@ -77,7 +77,7 @@ def evaluate(text: str, scope: Scope, where: str) -> Value:
     builder = _Builder(line, scope, where)
     value = builder.value(body)
     try:
-        expression = sanitised(numbers.checked(value.expression))
+        expression = sanitised(numbers.checked_numbers(value.expression))
     except NoValue:
         raise builder.wrong(f"{shown(line)} has no finite real value") from None
     return Value(expression, value.quantity, *tree_size(expression))
@@ -127,10 +127,10 @@ class _Builder:
 
     def _literal(self, node: ast.expr, literal: int | float) -> Value:
         try:
-            exact = numbers.number(literal)
+            exact = numbers.exact_number(literal)
         except NoValue:
             raise self.wrong(f"{self.source(node)} is not a finite number: write a smaller one") from None
-        return Value(exact, quantities.number(literal))
+        return Value(exact, quantities.literal(literal))
 
     def _name(self, node: ast.Name) -> Value:
         name = node.id
@@ -139,7 +139,7 @@ class _Builder:
         if name == "t":
             return Value(TIME, CLOCK)
         if name == "pi":
-            return Value(sp.Float(math.pi), quantities.number(1))
+            return Value(sp.Float(math.pi), quantities.literal(1))
         if name in self.scope.refused:
             raise self.wrong(self.scope.refused[name])
         if name in FUNCTIONS or name in self.scope.tables or name == "diff":
@@ -188,7 +188,7 @@ class _Builder:
                 f"{self.source(node)}: an exponent must be without unit: divide it by a constant of its unit"
             )
         try:
-            expression = numbers.raised(base.expression, exponent.expression)
+            expression = numbers.power(base.expression, exponent.expression)
         except (NoValue, ArithmeticError, ValueError, TypeError):
             problem = f"no finite real value, or a power above {numbers.HIGHEST_POWER}"
             raise self.wrong(f"{self.source(node)}: {problem}") from None

@@ -20,7 +20,7 @@ class NoValue(Exception):
     """Absence of a finite real value, or one that would take too long to compute."""
 
 
-def number(value: int | float) -> sp.Number:
+def exact_number(value: int | float) -> sp.Number:
     """Return a number as SymPy number.
 
     Args:
@@ -88,7 +88,7 @@ def folded(numeric: Callable[..., float], *parts: sp.Expr) -> sp.Number:
         raise NoValue from None
     if isinstance(value, complex) or not math.isfinite(value):
         raise NoValue
-    return number(int(value) if isinstance(value, bool) else float(value))
+    return exact_number(int(value) if isinstance(value, bool) else float(value))
 
 
 def shortened(value: sp.Number) -> sp.Number:
@@ -107,7 +107,7 @@ def shortened(value: sp.Number) -> sp.Number:
     return value if exact else folded(lambda x: x, value)
 
 
-def raised(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+def power(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
     """Return a power of two expressions.
 
     Args:
@@ -122,7 +122,7 @@ def raised(base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
 
     Examples:
         >>> x = sp.Symbol("x", real=True)
-        >>> raised(x, sp.Float(2.0))
+        >>> power(x, sp.Float(2.0))
         x**2
     """
     if is_number(exponent):
@@ -154,7 +154,7 @@ def _power_of_number(base: sp.Expr, exponent: sp.Number) -> sp.Expr:
     return folded(lambda a, b: a**b, base, exponent)
 
 
-def checked(expression: sp.Expr) -> sp.Expr:
+def checked_numbers(expression: sp.Expr) -> sp.Expr:
     """Return an expression after a check that every number in it is finite and real.
 
     Args:

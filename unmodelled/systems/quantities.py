@@ -70,7 +70,7 @@ RATIO = Quantity(ONE)
 CLOCK = Quantity(SECOND, scaled=True)
 
 
-def number(value: int | float) -> Quantity:
+def literal(value: int | float) -> Quantity:
     """Return the quantity of a written number: 2.0 can have a unit, 2 and 0.5 are counts and fractions.
 
     Args:

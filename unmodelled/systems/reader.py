@@ -10,7 +10,7 @@ import sympy as sp
 from unmodelled.base.errors import closest
 from unmodelled.systems import grammar, quantities, syntax, units
 from unmodelled.systems.declarations import Declarations, checked_name, read_declarations
-from unmodelled.systems.document import Node, load
+from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Event, Output, Port, System, symbol
 from unmodelled.systems.quantities import UNKNOWN, Quantity
 from unmodelled.systems.scope import Scope, Value
@@ -44,7 +44,7 @@ def read_system(path: Path | str) -> System:
         >>> again.port_names, again.uncertain
         (('joint',), ('b',))
     """
-    root = load(Path(path))
+    root = load_yaml(Path(path))
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")

@@ -61,7 +61,7 @@ def maximise_entropy(moments: Array, support: Array) -> tuple[Array, NDArray[np.
     left = np.arange(len(moments))
     for nodes in RULES:
         c = coefficients[left]
-        taken = _solve(c, moments[left], support[left], *rule(nodes))
+        taken = _solve(c, moments[left], support[left], *gauss_legendre(nodes))
         found = taken >= 0
         coefficients[left] = np.where(found[:, None], c, start[left])
         steps[left] += np.where(found, taken + 1, -taken)
@@ -175,7 +175,7 @@ def _newton_direction(direction: Array, step: Array, q: Array, z: Array, m: Arra
 
 
 @lru_cache
-def rule(nodes: int) -> tuple[Array, Array]:
+def gauss_legendre(nodes: int) -> tuple[Array, Array]:
     """Return a Gauss-Legendre quadrature rule on [-1, 1].
 
     Args:
@@ -188,7 +188,7 @@ def rule(nodes: int) -> tuple[Array, Array]:
     return points, weights
 
 
-def table(coefficients: Array, support: Array) -> Array:
+def panel_integrals(coefficients: Array, support: Array) -> Array:
     """Compute the integrals of the densities from their lower ends to the ends of all panels.
 
     Args:
@@ -198,7 +198,7 @@ def table(coefficients: Array, support: Array) -> Array:
     Returns:
         Integrals of shape (L, PANELS + 1); the first column is zero.
     """
-    panels: Array = _panels(coefficients, support, *rule(NODES))
+    panels: Array = _panels(coefficients, support, *gauss_legendre(NODES))
     return np.asarray(np.cumsum(panels, -1))
 
 
@@ -208,13 +208,13 @@ def integral(coefficients: Array, support: Array, sums: Array, z: Array) -> Arra
     Args:
         coefficients: coefficients c of exp(sum c_k z^k), shape (L, K + 1).
         support: ends of the interval of z, shape (L, 2).
-        sums: result of `table` for the same densities, shape (L, PANELS + 1).
+        sums: result of `panel_integrals` for the same densities, shape (L, PANELS + 1).
         z: points of shape (points, L).
 
     Returns:
         Integrals of shape (points, L).
     """
-    return np.asarray(_integral(coefficients, support, sums, np.ascontiguousarray(z), *rule(NODES)))
+    return np.asarray(_integral(coefficients, support, sums, np.ascontiguousarray(z), *gauss_legendre(NODES)))
 
 
 @compiled

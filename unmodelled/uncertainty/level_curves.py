@@ -87,7 +87,7 @@ class Monotone:
         # both axes before one: lines along one axis do not resolve a steep curve as well
         return cls(bounds, tables, falling, 2 - np.argmax(usable[:, ::-1], axis=1))
 
-    def curves(self, y: Array, ends: Array, nodes: int) -> Curves:
+    def curves(self, y: Array, ends: Array, nodes: int) -> LevelCurves:
         """Follow level curves of the outputs.
 
         Args:
@@ -111,7 +111,7 @@ class Monotone:
         follow(self.tables, self.direction, part, y.copy(), points, weights, share, along, last)
         share, falling = share[..., :n], self.falling[:, None]
         last = np.where(self.falling[:, -1], 1.0 - last, last)
-        return Curves(
+        return LevelCurves(
             theta=low + width * np.where(falling, 1.0 - share, share),
             weights=along * [np.prod(width), np.prod(width[1:])],
             end=low[-1] + width[-1] * last,
@@ -121,7 +121,7 @@ class Monotone:
 
 @final
 @dataclass(frozen=True, eq=False)
-class Curves:
+class LevelCurves:
     """Quadrature nodes along the level curves of P values of L outputs, for independent parameters.
 
     Attributes:

@@ -123,7 +123,7 @@ class MaximumEntropy(Density):
 
     @cached_property
     def _sums(self) -> Array:
-        return exponential.table(*self._standardised)
+        return exponential.panel_integrals(*self._standardised)
 
 
 def _check_moments(mean: Array, std: Array, moments: Array) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from unmodelled.base.progress import Counter
 from unmodelled.uncertainty.ascent import Objective, Recorder, climb
 from unmodelled.uncertainty.box import Box
-from unmodelled.uncertainty.profile import BETTER, evaluated
+from unmodelled.uncertainty.profile import BETTER, evaluated_optimum
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def profile_pair(
         BadInput: if the bounds are invalid, or if the log-likelihood at the optimum is not finite.
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
-    given = evaluated(seen, box, alpha)
+    given = evaluated_optimum(seen, box, alpha)
     shape = len(first), len(second)
     alphas, heights = np.tile(given.alpha, (*shape, 1)), np.full(shape, -np.inf)
     with ExitStack() as stack:

@@ -119,7 +119,7 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
         [[-0.98, 0.98]]
     """
     box, seen = Box(np.asarray(bounds, float)), Recorder(objective)
-    start = optimum = evaluated(seen, box, alpha)
+    start = optimum = evaluated_optimum(seen, box, alpha)
     with ExitStack() as stack:
         counter = stack.enter_context(Counter(int(box.free.sum()), description)) if description else None
         while (curves := _curves(seen, box, optimum, counter)) is None:
@@ -128,7 +128,7 @@ def profile(objective: Objective, bounds: Array, alpha: Array, description: str 
     return Profiles(optimum.alpha, optimum.log_likelihood, gain, curves, seen.evaluations)
 
 
-def evaluated(seen: Recorder, box: Box, alpha: Array) -> Peak:
+def evaluated_optimum(seen: Recorder, box: Box, alpha: Array) -> Peak:
     """Return a given optimum, moved into the bounds, with its log-likelihood.
 
     Args:

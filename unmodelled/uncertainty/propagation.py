@@ -21,7 +21,7 @@ from unmodelled.uncertainty.empirical import Empirical, Histogram
 from unmodelled.uncertainty.families import Family
 from unmodelled.uncertainty.maximum_entropy import MaximumEntropy
 from unmodelled.uncertainty.push_forward import PushForward
-from unmodelled.uncertainty.response import Response, checked
+from unmodelled.uncertainty.response import Response, evaluate_response
 from unmodelled.uncertainty.sampling import draw, even_grid
 from unmodelled.uncertainty.surface import ResponseSurface
 
@@ -64,7 +64,7 @@ class ChaosGaussian:
     chaos: Chaos
 
     def __call__(self, alpha: Array) -> GaussianDensity:
-        expansion = self.chaos.expand(alpha, checked(self.response, self.chaos.nodes(alpha)))
+        expansion = self.chaos.expand(alpha, evaluate_response(self.response, self.chaos.nodes(alpha)))
         return GaussianDensity(expansion.mean, np.sqrt(expansion.variance))
 
 
@@ -87,7 +87,7 @@ class ChaosMaximumEntropy:
     support: Array | None = None
 
     def __call__(self, alpha: Array) -> MaximumEntropy:
-        expansion = self.chaos.expand(alpha, checked(self.response, self.chaos.nodes(alpha)))
+        expansion = self.chaos.expand(alpha, evaluate_response(self.response, self.chaos.nodes(alpha)))
         return MaximumEntropy.fit(
             expansion.mean,
             np.sqrt(expansion.variance),
@@ -267,7 +267,7 @@ def standardised(raw: Array) -> tuple[Array, Array, Array]:
 
 def _outputs(response: Response, theta: Array) -> Iterator[Array]:
     for i in range(0, len(theta), BLOCK):
-        yield checked(response, theta[i : i + BLOCK])
+        yield evaluate_response(response, theta[i : i + BLOCK])
 
 
 def _empirical(blocks: Iterable[Array]) -> Empirical:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from unmodelled.uncertainty.density import Density
 from unmodelled.uncertainty.families import Family
-from unmodelled.uncertainty.level_curves import Curves
+from unmodelled.uncertainty.level_curves import LevelCurves
 from unmodelled.uncertainty.observed import check_confined
 from unmodelled.uncertainty.response import Formula
 from unmodelled.uncertainty.surface import ResponseSurface
@@ -123,7 +123,7 @@ class PushForward(Density):
         rising = np.maximum.accumulate(np.clip(below, 0.0, 1.0), axis=0)
         return low, (high - low) / (KNOTS - 1), rising, density
 
-    def _curves(self, rows: Array) -> Iterator[Curves]:
+    def _curves(self, rows: Array) -> Iterator[LevelCurves]:
         for i in range(0, len(rows), BLOCK):
             yield self.surface.monotone.curves(rows[i : i + BLOCK], self._part, NODES)
 

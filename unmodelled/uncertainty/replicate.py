@@ -63,7 +63,7 @@ def replicate(
 
 
 @dataclass(frozen=True)
-class Scatter:
+class EstimateScatter:
     """Scatter of the estimates from many data sets.
 
     Attributes:
@@ -100,7 +100,7 @@ class Scatter:
         return np.asarray(np.quantile(self.alphas, [outside, 1.0 - outside], axis=0).T)
 
 
-def scatter(found: Sequence[Identification]) -> Scatter:
+def summarise_estimates(found: Sequence[Identification]) -> EstimateScatter:
     """Summarise the estimates from many data sets.
 
     Args:
@@ -120,7 +120,9 @@ def scatter(found: Sequence[Identification]) -> Scatter:
     correlation = standard.T @ standard / (len(alphas) - 1)
     np.fill_diagonal(correlation, 1.0)
     at_bound = np.mean([f.at_bound for f in found], axis=0)
-    return Scatter(alphas, mean, std, correlation, at_bound, float(np.mean([f.converged for f in found])))
+    return EstimateScatter(
+        alphas, mean, std, correlation, at_bound, float(np.mean([f.converged for f in found]))
+    )
 
 
 def coverage(intervals: ArrayLike, truth: ArrayLike) -> Array:

@@ -53,7 +53,7 @@ class Formula:
         return self.function(theta)
 
 
-def checked(response: Response, theta: Array) -> Array:
+def evaluate_response(response: Response, theta: Array) -> Array:
     """Evaluate a response and refuse missing outputs.
 
     Args:
@@ -71,9 +71,9 @@ def checked(response: Response, theta: Array) -> Array:
         >>> def positive(theta):
         ...     return np.where(theta < 0.0, np.nan, theta)
         >>> known = Formula(("theta",), np.array([[-1.0, 4.0]]), positive)
-        >>> checked(known, np.array([[4.0]])).tolist()
+        >>> evaluate_response(known, np.array([[4.0]])).tolist()
         [[4.0]]
-        >>> checked(known, np.array([[-0.5]]))
+        >>> evaluate_response(known, np.array([[-0.5]]))
         Traceback (most recent call last):
             ...
         unmodelled.base.errors.BadInput: the event does not happen at theta = (-0.5) for output 1 of 1: ...

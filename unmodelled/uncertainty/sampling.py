@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.families import Family
-from unmodelled.uncertainty.response import Response, checked
+from unmodelled.uncertainty.response import Response, evaluate_response
 
 Array = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def data_sets(
         BadInput: as `draw` does, and if an output does not exist for a sample.
     """
     theta = draw(families, alpha, count * outputs, generator).reshape(count, outputs, -1)
-    return np.stack([np.diagonal(checked(response, own)) for own in theta])
+    return np.stack([np.diagonal(evaluate_response(response, own)) for own in theta])
 
 
 def _quantiles(families: Sequence[Family], alpha: Array, probability: Array) -> Array:

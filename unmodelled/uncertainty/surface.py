@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from unmodelled.base.errors import BadInput
 from unmodelled.uncertainty.level_curves import Monotone
 from unmodelled.uncertainty.observed import Observed
-from unmodelled.uncertainty.response import Response, check_inside, checked
+from unmodelled.uncertainty.response import Response, check_inside, evaluate_response
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ class ResponseSurface:
             raise BadInput(f"nodes must be at least 3 along every axis, got {min(nodes)}")
         axes = [np.linspace(a, b, m) for (a, b), m in zip(response.bounds, nodes, strict=True)]
         theta = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
-        values = checked(response, theta)
+        values = evaluate_response(response, theta)
         return cls(response.names, response.bounds, values.reshape(*nodes, -1))
 
     def __call__(self, theta: Array) -> Array:

@@ -35,10 +35,11 @@ CAMPAIGNS = {"clutch": "clutch", "clutch_sharp": "sharper clutch"}
 
 @styled
 def individual_likelihoods(data: Path) -> Figure:
-    """Estimated log-likelihood of every operating point against the true one, at either optimum.
+    """Estimated log-likelihood of every operating point against the true one, at the optimum of each method.
 
-    Points above the line are overestimated. Most lie on it: there the density is as good as the true one. The
-    farthest ones are named; there mean and variance do not make up the density.
+    The true log-likelihood is that of the Monte Carlo density. Points above the line are overestimated; on
+    the line the estimated density is as good as the true one. The operating points farthest from the line are
+    named: their mean and variance do not determine the density.
     """
     rows = table(data, "monte_carlo")
     figure = new_figure(4.8)
@@ -69,14 +70,15 @@ def individual_likelihoods(data: Path) -> Figure:
 
 @styled
 def mean_distances(data: Path) -> Figure:
-    """Earth mover's distance (EMD) of the densities to the true ones, mean over all operating points.
+    """Earth mover's distance (EMD, s) of the estimated densities to the true ones, mean over the operating
+    points.
 
-    Left and centre, at the optima of either method, against Monte Carlo; hatched, with moments of the Monte
-    Carlo sample, so that what is left is no error of polynomial chaos; what the exact push-forward leaves is
-    that of the sample. Right, how much lower the distance of
-    maximum entropy is than the Gaussian's: a dot is a data set drawn anew from the bench's distribution (the
-    observed one included) and identified again, the bar their mean; for the clutch of the figures and for
-    one that reacts more sharply.
+    The true densities are those of Monte Carlo. Left and centre: at the optimum of each method. Hatched bars
+    take the moments of the Monte Carlo sample, so that they contain no error of polynomial chaos; the bar of
+    the exact push-forward is the error of that sample. Right: by how much the distance of maximum entropy is
+    lower than that of the Gaussian density; a dot is a data set drawn from the bench's distribution (or the
+    observed one) and identified anew, the bar their mean. Two clutches are shown: the clutch of the other
+    figures, and one that reacts more sharply.
     """
     rows, accuracy = table(data, "monte_carlo"), table(data, "accuracy", None)
     figure = new_figure(4.0)
@@ -122,13 +124,13 @@ def _reductions(axes: Axes, accuracy: pd.DataFrame) -> None:
 
 @styled
 def sample_density(data: Path) -> Figure:
-    """Error of the log-likelihoods over the number of simulations a point.
+    """Error of the log-likelihoods over the number of simulations per operating point.
 
     Mean absolute error (MAE) over all operating points against the Monte Carlo reference, at the optimum of
-    either method. Monte Carlo: median and inner half of the repeats; quasi Monte Carlo takes samples that
-    are evenly spread. Horizontal lines: methods of a fixed number of simulations, which the marker shows;
-    where sampling crosses such a line it is as accurate. Samples are turned into a density by the same rule
-    as the reference, which favours large samples.
+    each method. Monte Carlo: median and inner half of the repeats; quasi Monte Carlo uses evenly spread
+    samples. Horizontal lines: methods with a fixed number of simulations, at the marker; where a sampling
+    curve crosses such a line, both are equally accurate. Samples become a density by the same rule as the
+    reference, which favours large samples.
     """
     sampling, rows = table(data, "sampling"), table(data, "monte_carlo")
     rows = rows.assign(size=rows["error"].abs())

@@ -81,11 +81,12 @@ def _annotated(axes: Axes, signal: pd.DataFrame, setting: pd.Series) -> None:
 
 @styled
 def deterministic_times(data: Path) -> Figure:
-    """Measured shifting times beside those of the deterministic model, for all operating points.
+    """Measured shifting times and those of the deterministic model, s, for all operating points.
 
-    The model has one value for either uncertain parameter, those of least squares over all points. Bars join
-    what belongs together. The model follows the trend over profile, speed and brake torque, and misses single
-    engagements, as the parameters differ from one to the next.
+    The model has one value for each of the two uncertain parameters, identified by least squares over all
+    points. Bars join the measured and the simulated time of one point. The model follows the trend over
+    profile, motor speed and brake torque, but misses single engagements, because the parameters differ from
+    one engagement to the next.
     """
     experiments, points = table(data, "experiments"), table(data, "points")
     experiments = experiments[experiments["id"].isin(points["id"])]

@@ -38,13 +38,13 @@ COLUMNS = ["mu_1", "mu_2", "sigma_1", "sigma_2"]
 
 @styled
 def propagated_uncertainty(data: Path) -> Figure:
-    """Shifting time over the uncertain parameters, their joint density, and the densities that follow.
+    """Shifting time over the uncertain parameters, their joint density, and the resulting densities.
 
-    Top left, the simulated shifting time of one operating point over multiples of the nominal threshold
-    p_hc0 and contact position z_p; the frame is the clipping domain. Top right, a clipped joint
-    distribution of the two. Bottom, the densities of the shifting time of all operating points that follow
-    from it by Monte Carlo (areas), with the measurements. This distribution was chosen by hand: its
-    log-likelihood, of all measurements, tells how well it explains them.
+    Top left: simulated shifting time of one operating point over multiples of the nominal threshold p_hc0 and
+    contact position z_p; the frame is the clipping domain. Top right: a clipped joint distribution of the two
+    multiples, chosen by hand. Bottom: densities of the shifting time of all operating points that follow from
+    it by Monte Carlo (areas), with the measurements. The log-likelihood of all measurements says how well
+    this distribution explains them.
     """
     experiments, curves = table(data, "experiments"), _curves(data, DEMO)
     experiments = experiments[experiments["id"].isin(curves["id"])]
@@ -137,20 +137,21 @@ def _likelihood_text(data: Path, of: str, method: str | None) -> str:
 def gaussian_optimum(data: Path) -> Figure:
     """Densities of the shifting time of all operating points at the optimum of the Gaussian method.
 
-    Coloured to the left, the Gaussian densities that the method believes in; grey to the right, the true ones
-    by Monte Carlo; both to one scale. Dots are the measurements. Where the true density leans, the Gaussian
-    one gives weight to shifting times that do not occur.
+    Coloured, to the left: the densities that the method estimates. Grey, to the right: the true densities by
+    Monte Carlo, to the same scale. Dots: measurements. Where the true density is skewed, the Gaussian density
+    gives weight to shifting times that do not occur.
     """
     return _at_optimum(data, GAUSSIAN)
 
 
 @styled
 def maximum_entropy_optimum(data: Path) -> Figure:
-    """Densities of the shifting time of all operating points at the optimum of the maximum entropy method.
+    """Densities of the shifting time of all operating points at the optimum of the maximum entropy method
+    with four moments.
 
-    Coloured to the left, the maximum entropy densities with four moments; grey to the right, the true ones by
-    Monte Carlo; both to one scale. Dots are the measurements. With four moments the densities lean as the
-    true ones do, so that estimated and true log-likelihood come close.
+    Coloured, to the left: the densities that the method estimates. Grey, to the right: the true densities by
+    Monte Carlo, to the same scale. Dots: measurements. Densities with four moments are skewed like the true
+    ones, so that estimated and true log-likelihood are close.
     """
     return _at_optimum(data, MAXIMUM_ENTROPY)
 

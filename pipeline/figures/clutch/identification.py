@@ -77,11 +77,11 @@ def _truth(data: Path) -> dict[str, float]:
 
 @styled
 def profile_likelihoods(data: Path) -> Figure:
-    """Profile likelihood of every number of the distribution, by the exact push-forward.
+    """Profile likelihood of every parameter of the distribution, by the exact push-forward.
 
-    Deviance, twice the log-likelihood that is lost against the optimum if one number is held and the others
-    are chosen anew. Below the dashed line lies the 95 % interval (shaded). Where a curve ends below it, at a
-    bound of the search (dotted), the data do not limit the number to that side.
+    Deviance: twice the loss of log-likelihood against the optimum when one parameter is held and the others
+    are identified anew. The 95 % interval (shaded) lies below the dashed line. Where a curve ends below the
+    line, at a bound of the search (dotted), the data do not limit the parameter on that side.
     """
     curves = table(data, "profiles")
     estimates = table(data, "estimates")
@@ -182,11 +182,11 @@ def _pair(axes: Axes, rows: pd.DataFrame) -> ContourSet:
 
 @styled
 def estimates_of_data_sets(data: Path) -> Figure:
-    """Numbers of the distribution as three methods identify them, from the observed and from new data sets.
+    """Parameters of the distribution by three methods, from the observed and from newly drawn data sets.
 
     A dot is a data set of the same operating points drawn from the bench's withheld distribution, the diamond
-    the observed one; the black bar spans their inner half, the green line is that distribution. The methods
-    differ less than the data sets do.
+    the observed data set. Black bar: inner half of the data sets; green line: the withheld distribution. The
+    methods differ less than the data sets do.
     """
     found, truth = table(data, "identified"), _truth(data)
     names = methods(found)

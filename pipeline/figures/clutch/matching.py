@@ -31,10 +31,11 @@ from unmodelled.report.figures.style import GREY, absent, new_figure, styled
 def density_estimates(data: Path) -> Figure:
     """Densities of the shifting time by moment matching, and their distance to the true density.
 
-    Top, the operating point of the text; bottom, the one whose density is least like a Gaussian. The moments
-    are those of 25 collocation points (solid), or of the Monte Carlo sample that is also the reference
-    (dashed, hatched): what lies between the two is the error of polynomial chaos, the rest is what a density
-    with these moments cannot show. Right, the earth mover's distance (EMD) to the reference.
+    Top: the operating point of the text; bottom: the point whose density is least like a Gaussian density.
+    The moments are those of 25 collocation points (solid), or of the Monte Carlo sample that is also the
+    reference (dashed, hatched): the difference between the two is the error of polynomial chaos; the
+    remainder is the error of a density with these moments. Right: earth mover's distance (EMD, s) to the
+    reference.
     """
     curves, rows = table(data, "densities"), table(data, "monte_carlo")
     curves, rows = curves[curves["alpha_of"] == DEMO], rows[rows["alpha_of"] == DEMO]
@@ -66,7 +67,7 @@ def _fits(axes: Axes, curves: pd.DataFrame, names: list[str]) -> None:
 
 
 def emd_bars(axes: Axes, emd: pd.Series, names: list[str]) -> None:
-    """Bars of the distances `emd`, s, of the methods; hatched where the moments are sampled."""
+    """Draw the distances `emd`, s, of the methods as bars, hatched where the moments are sampled."""
     values = MS * emd.reindex(names).to_numpy(np.float64)
     for row, (name, value) in enumerate(zip(names, values, strict=True)):
         colour, sampled = LOOKS[name].colour, name.endswith(SAMPLED)

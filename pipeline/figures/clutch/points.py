@@ -36,7 +36,9 @@ class Place:
 
 
 def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, Place]:
-    """Panels for the motor speeds on `figure`, and the place of every operating point, by its id."""
+    """Make panels for the motor speeds on `figure`, and return the place of every operating point, by
+    its id.
+    """
     speeds, brakes = sorted(experiments["rpm"].unique()), sorted(experiments["T_b0"].unique())
     profiles = sorted(experiments["profile"].unique())
     column = figure.subplots(len(speeds), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
@@ -74,7 +76,7 @@ def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:
 
 
 def measured_handles(where: Mapping[str, Place]) -> list[Line2D]:
-    """Entries of `measured` for a legend."""
+    """Return legend entries of `measured`."""
     several = len({place.brake for place in where.values()}) > 1
     names = [("measured, low brake torque", False), ("high", True)] if several else [("measured", False)]
     return [dot(label, filled) for label, filled in names]

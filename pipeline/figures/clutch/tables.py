@@ -51,7 +51,9 @@ PARAMETERS = {
 
 
 def table(data: Path, name: str, campaign: str | None = CAMPAIGN) -> pd.DataFrame:
-    """A table of the wet clutch, from the data folder; of one campaign, or of all if that is None."""
+    """Read a table of the wet clutch from the data folder: of one campaign, or of all if `campaign` is
+    None.
+    """
     rows = read_parquet(data / "tables" / "clutch" / f"{name}.parquet")
     if campaign is None or "campaign" not in rows:
         return rows
@@ -59,62 +61,66 @@ def table(data: Path, name: str, campaign: str | None = CAMPAIGN) -> pd.DataFram
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Settings of the assessment: samples, planted, truth, shown; nothing that a campaign does not have."""
+    """Read the settings of the assessment: samples, planted, truth, shown; empty where the campaign
+    has none.
+    """
     content = read_json(data / "tables" / "clutch" / "about.json")
     own: dict[str, Any] = content.get(CAMPAIGN, {}) if isinstance(content, dict) else {}
     return own
 
 
 def demo_alpha(data: Path) -> tuple[float, ...]:
-    """The distribution shown beside the identified ones: mu_1, mu_2, sigma_1, sigma_2; empty without one."""
+    """Return the distribution shown beside the identified ones: mu_1, mu_2, sigma_1, sigma_2; empty without
+    one.
+    """
     return tuple(about(data).get("demo") or ())
 
 
 def optima(data: Path) -> pd.DataFrame:
-    """The identified numbers, a row per method and a column per number."""
+    """Return the identified numbers, a row per method and a column per number."""
     return table(data, "estimates").pivot(index="method", columns="name", values="value")
 
 
 def methods(rows: pd.DataFrame) -> list[str]:
-    """Methods of `rows` in the order of legends."""
+    """Return the methods of `rows` in the order of legends."""
     return [name for name in LOOKS if (rows["method"] == name).any()]
 
 
 def parameter(name: str) -> str:
-    """A number of the distribution for axes."""
+    """Return the label of an axis for a number of the distribution, with meaning and unit."""
     return PARAMETERS.get(name, f"{name} (multiples)")
 
 
 def symbol(name: str) -> str:
-    """A number of the distribution without its meaning and unit."""
+    """Return the symbol of a number of the distribution, without meaning and unit."""
     return parameter(name).split(" ")[0]
 
 
 def alpha_text(alpha: Any) -> str:
-    """(mu_1, mu_2, sigma_1, sigma_2) in brackets."""
+    """Return (mu_1, mu_2, sigma_1, sigma_2) as text in brackets."""
     return "(" + ", ".join(f"{value:.2g}" if value < 0.1 else f"{value:.2f}" for value in alpha) + ")"
 
 
 def line_of(method: str, label: str | None = None) -> Line2D:
-    """An entry of `method` for a legend."""
+    """Return the legend entry of `method` where it is drawn as a line."""
     look = LOOKS[method]
     return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=1.8, label=label or look.label)
 
 
 def area_of(method: str, label: str | None = None) -> Patch:
-    """An entry of `method` for a legend where it is drawn as an area."""
+    """Return the legend entry of `method` where it is drawn as an area."""
     look = LOOKS[method]
     return Patch(facecolor=look.colour, alpha=0.75, label=label or look.label)
 
 
 def dot(label: str, filled: bool = True) -> Line2D:
-    """An entry of measured points for a legend."""
+    """Return the legend entry of measured points."""
     face = BLACK if filled else "white"
     return Line2D([], [], color=BLACK, marker="o", mfc=face, markersize=4.5, linestyle="", label=label)
 
 
 def listed_x(axes: Axes, values: Array) -> None:
-    """A logarithmic horizontal axis with ticks at `values`, as plain numbers."""
+    """Make the horizontal axis logarithmic with ticks at `values`, as plain numbers."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(FixedLocator(values.tolist()))
     axes.xaxis.set_minor_locator(NullLocator())

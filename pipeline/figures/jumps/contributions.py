@@ -29,13 +29,14 @@ MARK: dict[str, Any] = {"color": BLACK, "mec": BLACK, "linestyle": "", "markersi
 
 @styled
 def relative_contributions(data: Path) -> Figure:
-    """Share of every input in all contributions to predicted jumps, by DeepSHAP and exactly.
+    """Share of every input in all contributions to predicted jumps (%), by DeepSHAP and by exact Shapley
+    values.
 
-    Networks trained on 30 % of the runs, jump runs that were not trained on against contact runs that were.
-    Bars: share of the sum of |Φ| over all steps and runs, mean over the repeats, whose range the line spans;
-    sine and cosine of the angle add up to one bar. Markers: some of the runs by one network, explained by
-    DeepSHAP and by exact Shapley values, with the angle as one input. In the title, the share of the settings
-    m, H and β, hatched.
+    Networks trained on 30 % of the runs; jump runs outside the training data are explained against contact
+    runs inside it. Bars: share of the sum of |Φ| over all steps and runs, mean over the repeats, with their
+    range as a line; sine and cosine of the angle add up to one bar. Markers: some of the runs and one
+    network, by DeepSHAP and by exact Shapley values with the angle as one input. The title gives the share of
+    the settings m, H and β (hatched).
     """
     overall, exact = table(data, "overall"), table(data, "exact")
     names = models(overall, FEATURE_SETS)
@@ -95,12 +96,13 @@ def _marks(axes: Axes, exact: pd.DataFrame, rows: list[str]) -> None:
 
 @styled
 def agreement_with_exact(data: Path) -> Figure:
-    """Contributions by DeepSHAP beside exact Shapley values, run by run and input by input.
+    """Contributions by DeepSHAP against exact Shapley values, by run and by input.
 
-    Top, share of every input in the contributions to a run, a dot a run and input; on the line both ways
-    agree. Bottom, rank correlation of the two, a dot a run, bar: their mean; of the shares of the inputs, and
-    of the contributions at all inputs and moments. One network of each feature set, the same references for
-    both ways. DeepSHAP ranks the inputs as exact values do where the correlation is close to one.
+    Top: share of every input in the contributions to a run, one dot per run and input; on the line both
+    methods agree. Bottom: rank correlation (Spearman) of the two methods, one dot per run, with the mean as a
+    bar: of the shares of the inputs, and of the contributions over all inputs and steps. One network of each
+    feature set, the same references for both methods. A correlation close to one means that DeepSHAP ranks
+    the inputs as exact values do.
     """
     exact, agreement = table(data, "exact"), table(data, "agreement")
     names = models(agreement, FEATURE_SETS)

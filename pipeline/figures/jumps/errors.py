@@ -23,26 +23,27 @@ FORCE_LOOK = Look("sign of $F^†$", "#777777", "*")
 
 @styled
 def error_quartiles(data: Path) -> Figure:
-    """Mean squared error (MSE) of the predicted detachment over the training data, for every model.
+    """Mean squared error (MSE) of the predicted detachment for every model, over the training data.
 
-    Marker: median over the runs that were not trained on, bar: their inner half, contact and jump together;
-    each by the median prediction of the repeats, over its first 2 s at 100 Hz. Left, trained on a random
-    share of the runs; right, on every other level of one factor and tested on the levels between. The gap
-    between τ[1] and τ[2] to τ[4] is what physics features are worth. Contact and jump lie decades apart, with
-    few runs about the median: Fig. 5.16.1 has them one by one.
+    Marker: median over the runs outside the training data; bar: the inner half of those runs, contact and
+    jump together. The error is that of the median prediction of the repeats over the first 2 s, at 100 Hz.
+    Left: trained on a random share of the runs. Right: trained on every other level of one factor and tested
+    on the levels between. The difference between τ[1] and τ[2] to τ[4] is the benefit of physics features.
+    Errors of contact and jump runs differ by decades, with few runs near the median; Fig. 5.16.1 shows both
+    labels separately.
     """
     return _score_figure(table(data, "runs"), {"MSE of a run (mm²)": _quartiles}, LOOKS, 4.8)
 
 
 @styled
 def errors_by_label(data: Path) -> Figure:
-    """Error of jump and of contact runs apart, and the share of runs that are told apart rightly.
+    """Error of jump runs and of contact runs, and share of the runs whose label is predicted correctly.
 
-    Marker: median over the runs that were not trained on, or the share of them; bar: its 95 % interval over
-    runs (bootstrap; Wilson). Predictions are the median of the repeats, over the first 2 s at 100 Hz. One
-    counts as a jump where its mean largest detachment, as a share of the stroke, exceeds a level chosen on
-    the training runs. The star needs neither a prediction nor training: a negative smallest F† of the
-    measured run, at 2 kHz, says jump.
+    Marker: median over the runs outside the training data, or a share of them; bar: 95 % interval over runs
+    (bootstrap; Wilson for shares). Predictions are the median of the repeats over the first 2 s, at 100 Hz. A
+    prediction counts as a jump where its mean largest detachment, as a share of the stroke, exceeds a level
+    chosen on the training runs. The star needs neither a prediction nor training: a negative smallest F† of
+    the measured run, at 2 kHz, is called a jump.
     """
     rows = table(data, "runs")
     scores = {

@@ -39,18 +39,19 @@ ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal
 
 
 def shown_run(phi: pd.DataFrame) -> int | None:
-    """The explained run of medium detachment; they are listed from small to large."""
+    """Return the explained run of medium detachment; the runs are listed from small to large."""
     exps = list(dict.fromkeys(phi["exp"]))
     return int(exps[len(exps) // 2]) if exps else None
 
 
 @styled
 def jump_with_inputs(data: Path) -> Figure:
-    """A jump run that was not trained on: displacement, predicted detachment, and inputs of the networks.
+    """A jump run outside the training data: displacement, predicted detachment, and inputs of the networks.
 
-    Top left, the follower leaves the cam after each crest. Bottom left, the median predictions of networks
-    trained on 30 % of the runs. Right, the inputs that they had for it, each from its smallest to its largest
-    value in this run, which stand beside it. F† falls below zero (dotted) where the follower jumps.
+    Top left: the follower leaves the cam after each crest. Bottom left: median predictions of networks
+    trained on 30 % of the runs. Right: the inputs of the networks, each scaled from its smallest to its
+    largest value in this run; the two values stand beside it. F† falls below zero (dotted) where the follower
+    jumps.
     """
     phi, examples = table(data, "phi"), of_fold(table(data, "examples"), UNIFORM, EXPLAINED)
     exp = shown_run(phi)
@@ -105,12 +106,13 @@ def _lanes(axes: Axes, log: Mapping[str, Array], names: list[str]) -> None:
 
 @styled
 def contributions_over_time(data: Path) -> Figure:
-    """Contributions Φ of every input to the predicted detachment at each moment, for the run of Fig. 5.21.
+    """Contributions Φ (mm) of every input to the predicted detachment over time, for the jump run of Fig.
+    5.21.
 
-    DeepSHAP against contact runs: areas above zero push the prediction up, those below hold it down, together
-    they are the line, by how much the prediction exceeds the mean of the contact runs. The contribution of an
-    input is that of all its values until then; sine and cosine of the angle are one input. Orange: what the
-    encoder measures; indigo: the force F†; green: the cam; purple: motion along it; hatched: settings.
+    DeepSHAP against contact runs. Areas above zero raise the prediction, areas below zero lower it; their sum
+    is the line, the difference between the prediction and the mean of the contact runs. The contribution of
+    an input includes its earlier values; sine and cosine of the angle are one input. Orange: signals of the
+    encoder; indigo: force F†; green: shape of the cam; purple: motion along the cam; hatched: settings.
     """
     phi, explained = table(data, "phi"), table(data, "explained")
     exp = shown_run(phi)

@@ -26,7 +26,7 @@ class Side:
 
     Attributes:
         split: name of the split.
-        folds: from left to right.
+        folds: names of the folds from left to right.
         xlabel, title: what stands below and above.
     """
 
@@ -36,7 +36,7 @@ class Side:
     title: str
 
     def name(self, axes: Axes) -> None:
-        """Ticks and bands for the folds."""
+        """Label the folds with ticks, and separate them with bands."""
         for k in range(1, len(self.folds), 2):
             axes.axvspan(k - 0.5, k + 0.5, color="0.95", linewidth=0, zorder=-2)
         names = [FACTOR_NAMES.get(fold, fold.removesuffix("%")) for fold in self.folds]
@@ -46,7 +46,7 @@ class Side:
 
 
 def sides(rows: pd.DataFrame) -> list[Side]:
-    """The panels that `rows` have folds for: uniform shares, increasing, and factors."""
+    """Return the panels that `rows` have folds for: uniform shares, increasing, and factors."""
     folds = {split: set(group["fold"]) for split, group in rows.groupby("split")}
     shares = sorted(folds.get(UNIFORM, ()), key=lambda fold: float(fold.removesuffix("%")))
     factors = [name for name in FACTOR_NAMES if name in folds.get(FACTORS, ())]
@@ -58,7 +58,7 @@ def sides(rows: pd.DataFrame) -> list[Side]:
 
 
 def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, Look], score: Score) -> None:
-    """The models' scores on every fold of a side, marker for the value and bar for the interval."""
+    """Draw the models' scores on every fold of a side: a marker for the value and a bar for the interval."""
     offsets = (np.arange(len(looks)) - (len(looks) - 1) / 2.0) * 0.8 / len(looks)
     own = rows[rows["split"] == side.split]
     for (model, look), offset in zip(looks.items(), offsets, strict=True):
@@ -70,7 +70,7 @@ def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, 
 
 
 def draw_score(axes: Axes, x: float, found: Mapping[str, Any], look: Look) -> None:
-    """One value with its interval."""
+    """Draw one value with its interval."""
     value = found["value"]
     ends = found.get("interval", (value, value))
     axes.plot([x, x], ends, color=look.colour, linewidth=3.4, alpha=0.55, solid_capstyle="butt")

@@ -23,12 +23,12 @@ MISTAKEN = {"contact": ("false alarm", "^"), "jump": ("missed jump", "v")}
 
 @styled
 def mean_maxima(data: Path) -> Figure:
-    """Predicted against measured mean largest detachment of runs with a stroke H, or a rise β, never seen.
+    """Predicted against measured mean largest detachment (mm) of runs with an unseen stroke H or rise β.
 
-    Trained on every other level, tested on the others; median prediction of the repeats. Dots on the line are
-    right. Triangles mark runs that are taken for the wrong kind: false alarms, which were in contact, and
-    missed jumps; their numbers stand above. A prediction is a jump where it exceeds a share of the stroke,
-    chosen on the training runs. Values below 0.01 mm are drawn there.
+    Trained on every other level of the factor, tested on the other levels; median prediction of the repeats.
+    Dots on the line are exact. Triangles mark runs with a wrong label: false alarms (contact runs) and missed
+    jumps; their numbers stand above. A prediction is called a jump where it exceeds a share of the stroke
+    that was chosen on the training runs. Values below 0.01 mm are drawn at 0.01 mm.
     """
     rows = table(data, "runs")
     folds = {name: of_fold(rows, FACTORS, name) for name in ("H", "beta")}

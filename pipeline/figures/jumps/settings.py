@@ -30,13 +30,13 @@ BARS = 31
 
 @styled
 def without_settings(data: Path) -> Figure:
-    """Change of the MSE of jump runs when the networks are not told the settings m, H and β.
+    """Change of the MSE of jump runs when the networks are not given the settings m, H and β.
 
-    All jump runs that were not trained on; 5 % of the runs were. Median prediction of the repeats. Right of
-    zero the network without settings is worse. Black lines are the quartiles, the median solid. Physics
-    features are made from the settings: who has them should barely miss the settings, who has raw
-    measurements only should. The axis is linear close to zero and logarithmic beyond; bars are equally wide
-    on it.
+    All jump runs outside the training data, which holds 5 % of the runs; median prediction of the repeats. To
+    the right of zero the network without settings has the larger error. Black lines: quartiles, the median
+    solid. Physics features are computed from the settings, so that networks with them should lose little, and
+    networks with raw measurements much. The axis is linear close to zero and logarithmic beyond; bars have
+    equal width on it.
     """
     rows = table(data, "runs")
     blind, informed = of_fold(rows, WITHOUT, SCARCE), of_fold(rows, UNIFORM, SCARCE)

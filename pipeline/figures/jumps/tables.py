@@ -47,9 +47,9 @@ class Input:
 
     Attributes:
         label, unit: name on axes and in legends.
-        colour: of lines and areas.
-        hatch: of areas; tells greys from greens where those look alike.
-        marker: of points; one a kind, for who cannot tell the hues.
+        colour: colour of lines and areas.
+        hatch: hatch of areas; distinguishes greys from greens where the two look alike.
+        marker: marker of points, one per kind, for readers who cannot distinguish the hues.
     """
 
     label: str
@@ -80,33 +80,33 @@ ANGLE = ("sin(theta)", "cos(theta)")
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """A table of the follower jumps, from the data folder."""
+    """Read a table of the follower jumps from the data folder."""
     return read_parquet(data / "tables" / "jumps" / f"{name}.parquet")
 
 
 def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:
-    """Rows of one fold of a split."""
+    """Return the rows of one fold of a split."""
     return rows[(rows["split"] == split) & (rows["fold"] == fold)]
 
 
 def models(rows: pd.DataFrame, among: Iterable[str] = LOOKS) -> list[str]:
-    """Models of `rows` in the order of legends."""
+    """Return the models of `rows` in the order of legends."""
     found = set(rows["model"])
     return [name for name in among if name in found]
 
 
 def handle(look: Look) -> Line2D:
-    """An entry of a model for a legend where it is drawn as markers."""
+    """Return the legend entry of a model that is drawn as markers."""
     return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
 
 
 def line_handle(look: Look) -> Line2D:
-    """An entry of a model for a legend where it is drawn as a line."""
+    """Return the legend entry of a model that is drawn as a line."""
     return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=2.0, label=look.label)
 
 
 def experiments(data: Path) -> pd.DataFrame:
-    """All runs of the campaign: settings, labels and F-dagger."""
+    """Read all runs of the campaign: settings, labels and F-dagger."""
     return Campaign.read(data / "features" / "cam_follower", ["exp"]).experiments
 
 
@@ -117,19 +117,19 @@ def run_title(runs: pd.DataFrame, exp: int) -> str:
 
 
 def patch(name: str) -> Patch:
-    """An entry of an input for a legend where it is drawn as an area."""
+    """Return the legend entry of an input that is drawn as an area."""
     look = INPUTS[name]
     return Patch(facecolor=look.colour, hatch=look.hatch, edgecolor="white", linewidth=0, label=look.label)
 
 
 def nothing(text: str) -> Figure:
-    """A figure that says why it is empty."""
+    """Return a figure that says why it is empty."""
     figure = new_figure(2.0)
     absent(figure.subplots(), text)
     return figure
 
 
 def with_angle(phi: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
-    """Attributions with those of sin(theta) and cos(theta) added up as theta; summed over equal `columns`."""
+    """Add up the attributions of sin(theta) and cos(theta) as theta, for each value of `columns`."""
     feature = phi["feature"].where(~phi["feature"].isin(ANGLE), "theta")
     return phi.assign(feature=feature).groupby([*columns, "feature"], as_index=False)["phi"].sum()

@@ -31,13 +31,13 @@ COLUMNS = {"networks": FEATURE_SETS, "with a simulation of impacts": SIMULATED}
 
 @styled
 def predicted_detachment(data: Path) -> Figure:
-    """Detachment over time of runs that were not trained on, measured and predicted, one row a run.
+    """Measured and predicted detachment (mm) over time, of runs outside the training data, one row per run.
 
-    Jumps of small to large detachment, then contact; every row has a scale of its own. Trained on 5 % of the
-    runs; thin lines are the median of the repeats. Left, networks that are told m, H, β and what the legend
-    says: what the encoder measures (angle, speed, acceleration), the force F† that would keep contact, the
-    shape of the cam, or speed and acceleration along the cam in place of the encoder's. Right, a simulation
-    of impacts, and a network on top of it.
+    Jumps of small to large detachment, then contact; every row has its own scale. Trained on 5 % of the runs;
+    thin lines are the median of the repeats. Left: networks with the settings m, H, β and the inputs in the
+    legend: signals of the encoder (angle, speed, acceleration), the force F† that would keep contact, the
+    shape of the cam, or speed and acceleration along the cam instead of the encoder's. Right: a simulation of
+    impacts, and a network on top of it.
     """
     rows = of_fold(table(data, "examples"), UNIFORM, SCARCE)
     if rows.empty:
@@ -62,7 +62,7 @@ def predicted_detachment(data: Path) -> Figure:
 
 
 def draw_predictions(axes: Axes, rows: pd.DataFrame, names: list[str]) -> None:
-    """The measured detachment of a run as a broad line, the median predictions of models on it."""
+    """Draw the measured detachment of a run as a broad line, and the median predictions of models on it."""
     first = rows[rows["model"] == rows["model"].iloc[0]]
     axes.axhline(0.0, color="0.7", linewidth=0.8, zorder=0)
     axes.plot(first["t"], MM * first["measured"], color=BLACK, linewidth=2.6)

@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 
 @styled
 def closed_form(data: Path) -> Figure:
-    """The network's load on the slider and a short formula fitted to it.
+    """Load on the slider by the network, and a short formula fitted to it.
 
-    The formula, above the panels with d in m, v in m/s and F in N, is fitted to the network evaluated at the
-    states of its training data; no force was measured for it. Left, both over the position of the slider;
-    right, what the formula leaves out.
+    The formula stands above the panels, with d in m, v in m/s and F in N. It is fitted to the network,
+    evaluated at the states of its training data; no measured force is used. Left: both over the position of
+    the slider. Right: difference between network and formula.
     """
     points = table(data, "closed_form")
     columns = (points[name].to_numpy(np.float64) for name in ("d", "F", "F_formula"))

@@ -22,11 +22,11 @@ SPEEDS = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.12, 1.0, 256)),
 
 @styled
 def spring_characteristic(data: Path) -> Figure:
-    """Force of the compression spring over the position d of the slider.
+    """Force of the compression spring (N) over the position d of the slider.
 
-    This characteristic of the bench was determined beside the experiments, to judge what the network has
-    learned: no model is given it. The grey bar holds the positions that the trajectories reach; d = 0 is
-    where the slider is closest to the shaft.
+    The characteristic was measured separately, to judge what the network has learned: no model is given it.
+    The grey bar holds the positions that the trajectories reach; d = 0 is where the slider is closest to the
+    shaft.
     """
     spring, signals = table(data, "spring").sort_values("d"), table(data, "signals")
     figure = new_figure(3.6, 6.5)
@@ -45,10 +45,10 @@ def spring_characteristic(data: Path) -> Figure:
 
 @styled
 def torque_signals(data: Path) -> Figure:
-    """The torques that drive the crank, chosen ad hoc to excite it in diverse ways.
+    """Torques that drive the crank (N m), chosen by hand to excite it in different ways.
 
-    Each profile is applied from two positions of the crank; if the drive gave different torques, there are
-    two lines. The same profiles are repeated after the spring was taken out.
+    Each profile is applied from two positions of the crank; two lines appear where the drive gave different
+    torques. The same profiles are repeated without the spring.
     """
     experiments, signals = table(data, "experiments"), table(data, "signals")
     first = experiments["campaign"].iloc[0]

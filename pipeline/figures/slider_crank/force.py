@@ -24,10 +24,11 @@ FORCES = "RdBu_r"
 
 @styled
 def network_surface(data: Path) -> Figure:
-    """The network of one model over position and speed of the slider, before and after training.
+    """Force of one model's network over position and speed of the slider, before and after training.
 
-    Dots are the states it was trained on. At first its weights are random and so is the force; afterwards it
-    can resemble the load of spring and friction where there are dots. Elsewhere it extrapolates.
+    Dots are the states in the training data. Before training the weights, and with them the force, are
+    random. After training the force can resemble the load of spring and friction where there are dots;
+    elsewhere the network extrapolates.
     """
     surface, samples = table(data, "surface"), _samples(table(data, "force"), "spring", "nnap")
     stages = [stage for stage in STAGES if (surface["stage"] == stage).any()]
@@ -58,11 +59,11 @@ def network_surface(data: Path) -> Figure:
 
 @styled
 def learned_force(data: Path) -> Figure:
-    """The network's force on the training data after training, mean of the models of all folds.
+    """Force of the trained network on its training data, mean of the models of all folds.
 
-    a) over position and speed of the slider; b) the same samples over the position alone, with the spring's
-    own characteristic. Where the colours part, the network adds to the spring law what depends on the
-    direction, as friction does. Grey is the load of the virtual bench, where it is on file.
+    a) over position and speed of the slider; b) the same samples over the position, with the characteristic
+    of the spring. Where the colours separate, the network adds a force that depends on the direction, as
+    friction does. Grey: load of the virtual bench, for virtual data.
     """
     spring, samples = table(data, "spring"), _samples(table(data, "force"), "spring", "nnap")
     figure = new_figure(4.4)
@@ -85,12 +86,13 @@ def learned_force(data: Path) -> Figure:
 
 @styled
 def split_force(data: Path) -> Figure:
-    """A conservative and a dissipative network, on the training data with the spring and without it.
+    """Forces of a conservative and of a dissipative network, on the training data with and without the
+    spring.
 
-    The load is the sum of a network of the position, F_c, and of one of position and speed, F_nc, whose
-    square is penalised so that it does not take the spring as well; mean of the models of all folds. F_c
-    should follow the spring's own characteristic, and vanish without a spring; F_nc should be the same
-    friction in both columns. Grey is the load of the virtual bench without the spring's, where it is on file.
+    The load is the sum of F_c, a network of the position, and F_nc, a network of position and speed. The
+    square of F_nc is penalised so that it does not learn the spring as well; mean of the models of all folds.
+    F_c should follow the characteristic of the spring, and vanish without a spring; F_nc should be the same
+    friction in both columns. Grey: load of the virtual bench without the spring, for virtual data.
     """
     spring, force = table(data, "spring").sort_values("d"), table(data, "force")
     found = {name: _samples(force, name, "nnap_split") for name in CAMPAIGNS}

@@ -46,35 +46,37 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """A table of the slider-crank, from the data folder."""
+    """Read a table of the slider-crank from the data folder."""
     return read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
 
 
 def plain(rows: pd.DataFrame, split: str = "leave_one_out") -> pd.DataFrame:
-    """Rows of the models as first trained, before the additional epochs of the study of the horizon."""
+    """Return the rows of the models as first trained, before the additional epochs of the study of the
+    horizon.
+    """
     return rows[~rows["extra"].astype(bool) & (rows["split"] == split)]
 
 
 def horizons(rows: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the study of the horizon N; the feedforward model is N = 1."""
+    """Return the rows of the study of the horizon N; the feedforward model is N = 1."""
     chosen = rows["extra"].astype(bool) & (rows["split"] == "leave_one_out") & (rows["model"] == "nnap")
     return rows[chosen]
 
 
 def natural(name: str) -> tuple[int, str]:
-    """Key that sorts T2a before T10b."""
+    """Return a key that sorts T2a before T10b."""
     digits = "".join(filter(str.isdigit, name))
     return int(digits or 0), name
 
 
 def example(ids: Iterable[str]) -> str:
-    """The dissertation's example where it is among `ids`, else the first of them; empty if there are none."""
+    """Return the dissertation's example if `ids` has it, else the first id; empty without ids."""
     known = sorted(set(ids), key=natural)
     return EXAMPLE if EXAMPLE in known else next(iter(known), "")
 
 
 def signal_name(name: str) -> str:
-    """A signal for titles, "T9a" with an index."""
+    """Return the name of a signal for titles, "T9a" with an index."""
     return f"$T_{{{name.removeprefix('T')}}}$"
 
 
@@ -83,8 +85,8 @@ class Accuracy:
     """Errors of free runs over test signals and repeats, rad/s.
 
     Attributes:
-        rmse: of the runs that did not diverge, increasing.
-        mean: of `rmse`; NaN where all diverged.
+        rmse: errors of the runs that did not diverge, increasing.
+        mean: mean of `rmse`; NaN where all runs diverged.
         best, limit: the most accurate 90 % lie between; the limit is infinite where more than 10 % diverged.
         diverged: number of runs that did.
     """
@@ -97,7 +99,7 @@ class Accuracy:
 
 
 def accuracy(errors: pd.DataFrame) -> Accuracy:
-    """Accuracy over `errors`, columns rmse and diverged; a run that is not finite has diverged."""
+    """Summarise `errors`, columns rmse and diverged; a run that is not finite has diverged."""
     values = errors["rmse"].mask(errors["diverged"].astype(bool)).to_numpy(np.float64)
     everything = np.sort(np.where(np.isfinite(values), values, np.inf))
     finite = everything[np.isfinite(everything)]
@@ -107,14 +109,14 @@ def accuracy(errors: pd.DataFrame) -> Accuracy:
 
 
 def number(value: float) -> str:
-    """Three significant digits, never in powers of ten, with a proper minus sign; a dash for NaN."""
+    """Return three significant digits, never in powers of ten, with a proper minus sign; a dash for NaN."""
     if not math.isfinite(value):
         return "–"
     return (f"{value:.3g}" if abs(value) < 1e3 else f"{value:.0f}").replace("-", "−")
 
 
 def plain_log_x(axes: Axes) -> None:
-    """A logarithmic horizontal axis with round numbers instead of powers of ten."""
+    """Make the horizontal axis logarithmic with round numbers instead of powers of ten."""
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -129,7 +131,7 @@ def by_direction(v: Array) -> list[tuple[str, str, NDArray[np.bool_]]]:
 
 
 def framed(axes: Axes, measured: Array, margin: float = 0.25) -> None:
-    """A vertical axis around the measurement: predictions that diverge leave it."""
+    """Fit the vertical axis to the measurement: predictions that diverge leave it."""
     low, high = float(measured.min()), float(measured.max())
     room = margin * max(high - low, 1.0)
     axes.set_ylim(low - room, high + room)

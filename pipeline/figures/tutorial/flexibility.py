@@ -17,14 +17,14 @@ from unmodelled.report.figures.style import BLACK, ORANGE, PURPLE, new_figure, s
 
 @styled
 def flexibility(data: Path) -> Figure:
-    """Too few neurons underfit, too many memorise the noise; both predict new samples badly.
+    """Efficiency by networks with too few, too many and a suitable number of neurons, and their errors.
 
-    Top left: one neuron. Top right: the most; the line visits every training sample and misses the new ones
-    (a part of them is drawn). Bottom left: the number of neurons with the smallest error on new samples.
-    These networks have no penalty on their weights; of the trainings from different initial weights, the one
-    with the middle error is shown. Bottom right: errors over the number of neurons, median of the trainings.
-    With the penalty of Eq. 2.6 many neurons do no harm; few are then too stiff, as it is shared among the
-    weights.
+    Top left: one neuron underfits. Top right: the largest number of neurons fits the noise of every training
+    sample and misses new samples (a part of them is drawn). Bottom left: the number of neurons with the
+    smallest error on new samples. These networks have no penalty on their weights; of the trainings from
+    different initial weights, the one with the median error is shown. Bottom right: RMSE over the number of
+    neurons, median of the trainings. With the penalty of eq. 2.6 a large number of neurons does no harm, and
+    a small one is too stiff, as few weights share the penalty.
     """
     curves, errors, facts = table(data, "networks"), table(data, "network_errors"), about(data)
     free = errors[errors["penalty"] == 0.0]

@@ -23,34 +23,39 @@ ANGLE, SPEED, TIME = "angle θ (rad)", "angular velocity ω (rad/s)", "time t (s
 
 @styled
 def physics_forecast(data: Path) -> Figure:
-    """Forward propagation of the physics: never exact, but robust beyond the region where it was identified.
+    """Free runs of the pendulum by known physics alone: never exact, but robust beyond the explored states.
 
-    Left, the states that the training runs explored (grey), and a measured run that leaves them (black) with
-    its prediction. Right, free runs from the measured first state, one that stays in the region and that one;
-    grey, while it is in the region. The physics knows no dry friction, so that its swing dies down at the
-    wrong pace everywhere; but gravity acts beyond the region as it does inside.
+    Left: states of the training runs (grey), and a measured run that leaves them (black) with its prediction.
+    Right: angle over time of two runs, simulated from the measured first state: one that stays among the
+    training states, and one that leaves them; grey while the run is among them. The physics has no dry
+    friction, so that the predicted swing decays at the wrong rate everywhere. Gravity acts beyond the
+    training states as it does among them.
     """
     return _forecast(data, "physics")
 
 
 @styled
 def black_box_forecast(data: Path) -> Figure:
-    """Forward propagation of a black-box model: accurate in the explored region, lost beyond it.
+    """Free runs of the pendulum by a black-box network: accurate in explored states, wrong beyond them.
 
-    As the figure before, with a network in place of all physics but kinematics; a line a training. It has
-    learned the friction too, and predicts the run that stays in the region better than the physics does.
-    Beyond the region it goes on as it happens to, and an error once made is the start of the next step.
+    A network replaces all physics except kinematics; one line per training. Left: states of the training runs
+    (grey), and a measured run that leaves them (black) with its predictions. Right: angle over time of two
+    runs, simulated from the measured first state; grey while the run is among the training states. The
+    network has learned the friction and predicts the run among the training states better than the physics
+    does. Beyond them nothing constrains the network, and every error enters the next step.
     """
     return _forecast(data, "black_box")
 
 
 @styled
 def hybrid_forecast(data: Path) -> Figure:
-    """Forward propagation of a hybrid model: the physics, and a network for the torque that it leaves out.
+    """Free runs of the pendulum by a hybrid model: known physics, and a network for the torque that it omits.
 
-    As the two figures before. What is known need not be learned: gravity and inertia stay what they are
-    beyond the region, and the network has only the friction to add. How that goes on at speeds it has not
-    seen is its guess, on which trainings differ.
+    One line per training. Left: states of the training runs (grey), and a measured run that leaves them
+    (black) with its predictions. Right: angle over time of two runs, simulated from the measured first state;
+    grey while the run is among the training states. Gravity and inertia are known and stay valid beyond the
+    training states; the network adds only the friction. At speeds that were not in the training data the
+    friction is extrapolated, and trainings differ.
     """
     return _forecast(data, "hybrid")
 

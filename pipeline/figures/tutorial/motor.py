@@ -30,12 +30,12 @@ PHYSICS = LOOKS["physics"].colour
 
 @styled
 def physical_parameters(data: Path) -> Figure:
-    """Two physical parameters, identified from the efficiency of a DC motor at constant voltage.
+    """Two physical parameters, identified from the measured efficiency of a DC motor at constant voltage.
 
-    Left, where the electrical power goes in the model: heat in the winding, friction, and the rest,
-    which is the efficiency. Right, measured samples and the identified model. It cannot follow every
-    turn of the data, for the real machine has a fan, brushes and a warm winding that it does not know. But it
-    keeps the trend, also at currents at which nothing was measured.
+    Left: shares of the electrical power in the model: heat of the winding, friction, and the remainder, which
+    is the efficiency. Right: measured samples and the identified model. The real machine also has a fan,
+    brushes and a warm winding, which the model omits; the model therefore misses details of the data, but
+    keeps the trend at currents that were not measured.
     """
     facts, curve = about(data), table(data, "physics")
     figure = new_figure(4.2)
@@ -64,13 +64,13 @@ def physical_parameters(data: Path) -> Figure:
 
 @styled
 def network_beyond_the_data(data: Path) -> Figure:
-    """Networks learn the same efficiency: better where it was measured, useless where it was not.
+    """Networks fitted to the same efficiency: accurate at measured currents, wrong at the others.
 
-    Thin lines are networks that differ in their initial weights only: beyond the measured range they go on as
-    they happen to. Nothing tells them that the heat of the winding grows with the square of the current, or
-    that a motor needs some current to turn at all. With a penalty on the weights (thick) they all agree, and
-    are all wrong: that they agree says nothing. Right, the measured range, where they follow what the two
-    parameters cannot. Numbers: RMSE against the true curve.
+    Thin lines: networks that differ in their initial weights only; beyond the measured range they disagree.
+    No data tell them that the heat of the winding grows with the square of the current, or that a motor needs
+    some current to turn. Thick line: networks with a penalty on the weights. They agree with each other and
+    are all wrong, so that agreement is no evidence of accuracy. Right: the measured range, in which the
+    networks fit details that the two physical parameters cannot. Numbers: RMSE against the true efficiency.
     """
     facts, curve, networks = about(data), table(data, "physics"), table(data, "networks")
     networks = networks[networks["hidden"] == networks["hidden"].max()]

@@ -28,18 +28,20 @@ SAMPLES = Line2D([], [], color=BLACK, marker="o", markersize=4.5, linestyle="", 
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """A table of the tutorial, from the data folder."""
+    """Read a table of the tutorial from the data folder."""
     return read_parquet(data / "tables" / "tutorial" / f"{name}.parquet")
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Range of the measured currents (A), voltage (V), R_a (Ohm), B' (A/V) and lambda."""
+    """Read the range of the measured currents (A), voltage (V), R_a (Ohm), B' (A/V) and lambda."""
     content: dict[str, Any] = read_json(data / "tables" / "tutorial" / "about.json")
     return content
 
 
 def efficiencies(axes: Axes, data: Path, whole: bool) -> None:
-    """Measured samples over the current, and, where the `whole` range is shown, what nobody measured."""
+    """Draw the measured samples over the current, and, over the `whole` range, the unmeasured part of the
+    curve.
+    """
     samples, facts = table(data, "training"), about(data)
     if whole:
         truth = table(data, "truth")
@@ -53,5 +55,5 @@ def efficiencies(axes: Axes, data: Path, whole: bool) -> None:
 
 
 def line(label: str, colour: str) -> Line2D:
-    """An entry for a legend."""
+    """Return a legend entry."""
     return Line2D([], [], color=colour, linewidth=2.0, label=label)

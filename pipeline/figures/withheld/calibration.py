@@ -13,11 +13,11 @@ from unmodelled.report.figures.style import GREY, absent, new_figure, styled
 
 @styled
 def calibration_curve(data: Path) -> Figure:
-    """Share of right answers over the confidence that was stated.
+    """Share of right answers over the stated confidence of the diagnosis.
 
-    Cases of all kinds in bins of a tenth; the area of a marker tells how many, the bar is the 95 % interval
-    (Wilson). On the line, answers that are given nine tenths are right nine times out of ten. Below it the
-    diagnosis is too sure.
+    Cases of all kinds in bins of width 0.1; the area of a marker is the number of cases, the bar the 95 %
+    interval (Wilson). On the line, answers with a confidence of 90 % are right in 90 % of the cases. Below
+    the line the diagnosis is overconfident.
     """
     rows = table(data, "calibration")
     figure = new_figure(4.6, 5.6)

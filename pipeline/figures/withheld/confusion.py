@@ -19,11 +19,12 @@ NOTHING, RARE = ("unknown", "no_gap"), "check_logs"
 
 @styled
 def confusion_matrix(data: Path) -> Figure:
-    """Which family the diagnosis names first, by the family that is planted.
+    """Family that the diagnosis names first, against the planted family.
 
-    A cell tells how many cases, its colour their share of the row. Single effects that a fit with the known
-    truth can see, in all or in some of the runs. What lies beside the diagonal is wrong unless the logs of
-    the machine cannot tell the two apart. The last columns are cases in which nothing is named.
+    A cell gives the number of cases, its colour their share of the row. Single effects, in all or in some of
+    the runs, that a fit with the known truth can detect. Cells beside the diagonal are wrong, unless the logs
+    of the machine cannot distinguish the two families. The last columns are cases in which no effect is
+    named.
     """
     counts = table(data, "confusion")
     figure = new_figure(8.4)

@@ -16,9 +16,10 @@ from unmodelled.report.figures.style import absent, new_figure, styled
 def amplitude_detection(data: Path) -> Figure:
     """Share of single effects that are found, over their level.
 
-    A level of one is an effect of typical size for its machine. Bars are 95 % intervals (Wilson). The oracle
-    is told family and channel and only fits the numbers: what it cannot see on held-out experiments, nobody
-    can. Sparse regression of accelerations is the yardstick. All single cases count, seen or not.
+    A level of one is an effect of typical size for its machine. Bars: 95 % intervals (Wilson). The oracle is
+    given family and channel and only fits the parameters; an effect that it cannot detect on held-out
+    experiments cannot be detected by any method. Sparse regression of accelerations is the baseline. All
+    single cases count, detectable or not.
     """
     rows = table(data, "detection")
     figure = new_figure(4.4)

@@ -14,10 +14,10 @@ from unmodelled.report.figures.style import BLACK, new_figure, styled
 
 @styled
 def run_time(data: Path) -> Figure:
-    """Time that a diagnosis takes on one core, by what is planted.
+    """Time of a diagnosis on one core, by kind of planted effect.
 
-    A marker is a case, from reading its logs to the file that says what was found; the bar is the median. A
-    campaign has six to sixteen runs of about two seconds, ten to sixty thousand samples in all.
+    A marker is a case, from reading its logs to writing diagnosis.json; the bar is the median. A campaign has
+    6 to 16 runs of about 2 s, 10 000 to 60 000 samples in all.
     """
     rows = table(data, "cases")
     kinds = [kind for kind in KINDS if (rows["kind"] == kind).any()]

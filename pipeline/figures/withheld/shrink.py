@@ -16,12 +16,12 @@ WITH_EFFECTS = ("single", "local", "pair")
 
 @styled
 def shrink_against_oracle(data: Path) -> Figure:
-    """Shrink of the gap by the diagnosed effects, and by a network, over that by the planted effects.
+    """Shrink of the gap by the diagnosed effects, and by a network, against that by the planted effects.
 
-    A marker is a case with effects that can be seen: one, two, or one in some of the runs. 100 % closes the
-    gap of the re-identified physics down to the noise of the sensors, on held-out experiments. On the line
-    the diagnosis does as well as a fit that was told family and channel. Filled: the answer is right; open:
-    it is not. Right: a network in every port instead of laws, which explains nothing.
+    A marker is a case with detectable effects: one, two, or one in some of the runs. At 100 % the gap of the
+    re-identified physics is closed down to the noise of the sensors, on held-out experiments. On the line the
+    diagnosis equals a fit that is given family and channel. Filled: the answer is right; open: it is wrong.
+    Right: a network in every port instead of laws, which gives no explanation.
     """
     rows = table(data, "cases")
     rows = rows[rows["kind"].isin(WITH_EFFECTS) & rows["seen"]]

@@ -35,10 +35,10 @@ KINDS = {
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """A table written by tabulate_withheld, from the data folder."""
+    """Read a table written by tabulate_withheld from the data folder."""
     return read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
 
 
 def readable(name: str) -> str:
-    """A family or verdict as words."""
+    """Return the name of a family or verdict as words."""
     return name.replace("_", " ")

@@ -59,7 +59,9 @@ class CamDrive(Machine):
         return reference
 
     def groove(self, theta: Array) -> tuple[Array, Array, Array]:
-        """Height of the follower (m) and its first and second derivatives over the angle."""
+        """Return the height of the follower (m) and its first and second derivative with respect to the
+        angle.
+        """
         wave = np.exp(1j * theta)
         second = self.skew * wave * wave
         half = 0.5 * self.lift

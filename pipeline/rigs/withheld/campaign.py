@@ -42,7 +42,8 @@ class WithheldCampaign:
         """Replace `folder` by one folder per case (see `write`), and return the provenance.
 
         Args:
-            folder: gets <kind>_001 and so on. seed: of inputs, sensors and noise, on top of that of the draw.
+            folder: folder in which <kind>_001 and so on are made.
+            seed: seed of inputs, sensors and noise, beside the seed of the draw.
 
         Raises:
             BadInput: when the folder cannot be written.

@@ -56,7 +56,7 @@ class Case:
         raise BadInput(f"system: {self.system!r} is not one of {names}")
 
     def offered(self, planted: Planted) -> Plantable:
-        """The machine's entry for `planted`."""
+        """Return the machine's entry for the planted effect `planted`."""
         for one in self.machine.plantable:
             if (one.family, one.channel) == (planted.family, planted.channel):
                 return one
@@ -71,7 +71,7 @@ class Case:
         return tuple(name for name in sensors if everything or name not in self.machine.optional)
 
     def plan(self) -> Plan:
-        """The runs of the campaign; a logger that has to do without some outputs is a fast one."""
+        """Return the plan of the campaign's runs; a logger without some of the outputs is a fast one."""
         machine, rng = self.machine, np.random.default_rng([self.seed, 0])
         whole = len(self.logged) == len(machine.sensors)
         period = float(rng.choice(machine.periods)) if whole else min(machine.periods)
@@ -89,7 +89,9 @@ class Case:
         )
 
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
-        """(channel, effect) of everything that is planted; fresh objects, since effects remember."""
+        """Return (channel, effect) of every planted effect; the objects are new, since effects have a
+        memory.
+        """
         found = []
         for k, planted in enumerate(self.effects):
             rng = np.random.default_rng([self.seed, 1, k])

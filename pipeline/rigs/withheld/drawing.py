@@ -50,13 +50,13 @@ Effects = tuple[Planted, ...]
 
 
 def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
-    """Cases of a kind on all machines in a drawn order, so that the first of them are a fair sample.
+    """Return cases of a kind on all machines in a drawn order, so that the first of them are a fair sample.
 
     Args:
         kind: `single`, `pair`, `null` (nothing but wrong parameters), `outside` (an effect of no family) or
             `local` (an effect at one level of a factor, or in one group).
-        seed: of the draw; cases of different seeds have other levels, inputs, sensors and noise.
-        level: of all of them; drawn between `LEVELS` unless given.
+        seed: seed of the draw; cases of different seeds have other levels, inputs, sensors and noise.
+        level: level of all planted effects; drawn between `LEVELS` unless given.
 
     Raises:
         BadInput: when there is no such kind.

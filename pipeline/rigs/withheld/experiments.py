@@ -20,7 +20,9 @@ _SLOWEST = 0.3  # Hz
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """(samples, runs) smooth signals at times `t` (samples,), s; each kind in turn, in a drawn order."""
+    """Return smooth reference signals (samples, runs) at times `t` (samples,), s; each kind in turn, in a
+    drawn order.
+    """
     order = rng.permutation(np.arange(runs) % len(_KINDS))
     columns = []
     for kind in order.tolist():
@@ -88,8 +90,10 @@ class Experiments:
     """The n runs of a case.
 
     Attributes:
-        plan: of the runs. t: (samples,) s. u: (samples, n) as commanded.
-        outputs: by name, (samples, n) as logged.
+        plan: plan of the runs.
+        t: time, s, (samples,).
+        u: commanded inputs, (samples, n).
+        outputs: logged outputs by name, (samples, n) each.
         exact: the same without noise and steps, with the sensors' planted faults.
         effects: (channel, effect) of everything that is planted.
     """

@@ -58,16 +58,16 @@ class Machine(ABC):
 
     @abstractmethod
     def start(self, runs: int, rng: np.random.Generator) -> Array:
-        """Positions (d, n) in which the machine rests before a run."""
+        """Return the positions (d, n) in which the machine rests before a run."""
 
     @abstractmethod
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        """What the controller asks of the drive, (n,), at reference (n,) of that slope."""
+        """Return the controller's command to the drive, (n,), at a reference (n,) of slope `slope` (n,)."""
 
     @abstractmethod
     def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        """(d, n) without any planted force."""
+        """Return the accelerations (d, n) without any planted force."""
 
     @abstractmethod
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
-        """The port `name` in that state."""
+        """Return the port `name` in a state of the machine."""

@@ -20,10 +20,10 @@ from unmodelled.base.errors import BadInput
 from unmodelled.engine.cascade.cascade import SHARED, Cascade
 from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.cascade.event_times import EventTimes
-from unmodelled.systems import phases
+from unmodelled.systems import experiments, phases
+from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import TIME, Constant, Event, Parameter, State, System, symbol
 from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.phases import Experiments
 from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ def test_clutch_equals_adaptive_integration() -> None:
     rates = numpy_system_function(system, system.closed, efforts_zero=True)
     theta = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.95]])
     found = of(system, CLUTCH, UNCERTAIN, runs, 0.004)(theta)
-    p = phases.scaled_parameters(system, UNCERTAIN, theta)
+    p = experiments.scaled_parameters(system, UNCERTAIN, theta)
     for sample, run in ((0, 0), (1, 4), (2, 11)):
         one = runs.only([run])
 
@@ -242,8 +242,14 @@ def test_nothing_that_a_user_wrote_stands_in_the_code() -> None:
     [
         ("shif", UNCERTAIN, 0.004, "system clutch: has no event 'shif'; did you mean 'shift'?"),
         (CLUTCH, ("p_hc0", "zp"), 0.004, "system clutch: has no parameter 'zp'; did you mean 'z_p'?"),
-        (CLUTCH, ("z_p", "z_p"), 0.004, "system clutch: parameter 'z_p' is named twice"),
-        (CLUTCH, ("c2",), 0.004, "system clutch: parameter 'c2' is zero, and so is every multiple of it"),
+        (CLUTCH, ("z_p", "z_p"), 0.004, "system clutch: parameter 'z_p' is named twice: name it once"),
+        (
+            CLUTCH,
+            ("c2",),
+            0.004,
+            "system clutch: parameter 'c2' is zero, and so is every multiple of it: give it another value, "
+            "or hold it fixed",
+        ),
         (CLUTCH, UNCERTAIN, 0.0, "step must be a multiple of the period 0.001 s, got 0.0"),
         (CLUTCH, UNCERTAIN, -0.004, "step must be a multiple of the period 0.001 s, got -0.004"),
         (CLUTCH, UNCERTAIN, 0.0035, "step must be a multiple of the period 0.001 s, got 0.0035"),
@@ -259,7 +265,9 @@ def test_numbers_must_be_finite_and_fit() -> None:
     runs = engagements()
     u = runs.u.copy()
     u[7, 3] = np.nan
-    with pytest.raises(BadInput, match=r"^experiment 8: the input has a value that is not finite$"):
+    with pytest.raises(
+        BadInput, match=r"^experiment 8: the input has a value that is not finite: correct its log$"
+    ):
         EventTimes.of(clutch(), CLUTCH, UNCERTAIN, u, PERIOD, runs.c, runs.x0, 0.004)
     with pytest.raises(BadInput, match=r"^period must be a positive number of seconds, got 0.0$"):
         EventTimes.of(clutch(), CLUTCH, UNCERTAIN, runs.u, 0.0, runs.c, runs.x0, 0.004)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from unmodelled.systems import phases
+from unmodelled.systems import experiments, phases
+from unmodelled.systems.experiments import Experiments
 from unmodelled.systems.model import Constant, Event, Input, Parameter, Port, State, System, symbol
-from unmodelled.systems.phases import Experiments
 from unmodelled.systems.reader import read_system
 
 h, v, g, u, F, top = (symbol(name) for name in ("h", "v", "g", "u", "F", "top"))
@@ -92,5 +92,5 @@ def test_the_locked_shafts_of_the_clutch_turn_together() -> None:
 
 
 def test_what_is_uncertain_is_a_multiple() -> None:
-    p = phases.scaled_parameters(STONE, ("g",), np.array([[0.5], [2.0]]))
+    p = experiments.scaled_parameters(STONE, ("g",), np.array([[0.5], [2.0]]))
     np.testing.assert_array_equal(p, [[4.5], [18.0]])

@@ -1,4 +1,4 @@
-"""The diagnosed effects written back: the user's system file with laws, identified numbers and delays."""
+"""The augmented system file: the known physics with laws, identified numbers and delays of the effects."""
 
 from __future__ import annotations
 
@@ -15,10 +15,14 @@ FILE = "augmented_system.yaml"
 
 
 def write_augmented(diagnosis: Diagnosis, folder: Path) -> None:
-    """Write `augmented_system.yaml` into `folder`, and its tables as CSV files beside it.
+    """Write `augmented_system.yaml`, and its tables as CSV files beside it.
 
-    Simulated along the experiments that were diagnosed, it has the gap of `diagnosis.augmented`: what effects
-    need to know of an experiment stands in it by id, so that the log folder stays as it is.
+    Simulated along the diagnosed experiments, it has the gap of `diagnosis.augmented`. Constants that effects
+    need of an experiment are in the file by id, so that the log folder stays as it is.
+
+    Args:
+        diagnosis: diagnosis with an augmented model.
+        folder: folder to write into.
 
     Raises:
         BadInput: when a file cannot be written.
@@ -27,7 +31,11 @@ def write_augmented(diagnosis: Diagnosis, folder: Path) -> None:
 
 
 def augmented_system(diagnosis: Diagnosis) -> System:
-    """The augmented system with values of all constants that experiments.csv does not have."""
+    """Return the augmented system with values of all constants that experiments.csv does not have.
+
+    Args:
+        diagnosis: diagnosis with an augmented model.
+    """
     model, own = diagnosis.augmented, {c.name for c in diagnosis.system.operating_point}
     constants = tuple(
         c if c.name in own else _given(c, model.logs, diagnosis.effects) for c in model.system.operating_point
@@ -37,10 +45,10 @@ def augmented_system(diagnosis: Diagnosis) -> System:
 
 
 def _given(constant: Constant, logs: Logs, effects: tuple[DiagnosedEffect, ...]) -> Constant:
-    """A constant that an effect added.
+    """A constant that an effect added, with its default for new experiments.
 
-    A new experiment belongs to no group that is known, and is otherwise like the mean of the others; where it
-    stands in an order nobody knows.
+    A new experiment belongs to no known group, and has the mean of the others where a number differs between
+    experiments. Its position in an order is unknown: there is no default.
     """
     column = logs.c[:, logs.constants.index(constant.name)]
     values = dict(zip(logs.ids, column.tolist(), strict=True))
@@ -51,7 +59,7 @@ def _given(constant: Constant, logs: Logs, effects: tuple[DiagnosedEffect, ...])
 
 
 def _within_bounds(parameter: Parameter) -> Parameter:
-    """A fit ends at a bound but for rounding, and a system file that is beyond is not read."""
+    """A fit can end at a bound plus rounding, and a file with a value beyond its bounds is refused."""
     if parameter.bounds is None:
         return parameter
     low, high = parameter.bounds

@@ -1,4 +1,4 @@
-"""The diagnosis of the gap between a system and measured experiments (shared/contracts/diagnosis.md)."""
+"""Diagnosis of the gap between a system and measured experiments (shared/contracts/diagnosis.md)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Candidate,
     DiagnosedEffect,
@@ -29,7 +30,6 @@ from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.gap import shrink
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -111,7 +111,7 @@ def diagnose_gap(
 
 
 def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
-    """Effects of `chosen`, that which lowers the loss most first, and fits with it and those before it."""
+    """Effects of `chosen` in the order in which they lower the loss, and fits with these and earlier ones."""
     left, path = list(chosen.hypothesis.effects), list[tuple[Added, FittedHypothesis]]()
     while len(left) > 1:
         before = path[-1][1].hypothesis if path else search.base.hypothesis
@@ -122,7 +122,7 @@ def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, F
 
 
 def _interval(before: JudgedModel, after: JudgedModel, floor: float, seed: int) -> Interval:
-    """95 % of the shrink, over the held-out experiments drawn again and again."""
+    """95 % interval of the shrink, by the bootstrap over held-out experiments."""
     ids = list(before.gap.per_experiment)
     squares = (np.array([m.gap.per_experiment[i] ** 2 for i in ids]) for m in (before, after))
     drawn = np.random.default_rng([seed, 2]).integers(0, len(ids), (DRAWS, len(ids)))
@@ -157,7 +157,7 @@ def _effects(
 
 
 def _estimate(fitted: FittedHypothesis, name: str, unit: str, known: float) -> Estimate:
-    """What was fitted, or stands in the system, with an interval that its bounds cut."""
+    """A fitted number, or one of the system file, with its interval cut at the bounds."""
     fit = fitted.fit
     if name not in fit.values:
         value = dict(
@@ -193,31 +193,31 @@ def _listed(candidates: Candidates) -> tuple[Candidate, ...]:
 
 
 def _about(model: JudgedModel) -> tuple[str, ...]:
-    """What a reader of the gap of a model must know."""
+    """Notes on the gap of a model."""
     return tuple(f"{model.label}: {note}" for note in model.gap.notes)
 
 
 def _notes(study: Study, chosen: FittedHypothesis) -> tuple[str, ...]:
-    """Return what a reader must know beside the numbers."""
-    notes = list(study.logs.notes)
+    """Notes on logs, timing, numbers of single experiments and remaining errors."""
+    notes, period = list(study.logs.notes), study.logs.period
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
-        if abs(late) > 0.1 * study.logs.period:
-            word = "later" if late > 0.0 else "earlier"
+        if abs(late) > 0.1 * period:
             notes.append(
-                f"input {item} acts {abs(late):.2g} s {word} than logged (about half a sample, as with "
-                "zero-order hold); this is not reported as a delay"
+                f"input {item} acts {abs(late):.2g} s {'later' if late > 0.0 else 'earlier'} than logged "
+                f"({abs(late) / period:.2g} sampling periods; zero-order hold alone is half of one): this "
+                "is not reported as a delay; give a known delay in the system file"
             )
     if chosen.fit.own:
         notes.append(
-            f"{', '.join(chosen.fit.own)}: fitted per experiment, for held-out experiments too, with all "
-            "other parameters fixed"
+            f"{', '.join(chosen.fit.own)}: fitted per experiment, for held-out experiments too; for a new "
+            "experiment give its own value"
         )
     left = noise_ratio(chosen)
     if chosen.hypothesis.effects and left > study.thresholds.at_floor:
         notes.append(
-            f"a part of the gap remains: the mean square error is {1.0 + left:.3g} times that of the sensor "
-            "noise; see the figure of the missing effort of the augmented model"
+            f"the remaining mean square error is {1.0 + left:.3g} times the variance of the sensor noise: a "
+            "further effect may be missing, see in index.html where the gap lies"
         )
     return tuple(notes)
 
@@ -228,8 +228,9 @@ def _misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
     The confidence is the share of the gap that the fault explains, and full where logs are identical.
 
     Args:
-        study: the known physics and the logs as they are. seed: of the held-out experiments.
-        faults: one of them or more decide.
+        study: the known physics and the logs as read.
+        seed: seed of the held-out experiments.
+        faults: faults of the logs, of which at least one decides.
     """
     known = known_model(study)
     shares = [fault.explains for fault in faults if fault.decides and fault.explains is not None]

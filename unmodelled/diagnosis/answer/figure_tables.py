@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from unmodelled.base.files import replacing, write_json
 from unmodelled.base.parquet import write_parquet
 from unmodelled.diagnosis.answer.sentences import named
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.correction_tables import (
     PORT,
@@ -25,19 +26,18 @@ from unmodelled.diagnosis.where.correction_tables import (
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
-from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
 
 Array = NDArray[np.float64]
 
 FOLDER, ABOUT = "tables", "about.json"
-#: What kinds of places are called.
-KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
-#: Stretches into which the time of an experiment is divided.
-STRETCHES = 25
+#: Names of the kinds of places.
+PLACE_KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
+#: Intervals into which the time of an experiment is divided.
+INTERVALS = 25
 
 
 def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
-    """Write `folder`/tables.
+    """Write the tables of figures and page into `folder`/tables.
 
     - windows: corrections that the physics without effects needs, and those that the augmented model still
       needs, see `correction_table`.
@@ -52,6 +52,11 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - time: over (experiment: its time; window: time since its start), t, reidentified, augmented: root mean
       square errors in standard deviations of the outputs.
     - about.json: names, units and what is shown.
+
+    Args:
+        diagnosis: diagnosis.
+        where: place of the gap.
+        folder: folder that gets the folder of tables.
 
     Raises:
         BadInput: when a file cannot be written.
@@ -162,10 +167,14 @@ def _label(effects: tuple[Added, ...]) -> str:
 
 
 def readable(effect: Added) -> str:
-    """Its name in words."""
+    """Return the name of an effect in words, such as "coulomb friction at joint".
+
+    Args:
+        effect: effect with its place.
+    """
     place = effect.place
     head, rest = named(effect).split(f" at {place.channel}", 1)
-    at = f"{KINDS[place.kind]} {place.name}".strip()
+    at = f"{PLACE_KINDS[place.kind]} {place.name}".strip()
     return f"{head.replace('_', ' ')} at {at}{rest}"
 
 
@@ -175,7 +184,7 @@ def _time(diagnosis: Diagnosis) -> Iterator[pd.DataFrame]:
     rows = np.concatenate([np.arange(logs.offsets[i], logs.offsets[i + 1]) for i in diagnosis.held_out])
     number = rows - logs.offsets[logs.owner[rows]]
     longest = float(number.max() + 1)
-    stretch = np.minimum(number * STRETCHES // longest, STRETCHES - 1).astype(np.int64)
+    stretch = np.minimum(number * INTERVALS // longest, INTERVALS - 1).astype(np.int64)
     models = {"reidentified": diagnosis.reidentified, "augmented": diagnosis.augmented}
     square = {name: _square(model)[rows] for name, model in models.items()}
     age = np.where(number > 0, (number - 1) % steps + 1, 0)

@@ -1,4 +1,4 @@
-"""A diagnosis in a few lines of text."""
+"""A diagnosis in a few lines of text, each of which stands on its own."""
 
 from __future__ import annotations
 
@@ -9,19 +9,33 @@ import numpy as np
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval
 from unmodelled.effects.added import Added
 
+#: The verdicts in words.
 VERDICTS = {
-    "effect": "the gap is due to an effect that the model leaves out",
-    "no_gap": "no gap beyond what noise explains",
-    "unknown": "there is a gap, and no effect of the library explains it",
-    "check_logs": "check the logs first",
+    "effect": "an effect that the model omits explains the gap",
+    "no_gap": "no gap beyond the noise of the sensors",
+    "unknown": "there is a gap that no effect of the library explains",
+    "check_logs": "check the logs first, a fault of the logs explains most of the gap",
 }
+#: What to do next, by verdict.
+NEXT_STEPS = {
+    "effect": "simulate augmented_system.yaml on new logs to confirm the effect",
+    "no_gap": "use the identified parameters; other motions can still show effects that these logs do not",
+    "unknown": "see in index.html where the gap lies, then add the missing physics to the system file",
+    "check_logs": "correct the logs, then diagnose again",
+}
+#: Ids of held-out experiments that are listed.
+MOST_IDS = 4
 
 
 def sentences(diagnosis: Diagnosis) -> list[str]:
-    """Verdict, faults of the logs, effects with their numbers, parameters, the gap, and notes."""
-    return [*_verdict(diagnosis), *_numbers(diagnosis), *_gap(diagnosis)] + [
-        f"note: {note}" for note in diagnosis.notes
-    ]
+    """Return a diagnosis in lines: verdict, faults, effects, parameters, gap, notes and the next step.
+
+    Args:
+        diagnosis: diagnosis with any verdict.
+    """
+    notes = [f"note: {note}" for note in diagnosis.notes]
+    told = [*_verdict(diagnosis), *_numbers(diagnosis), *_gap(diagnosis), *notes]
+    return [*told, f"next: {NEXT_STEPS[diagnosis.verdict]}"]
 
 
 def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
@@ -30,17 +44,22 @@ def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
     yield f"verdict: {VERDICTS[diagnosis.verdict]} (confidence {diagnosis.confidence:.2f})"
     yield from first if diagnosis.verdict == "check_logs" else ()
     for found in diagnosis.effects:
-        part = "explains part of it: " if diagnosis.partial else ""
-        shrinks = f"the gap shrinks by {100.0 * found.shrink:.0f} %, confidence {found.confidence:.2f}"
-        yield f"- {part}{named(found.added)}: {found.added.law} ({shrinks})"
+        part = "partial explanation: " if diagnosis.partial else ""
+        explains = f"explains {100.0 * found.shrink:.0f} % of the squared gap above the noise floor"
+        sure = f"confidence {found.confidence:.2f}"
+        yield f"- {part}{named(found.added)}: {found.added.law} ({explains}, {sure})"
         yield from (f"    {line}" for line in _law_numbers(found))
         if found.indistinguishable:
             others = ", ".join(named(added) for added in found.indistinguishable)
-            yield f"    these data cannot tell it from {others}"
+            yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
 
 
 def named(added: Added) -> str:
-    """Which effect, where, and in which experiments."""
+    """Return family, place and level of an effect, such as "coulomb_friction at joint where group is old".
+
+    Args:
+        added: effect with its place.
+    """
     kind = f"{added.family} ({added.variant})" if added.variant else added.family
     level = added.place.level
     shown = f"{level:g}" if isinstance(level, float) else level
@@ -50,9 +69,9 @@ def named(added: Added) -> str:
 
 def _law_numbers(found: DiagnosedEffect) -> Iterator[str]:
     for name, e in found.estimates.items():
-        yield f"{name} = {e.value:.4g}{_unit(e.unit)} {_interval(e.interval)}"
+        yield f"{name} = {_with_interval(e)}"
     for name, values in found.own.items():
-        yield f"{name}: {_spread(values)}{_unit(found.added.units[name])}, one for each experiment"
+        yield f"{name} = {_spread(values)}{_unit(found.added.units[name])}, fitted per experiment"
 
 
 def _spread(values: Mapping[str, float]) -> str:
@@ -62,18 +81,18 @@ def _spread(values: Mapping[str, float]) -> str:
 
 def _numbers(diagnosis: Diagnosis) -> Iterator[str]:
     for name, e in diagnosis.parameters.items():
-        yield f"{name}: {_identified(e)}"
+        yield f"{name} = {_with_interval(e)}, {e.known:.4g}{_unit(e.unit)} in the system file"
 
 
-def _identified(e: Estimate) -> str:
-    return f"{e.known:.4g}{_unit(e.unit)} in the file, identified as {e.value:.4g} {_interval(e.interval)}"
+def _with_interval(e: Estimate) -> str:
+    return f"{e.value:.4g}{_unit(e.unit)} ({_interval(e.interval)})"
 
 
 def _gap(diagnosis: Diagnosis) -> Iterator[str]:
     if diagnosis.verdict == "check_logs":
         for name, off in diagnosis.known.gap.units.items():
             yield f"{name}: {off.says(diagnosis.horizon)}"
-        yield f"gap: known {diagnosis.known.gap.value:.3g} (standard deviations)"
+        yield f"gap of the known model: {diagnosis.known.gap.value:.3g} standard deviations of the outputs"
         return
     label = "with the effects found" if diagnosis.effects else "re-identified"
     for name, off in diagnosis.known.gap.units.items():
@@ -82,10 +101,16 @@ def _gap(diagnosis: Diagnosis) -> Iterator[str]:
     models = ("known", "reidentified", "augmented", "neural")
     values = ", ".join(f"{name} {getattr(diagnosis, name).gap.value:.3g}" for name in models)
     ids = [diagnosis.logs.ids[i] for i in diagnosis.held_out]
-    held = f"{', '.join(ids[:4])}{f' and {len(ids) - 4} more' if len(ids) > 4 else ''}"
-    yield f"gap: {values}, noise floor {diagnosis.floor:.3g} (standard deviations, held out: {held})"
-    low, high = diagnosis.interval
-    yield f"shrink: {100.0 * diagnosis.shrink:.0f} % [{100.0 * low:.0f}, {100.0 * high:.0f}]"
+    more = f" and {len(ids) - MOST_IDS} more" if len(ids) > MOST_IDS else ""
+    yield (
+        f"gap: {values}, noise floor {diagnosis.floor:.3g} (in standard deviations of the outputs, on "
+        f"held-out experiments {', '.join(ids[:MOST_IDS])}{more})"
+    )
+    low, high = (100.0 * end for end in diagnosis.interval)
+    yield (
+        f"shrink: {100.0 * diagnosis.shrink:.0f} % of the squared gap above the noise floor "
+        f"(95 % interval {low:.0f} to {high:.0f} %)"
+    )
 
 
 def _unit(unit: str) -> str:
@@ -94,4 +119,4 @@ def _unit(unit: str) -> str:
 
 def _interval(interval: Interval) -> str:
     low, high = interval
-    return f"[{low:.4g}, {high:.4g}]"
+    return f"95 % interval {low:.4g} to {high:.4g}"

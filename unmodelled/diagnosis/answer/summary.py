@@ -22,16 +22,22 @@ DIGITS = 8
 
 
 def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
-    """What diagnosis.json holds: plain numbers, texts, lists and mappings; null for a number that is none.
+    """Return the content of diagnosis.json: numbers, texts, lists and mappings; null for undefined numbers.
 
-    Beside what the contract asks for: `variant` of an effect that has several; `parameter` of one that
-    changes a parameter, whose port is where that parameter acts; `values` by experiment of a number that
-    differs from one to the next, whose `value` and `interval` are their mean and the range of 95 % of them;
-    `signs` that the confidence comes from; `partial` here and in each effect when they explain only part of
-    the gap. The `evidence` of a candidate is the logarithm of its likelihood beside the best one's,
-    complexity counted in: 0 or below. `logs` lists faults of the logs, a row per channel with a sentence, the
-    `experiments` that have it (none listed: all of them) and what is `indistinguishable` from it. With the
-    verdict check_logs nothing was fitted: all gaps are those of the known model.
+    Beside the entries of the contract it has: `variant` of an effect that has several; `parameter` of an
+    effect
+    on a parameter, whose port is where the parameter acts; `values` by experiment of a number that differs
+    between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
+    confidence
+    is computed from; `partial` here and in each effect if they explain only part of the gap. The `evidence`
+    of a candidate is its penalised log-likelihood relative to the best candidate, 0 or below. `logs` lists
+    faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all) and
+    `indistinguishable`
+    faults. With the verdict check_logs nothing was fitted: all gaps are those of the known model.
+
+    Args:
+        diagnosis: diagnosis.
+        where: place of the gap.
     """
     partial: dict[str, Any] = {"partial": True} if diagnosis.partial else {}
     ports = _ports(diagnosis)

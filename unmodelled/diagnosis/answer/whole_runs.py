@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.evaluation.gap import LARGEST_ERROR
 from unmodelled.systems.reader import read_system
 
 #: Experiments that a note names.

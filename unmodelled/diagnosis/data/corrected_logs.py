@@ -1,4 +1,4 @@
-"""Logs as they would be without a fault of unit, sign, offset or clock, or without a copied column."""
+"""Corrections of logs: unit, sign, offset, clock, or a column that is replaced."""
 
 from __future__ import annotations
 
@@ -23,9 +23,11 @@ class Correction:
     """A correction of logs: gain * output + offset, drive * input, clock * time.
 
     Attributes:
-        gain, offset: (experiments, outputs), the offset in the unit of the corrected output.
-        drive: (experiments, inputs). clock: (experiments,) factors of time.
-        columns: number of an output -> (samples,) what is put in its place first.
+        gain: factors, shape (experiments, outputs), of the outputs.
+        offset: summands, shape (experiments, outputs), in the unit of the corrected output.
+        drive: factors, shape (experiments, inputs), of the inputs.
+        clock: factors, shape (experiments,), of time.
+        columns: replacement, shape (samples,), of an output before it is scaled, by the output's number.
     """
 
     gain: Array
@@ -36,12 +38,20 @@ class Correction:
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
-        """Leave the logs as they are."""
+        """Return the correction that changes nothing.
+
+        Args:
+            logs: logs of all experiments.
+        """
         outputs, inputs = (len(logs), len(logs.outputs)), (len(logs), len(logs.inputs))
         return cls(np.ones(outputs), np.zeros(outputs), np.ones(inputs), np.ones(len(logs)))
 
     def only(self, runs: Mask) -> Correction:
-        """Correct some experiments (experiments,) and leave the others; columns are those of all."""
+        """Restrict the correction to some experiments; columns stay replaced.
+
+        Args:
+            runs: mask of the experiments to correct, shape (experiments,).
+        """
         mine = runs[:, None]
         return replace(
             self,
@@ -53,18 +63,23 @@ class Correction:
 
     @property
     def corrected(self) -> Mask:
-        """(experiments,) those that it changes."""
+        """Return the mask, shape (experiments,), of changed experiments."""
         changed = (self.gain != 1.0) | (self.offset != 0.0)
         several = changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0)
         return np.asarray(several | bool(self.columns))
 
     @property
     def common(self) -> float:
-        """The factor of the sampling period; experiments with another one are put on the common clock."""
+        """Return the factor of the sampling period; experiments with another factor are resampled to it."""
         return float(np.sort(self.clock)[len(self.clock) // 2])
 
     def logs(self, system: System, logs: Logs) -> Logs:
-        """Return corrected logs of `system`; the estimated states are left as they are."""
+        """Return the corrected logs.
+
+        Args:
+            system: system of the logs.
+            logs: logs as read; their estimated states are not corrected.
+        """
         y = logs.y.copy()
         for j, column in self.columns.items():
             y[:, j] = column
@@ -90,9 +105,12 @@ class Correction:
         )
 
     def sensors(self, logs: Logs, measured: Sensors) -> Sensors:
-        """Return what the outputs of corrected `logs` show; slopes are corrected, not estimated anew.
+        """Return the sensors of corrected logs.
 
-        Only those of replaced columns are.
+        Args:
+            logs: corrected logs.
+            measured: sensors of the logs before the correction; their slopes are corrected, not estimated
+                again, except those of replaced columns.
         """
         before = measured.logs
         gain, offset, clock = (each[before.owner] for each in (self.gain, self.offset, self.clock))

@@ -1,4 +1,4 @@
-"""Plain questions about logs: signs, units, inputs that do nothing, the unit of time."""
+"""Questions about logs: signs, units, inputs without effect, the unit of time."""
 
 from __future__ import annotations
 
@@ -24,9 +24,12 @@ class LogProblem:
     """A fault of a channel that a factor corrects.
 
     Attributes:
-        name: of the fault in diagnosis.json. factor: of the logged values. base: base unit of the channels
-            that can have the fault; "" for any. looks, done, cure: how a sentence says the fault, the
-            correction and the remedy.
+        name: name of the fault in diagnosis.json.
+        factor: factor of the logged values that corrects the fault.
+        base: base unit of the channels that can have the fault; "" for any.
+        looks: words for the fault, after "looks".
+        done: words for the correction.
+        cure: words for what to do, an imperative.
     """
 
     name: str
@@ -40,15 +43,17 @@ class LogProblem:
 _CONVERT = "Convert the column"
 PROBLEMS = (
     LogProblem(
-        "sign", -1.0, "", "as if its sign were turned round", "multiplied by -1", "Turn the sign round"
+        "sign", -1.0, "", "as if its sign were reversed", "multiplied by -1", "Reverse the sign of the column"
     ),
     LogProblem("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180", _CONVERT),
-    LogProblem("radians", 180.0 / math.pi, "rad", "like turns of 57.3 rad", "multiplied by 180/pi", _CONVERT),
+    LogProblem(
+        "radians", 180.0 / math.pi, "rad", "as if its unit were 57.3 rad", "multiplied by 180/pi", _CONVERT
+    ),
     LogProblem("milli", 1e-3, "", "like thousandths of its unit", "multiplied by 1e-3", _CONVERT),
     LogProblem("kilo", 1e3, "", "like thousands of its unit", "multiplied by 1e3", _CONVERT),
 )
 NO_EFFECT = LogProblem(
-    *("no_effect", 0.0, "", "as if it did nothing", "replaced by zero"),
+    *("no_effect", 0.0, "", "as if it had no effect", "replaced by zero"),
     "Check that the column is the input that drove the machine",
 )
 CLOCKS = (
@@ -59,11 +64,12 @@ CLOCKS = (
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """Whether a correction explains the gap.
+    """Ask whether a correction explains the gap.
 
     Attributes:
-        problem: the fault. channels: names of outputs and inputs that have it.
-        correction: of all experiments.
+        problem: possible fault.
+        channels: names of the outputs and inputs that may have it.
+        correction: correction of all experiments.
     """
 
     problem: LogProblem
@@ -72,10 +78,14 @@ class Question:
 
 
 def questions(system: System, logs: Logs) -> Iterator[Question]:
-    """Ask for every factor and every group of channels; the simplest answers come first.
+    """Yield a question for every factor and every group of channels, the simplest ones first.
 
-    An input that does nothing comes first: a thousandth of it hardly does anything either. Inputs come before
-    outputs: of a symmetric machine nobody can tell whose sign was turned round.
+    Inputs without effect come first: a thousandth of an input has hardly any effect either. Inputs come
+    before outputs: on a symmetric machine the sign of either can be wrong.
+
+    Args:
+        system: the known physics.
+        logs: logs of all experiments.
     """
     units = {item.name: item.unit for item in system.inputs}
     units |= {item.name: item.unit for item in system.outputs}
@@ -88,7 +98,12 @@ def questions(system: System, logs: Logs) -> Iterator[Question]:
 
 
 def clocks(system: System, logs: Logs) -> Iterator[Question]:
-    """Ask for another unit of time, unless a delay would be as long as an experiment with it."""
+    """Yield a question for every other unit of time in which known delays are shorter than experiments.
+
+    Args:
+        system: the known physics.
+        logs: logs of all experiments.
+    """
     none = Correction.none(logs)
     delays = *(i.delay for i in system.inputs), *(o.delay for o in system.outputs)
     longest = max(map(abs, delays))
@@ -99,13 +114,17 @@ def clocks(system: System, logs: Logs) -> Iterator[Question]:
 
 
 def constants(logs: Logs) -> Iterator[LogFault]:
-    """Say which inputs are constant over all experiments; these faults decide nothing."""
+    """Yield a fault for every input that is constant over all experiments; it decides nothing.
+
+    Args:
+        logs: logs of all experiments.
+    """
     for name, values in zip(logs.inputs, logs.u.T, strict=True):
         if np.ptp(values) == 0.0:
             yield LogFault(
                 *((name,), "constant", None, ()),
                 sentence=f"{name} is {values[0]:g} in all samples of all experiments: these data cannot show "
-                "what it does. Check that the column is the input that drove the machine.",
+                "its effect. Check that the column is the input that drove the machine.",
                 decides=False,
             )
 

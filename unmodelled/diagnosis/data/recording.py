@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import WHOLE, steps_of
 from unmodelled.diagnosis.data.sensors import Sensors
-from unmodelled.evaluation.gap import WHOLE, steps_of
 from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
@@ -20,15 +20,15 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Windows of `steps` samples back to back along some experiments; the last one of each may be shorter.
+    """Free-run windows, back to back along some experiments; the last of each may be shorter.
 
     Attributes:
-        logs: all experiments; its states do not count. runs: those that are simulated.
-        start: (windows,) first samples, where a simulation starts. steps: (windows,) samples that follow. The
-            longest windows come first.
-        sensors: what the outputs of all experiments show, and how noisy they are.
-        latest: the longest delay of an output, samples; so many whole ones at the end of an experiment belong
-            to no window.
+        logs: logs of all experiments; their states are not used.
+        runs: numbers of the experiments that are simulated.
+        start: first samples, shape (windows,), where a simulation starts; the longest windows come first.
+        steps: numbers, shape (windows,), of samples that are predicted.
+        sensors: noise and slopes of the outputs.
+        latest: longest delay of an output, samples; as many at the end of an experiment are in no window.
     """
 
     logs: Logs
@@ -47,12 +47,14 @@ class Recording:
         latest: float = 0.0,
         sensors: Sensors | None = None,
     ) -> Recording:
-        """Windows of `horizon` seconds.
+        """Divide experiments into windows.
 
         Args:
-            logs: the experiments. horizon: s, rounded to samples. runs: which of them; all unless given.
-            latest: the longest delay of an output, s; the last part of an experiment shows no states.
-            sensors: of these experiments, where they are known already.
+            logs: logs of all experiments.
+            horizon: length of a window, s, rounded to samples.
+            runs: numbers of the experiments to divide, default all.
+            latest: longest delay of an output, s, default 0.
+            sensors: sensors of the logs, where they are known already.
 
         Raises:
             BadInput: when the horizon is not a positive number.
@@ -81,16 +83,31 @@ class Recording:
         latest: float = 0.0,
         sensors: Sensors | None = None,
     ) -> Recording:
-        """Return every experiment as one window, from its first state to its end; arguments as in `of`."""
+        """Return every experiment as one window, from its first state to its end.
+
+        Args:
+            logs: logs of all experiments.
+            runs: numbers of the experiments to simulate, default all.
+            latest: longest delay of an output, s, default 0.
+            sensors: sensors of the logs, where they are known already.
+        """
         return cls.of(logs, logs.period * float(np.diff(logs.offsets).max()), runs, latest, sensors)
 
     def among(self, runs: Sequence[int]) -> Recording:
-        """The windows of some of the experiments."""
+        """Return the windows of some of the experiments.
+
+        Args:
+            runs: numbers of the experiments.
+        """
         mine = np.isin(self.owner, runs)
         return replace(self, runs=tuple(runs), start=self.start[mine], steps=self.steps[mine])
 
     def thinned(self, count: int) -> Recording:
-        """The same with at most `count` of the windows, from everywhere."""
+        """Return some of the windows, evenly from all experiments.
+
+        Args:
+            count: largest number of windows.
+        """
         if len(self.start) <= count:
             return self
         every = np.sort(np.argsort(self.start)[:: -(-len(self.start) // count)])
@@ -98,26 +115,26 @@ class Recording:
 
     @cached_property
     def owner(self) -> Indices:
-        """(windows,) their experiments."""
+        """Return the numbers, shape (windows,), of the windows' experiments."""
         return self.logs.owner[self.start]
 
     @cached_property
     def counted(self) -> NDArray[np.bool_]:
-        """(windows, most steps) which predictions there are."""
+        """Return the mask, shape (windows, most steps), of predicted samples."""
         return np.asarray(np.arange(self.steps.max()) < self.steps[:, None])
 
     @cached_property
     def rows(self) -> Indices:
-        """(windows, most steps) the samples that are predicted; after the end of a window its last one."""
+        """Return the predicted samples, shape (windows, most steps); after a window its last sample."""
         after = 1 + np.arange(self.steps.max())
         return np.asarray(self.start[:, None] + np.minimum(after, self.steps[:, None]))
 
     @property
     def scale(self) -> Array:
-        """(outputs,) standard deviation within all experiments, in its unit; see `output_scale`."""
+        """Return the standard deviation, shape (outputs,), within experiments, in units of the outputs."""
         return self.sensors.scale
 
     @property
     def noise(self) -> Array:
-        """(outputs,) standard deviation of the sensors' noise, the same for all experiments."""
+        """Return the standard deviation, shape (outputs,), of the sensor noise, in units of the outputs."""
         return self.sensors.noise

@@ -1,4 +1,4 @@
-"""What a diagnosis says: a verdict, the effects that explain the gap, and the models that show it."""
+"""The result of a diagnosis: verdict, effects that explain the gap, judged models, faults of the logs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.effects.added import Added
-from unmodelled.evaluation.gap import Gap
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -18,13 +18,13 @@ Verdict = Literal["effect", "no_gap", "unknown", "check_logs"]
 
 @dataclass(frozen=True, eq=False)
 class JudgedModel:
-    """A model that was judged on the held-out experiments.
+    """A model with its gap on the held-out experiments.
 
     Attributes:
-        label: what it is, such as "known" or "with coulomb_friction at rail".
-        system: with its numbers, ready to be written as a file.
+        label: name of the model, such as "known" or "with coulomb_friction at rail".
+        system: system with the model's numbers, ready to be written as a file.
         logs: all experiments, with the states and constants of `system`.
-        gap: on the held-out experiments.
+        gap: gap on the held-out experiments.
     """
 
     label: str
@@ -35,8 +35,13 @@ class JudgedModel:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number of the augmented model: `known` in the file that was given (nan of an effect), and identified
-    with its 95 % interval; SI.
+    """An identified number of the augmented model, in SI units.
+
+    Attributes:
+        unit: unit of the number.
+        known: value in the given system file; nan for a number of an effect.
+        value: identified value.
+        interval: 95 % confidence interval, cut at the bounds.
     """
 
     unit: str
@@ -50,12 +55,12 @@ class DiagnosedEffect:
     """A diagnosed effect.
 
     Attributes:
-        added: the effect and where it acts; its law is in names of `added.system`.
-        estimates: by name, those numbers of the law that were fitted, see `Added.reported`. own: of each of
-            the amplitudes that differ from experiment to experiment, the values by id.
-        confidence: that it is this one or one of `indistinguishable`, from 0 to 1.
-        shrink: how far the gap shrinks by it, by the definition of the contract.
-        indistinguishable: what these data cannot tell from it.
+        added: effect and place; its law is written in names of `added.system`.
+        estimates: fitted numbers of the law, by name (`Added.reported`).
+        own: amplitudes that differ between experiments, by name and then by id of the experiment, SI.
+        confidence: probability that this effect, or one of `indistinguishable`, is right; 0 to 1.
+        shrink: share of the squared gap above the noise floor that this effect explains; 0 to 1.
+        indistinguishable: effects that these data cannot tell from this one, the best first.
     """
 
     added: Added
@@ -68,10 +73,12 @@ class DiagnosedEffect:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A model that was fitted: its effects, its gap on the training experiments, and its evidence.
+    """A candidate as it is reported.
 
-    The evidence is by how much its loss, in natural logarithms of a likelihood, is worse than that of the
-    best one, complexity counted in; 0 for the best.
+    Attributes:
+        effects: effects of the candidate; none for the re-identified physics.
+        gap: gap on the training experiments, in standard deviations of the outputs.
+        evidence: penalised log-likelihood relative to the best candidate; 0 for the best, else negative.
     """
 
     effects: tuple[Added, ...]
@@ -81,22 +88,34 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The gap between a system and measured experiments, explained (shared/contracts/diagnosis.md).
+    """The explanation of the gap between a system and measured experiments.
+
+    The terms are defined in shared/contracts/diagnosis.md.
 
     Attributes:
-        system, logs: as they were given. horizon: of the free-run windows, s. seed: of everything drawn.
-        verdict: what was found. confidence: in the verdict and its effects, calibrated.
-        effects: the strongest first. partial: they explain only part of the gap (verdict unknown).
-        known, reidentified, augmented, neural: the models of the contract. Without an effect `augmented` is
-            `reidentified`.
-        steps: from `reidentified`, an effect more each, to `augmented`.
-        floor: of the gap on the held-out experiments. shrink, interval: of the contract.
+        system: system as given.
+        logs: logs as given, without copies of experiments.
+        horizon: length of the free-run windows, s.
+        seed: seed of all random draws.
+        verdict: effect, no_gap, unknown or check_logs.
+        confidence: calibrated probability that verdict and effects are right; 0 to 1.
+        effects: diagnosed effects, the strongest first.
+        partial: whether the effects explain only part of the gap (verdict unknown).
+        known: the system as given.
+        reidentified: the same physics with its uncertain parameters fitted.
+        augmented: the physics with the effects; `reidentified` where there are none.
+        neural: the physics with a network in every port.
+        steps: models from `reidentified` to `augmented`, with one effect more each.
+        floor: noise floor of the gap of `augmented`, in standard deviations of the outputs.
+        shrink: share of the squared gap above the noise floor that the effects explain; 0 to 1.
+        interval: 95 % interval of `shrink` over the held-out experiments.
         held_out: numbers of the experiments that took no part in fitting or choosing.
-        parameters: the uncertain parameters of the system by name.
-        candidates: all models that were fitted in the end, the best first.
-        notes: what a reader must know. signs: what the confidence comes from, see `confidence.Signs`.
-        faults: of the logs; with the verdict check_logs they are the answer, nothing was fitted, and all
-            models are the known one.
+        parameters: estimates of the system's uncertain parameters, by name.
+        candidates: fitted candidates, the best first.
+        notes: remarks on logs, models and integration, a sentence each.
+        signs: numbers that the confidence is computed from, see `confidence.Signs`.
+        faults: faults of the logs. With the verdict check_logs they are the answer, nothing was fitted, and
+            all models are the known one.
     """
 
     system: System
@@ -128,12 +147,13 @@ class LogFault:
     """A fault of the logs.
 
     Attributes:
-        channels: names of the outputs and inputs that have it, `t` for time, `experiments` for whole logs.
-        problem: its name, such as "degrees" or "sign". explains: share of the mean square error of the known
-            physics that its correction takes away; None where it is not about the error.
-        experiments: ids of those that have it; () for all.
-        sentence: what is seen, and what to do.
-        decides: whether it is the answer to a diagnosis.
+        channels: names of the faulty outputs and inputs; `t` for time, `experiments` for whole logs.
+        problem: name of the fault, such as "degrees" or "sign".
+        explains: share of the known model's mean square error that the correction removes; None where the
+            fault does not concern the error.
+        experiments: ids of the faulty experiments; () for all.
+        sentence: observation and what to do about it.
+        decides: whether the fault decides the diagnosis.
         indistinguishable: channels and problem of other faults that explain as much.
     """
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs
 
-from unmodelled.evaluation.gap import output_scale
+from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import delayed
 from unmodelled.logs.differentiate import ORDER, noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
@@ -20,7 +20,7 @@ from unmodelled.logs.logs import Logs
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Draws of noise from which the error is estimated.
+#: Random draws of noise from which the error of a slope is estimated.
 REPLICATES = 3
 
 
@@ -29,7 +29,9 @@ class SmoothedSlope:
     """The smoothed derivative of one output.
 
     Attributes:
-        y: (samples,) the smoothed output. v: (samples,) its derivative, per second. width: in samples.
+        y: smoothed output, shape (samples,), in the unit of the output.
+        v: derivative, shape (samples,), of the output, per second.
+        width: width of the smoothing filter, samples.
     """
 
     y: Array
@@ -38,16 +40,29 @@ class SmoothedSlope:
 
     @classmethod
     def of(cls, y: Array, offsets: Indices, period: float) -> SmoothedSlope:
-        """Of the samples (samples,) of experiments one after the other, see `smooth_derivative`."""
+        """Smooth and differentiate an output, see `smooth_derivative`.
+
+        Args:
+            y: output, shape (samples,), of all experiments one after the other.
+            offsets: first samples of the experiments, shape (experiments + 1,).
+            period: sampling period, s.
+        """
         return cls(*smooth_derivative(y, offsets, period))
 
     def error(self, noise: float, offsets: Indices, period: float) -> Array:
-        """(samples,) standard deviation of the error of `v`, by the parametric bootstrap.
+        """Estimate the standard deviation of the error of `v` by the parametric bootstrap.
 
-        The smoothed output is taken for the truth, given new noise and smoothed again: what comes out is
-        wrong by the noise that passes the filter and by what the filter bends. Samples at the same distance
-        from an end of their experiment, where half of the filter is missing, share an estimate, as do all
-        others.
+        The smoothed output is taken as the truth, noise is added, and it is smoothed again. The error has the
+        noise that passes the filter and the filter's bias. Samples at the same distance from an end of their
+        experiment, where half of the filter is missing, share an estimate, as do all others.
+
+        Args:
+            noise: standard deviation of the output's noise.
+            offsets: first samples of the experiments, shape (experiments + 1,).
+            period: sampling period, s.
+
+        Returns:
+            Standard deviation, shape (samples,), per second.
         """
         truth = np.concatenate([_derivative(self.y[a:b], period) for a, b in pairwise(offsets)])
         square = np.zeros_like(truth)
@@ -71,18 +86,19 @@ def _derivative(y: Array, period: float) -> Array:
     return np.asarray(CubicSpline(period * np.arange(len(y)), y)(period * np.arange(len(y)), 1))
 
 
-#: Standard deviations of an output.
+#: Smallest noise, in standard deviations of the output: errors in units of the noise stay finite.
 LEAST_NOISE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """The outputs of some experiments. What it takes long to find out is found out once.
+    """Estimate noise and slopes of the outputs, each once.
 
     Attributes:
-        logs: of all experiments; their states do not count. runs: numbers of those that say how noisy the
-            outputs are and how far to smooth them, all unless given; only their slopes are known.
-        slopes: by number of an output, those that are known already.
+        logs: logs of all experiments; their states are not used.
+        runs: numbers of the experiments from which noise and smoothing are estimated, default all. Only
+            their slopes are known.
+        slopes: smoothed slopes that are known already, by number of the output.
     """
 
     logs: Logs
@@ -92,10 +108,10 @@ class Sensors:
 
     @cached_property
     def noise(self) -> Array:
-        """(outputs,) standard deviation of the sensors' noise, at least that of their resolution.
+        """Return the noise, shape (outputs,): a standard deviation, at least that of the resolution.
 
-        What a smooth curve leaves of the output: unlike differences of neighbours it sees noise that is not
-        white, such as that of a speed which the drive itself takes from an encoder.
+        It is the residual of a smooth curve. Unlike differences of neighbouring samples it contains noise
+        that is not white, such as that of a speed which a drive computes from an encoder.
         """
         left = [self._rough(j) for j in range(len(self.logs.outputs))]
         white = [
@@ -106,7 +122,7 @@ class Sensors:
 
     @cached_property
     def scale(self) -> Array:
-        """(outputs,) in units of which errors are told, of all experiments; see `output_scale`."""
+        """Return the scale, shape (outputs,), of errors, over all experiments; see `output_scale`."""
         return output_scale(self.logs)
 
     def _rough(self, output: int) -> float:
@@ -135,7 +151,7 @@ class Sensors:
 
     @cached_property
     def _offsets(self) -> NDArray[np.int64]:
-        """Where each of the runs begins among these."""
+        """First samples of the runs among these."""
         return np.concatenate([[0], np.cumsum(np.diff(self.logs.offsets)[list(self._known)])])
 
     def _spread(self, values: Array) -> Array:
@@ -145,15 +161,38 @@ class Sensors:
         return found
 
     def shown(self, output: int, delay: float) -> Array:
-        """(samples,) what an output with a delay (s) says of every moment, which it shows later."""
+        """Return an output at the time when it was measured.
+
+        Args:
+            output: number of the output.
+            delay: time from the measurement to the logged sample, s.
+
+        Returns:
+            Values, shape (samples,).
+        """
         return self._earlier(self.logs.y[:, output], delay)
 
     def slope(self, output: int, delay: float) -> Array:
-        """(samples,) the smoothed derivative of `shown`, per second."""
+        """Return the smoothed derivative of `shown`, per second.
+
+        Args:
+            output: number of the output.
+            delay: time from the measurement to the logged sample, s.
+
+        Returns:
+            Derivative, shape (samples,).
+        """
         return self._earlier(self._spread(self._smoothed(output).v), delay)
 
     def slope_error(self, output: int) -> Array:
-        """(samples,) standard deviation of the error of `slope` without delay, per second."""
+        """Return the standard deviation of the error of `slope` without delay, per second.
+
+        Args:
+            output: number of the output.
+
+        Returns:
+            Standard deviation, shape (samples,).
+        """
         if output not in self._errors:
             noise, period = float(self.noise[output]), self.logs.period
             self._errors[output] = self._spread(self._smoothed(output).error(noise, self._offsets, period))

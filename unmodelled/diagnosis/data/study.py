@@ -1,4 +1,4 @@
-"""The experiments of a diagnosis: which of them are learned from, and which are held out."""
+"""The experiments of a diagnosis: training experiments and held-out experiments."""
 
 from __future__ import annotations
 
@@ -19,11 +19,14 @@ from unmodelled.systems.model import System
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """What a diagnosis sees.
+    """The inputs of a diagnosis.
 
     Attributes:
-        system: the known physics. logs: all experiments. horizon: of the free-run windows, s.
+        system: the known physics.
+        logs: logs of all experiments.
+        horizon: length of the free-run windows, s.
         held_out: numbers of the experiments that take no part in fitting or choosing.
+        thresholds: thresholds of all decisions.
     """
 
     system: System
@@ -41,18 +44,26 @@ class Study:
         seed: int,
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
     ) -> Study:
-        """Hold out a quarter of the experiments by chance, such that the others still show every level."""
+        """Return a study that holds out experiments at random, such that the others still have every level.
+
+        Args:
+            system: the known physics.
+            logs: logs of all experiments.
+            horizon: length of the free-run windows, s.
+            seed: seed of the held-out experiments.
+            thresholds: thresholds of all decisions.
+        """
         held = held_out(logs.experiments, seed, thresholds)
         return cls(system, logs, horizon, held, thresholds)
 
     @property
     def learned(self) -> tuple[int, ...]:
-        """Numbers of the experiments that models are fitted to."""
+        """Return the numbers of the training experiments."""
         return tuple(i for i in range(len(self.logs)) if i not in self.held_out)
 
     @cached_property
     def latest(self) -> float:
-        """Room for delays of outputs, s: for the known ones, and for more that are looked for."""
+        """Return the longest delay of an output, s: known delays and those that candidates may add."""
         known = max((output.delay for output in self.system.outputs), default=0.0)
         shortest = int(np.diff(self.logs.offsets).min()) - known / self.logs.period
         limits = self.thresholds
@@ -61,18 +72,18 @@ class Study:
 
     @cached_property
     def recording(self) -> Recording:
-        """The windows that models are fitted to; held-out experiments say nothing of the sensors either."""
+        """Return the windows of the training experiments; their sensors use no held-out data either."""
         sensors = Sensors(self.logs, self.learned)
         return Recording.of(self.logs, self.horizon, self.learned, self.latest, sensors)
 
     @cached_property
     def sensors(self) -> Sensors:
-        """Of all experiments, for models that are fitted already."""
+        """Return the sensors of all experiments, for models that are fitted already."""
         return Sensors(self.logs)
 
     @cached_property
     def scales(self) -> Scales:
-        """Sizes along the experiments that are learned from."""
+        """Return plausible sizes of states, inputs and efforts along the training experiments."""
         own = prepare(self.system, self.logs.among(self.learned))
         return Scales.measured(self.system, own.period, own.offsets, own.t, own.x, own.u, own.c)
 
@@ -80,7 +91,16 @@ class Study:
 def held_out(
     experiments: pd.DataFrame, seed: int, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[int, ...]:
-    """Rows of the table of experiments; no level of a factor loses its only one if that can be helped."""
+    """Draw held-out experiments; a level of a factor keeps an experiment where that is possible.
+
+    Args:
+        experiments: table of the experiments, one row each.
+        seed: seed of the draw.
+        thresholds: `held_out_share` is used.
+
+    Returns:
+        Rows of the table, sorted.
+    """
     count = len(experiments)
     many = max(1, round(thresholds.held_out_share * count))
     factors = [name for name in experiments.columns if name not in ("id", "file")]

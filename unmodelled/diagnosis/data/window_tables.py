@@ -1,4 +1,4 @@
-"""Tables that drive windows and start them; gains and delays of sensors change them."""
+"""Inputs and initial states of windows, as sensor gains and delays change them."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WindowTables:
-    """Samples of all experiments, once for all sets that read them alike.
+    """The samples of all experiments, once for all parameter sets that read them alike.
 
     Attributes:
-        u: (tables, samples, inputs) as they act. x: (tables, samples, measured states).
-        member: (sets,) the table of every set.
+        u: inputs, shape (tables, samples, inputs), at the time when they act.
+        x: measured states, shape (tables, samples, measured states).
+        member: table, shape (sets,), of every parameter set.
     """
 
     u: Array
@@ -34,21 +35,24 @@ class WindowTables:
 
     @property
     def driven(self) -> Array:
-        """(tables * samples, inputs + measured states)"""
+        """Return inputs and measured states, shape (tables * samples, inputs + measured states)."""
         return np.concatenate([self.u, self.x], axis=2).reshape(-1, self.u.shape[2] + self.x.shape[2])
 
     @property
     def shift(self) -> Indices:
-        """(sets,) rows before the table of every set where the tables follow each other."""
+        """Return the number, shape (sets,), of rows before the table of every set."""
         return np.asarray(self.member * self.u.shape[1])
 
 
 class WindowTableReader:
-    """Makes tables.
+    """Make the tables of parameter sets.
 
     Args:
-        system, recording: see `Simulation`. c: (experiments, constants).
-        input_delays, output_delays: number of an input or output -> column of its delay (s) in a set.
+        system: system, see `Simulation`.
+        recording: windows, see `Simulation`.
+        input_delays: column of the delay (s) in a parameter set, by number of the input.
+        output_delays: the same by number of the output.
+        c: operating points, shape (experiments, constants).
     """
 
     def __init__(
@@ -67,7 +71,7 @@ class WindowTableReader:
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
     def __call__(self, values: Array) -> WindowTables:
-        """The tables of `values` (experiments, sets, numbers)."""
+        """Return the tables of the parameter sets `values` (experiments, sets, numbers)."""
         if not self.columns:
             return self._same(values.shape[1])
         different = values[:, :, self.columns]
@@ -91,7 +95,14 @@ class WindowTableReader:
         return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
 
     def delays(self, values: Array) -> Array:
-        """(sets, outputs) of what is shown, s, from sets of numbers (sets, numbers)."""
+        """Return the delays of the outputs, s.
+
+        Args:
+            values: parameter sets, shape (sets, numbers).
+
+        Returns:
+            Delays, shape (sets, outputs).
+        """
         found = np.tile([output.delay for output in self.system.outputs], (len(values), 1))
         for j, column in self.output_delays.items():
             found[:, j] += values[:, column]
@@ -106,7 +117,14 @@ class WindowTableReader:
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
     def gains(self, values: Array) -> Array:
-        """(experiments, sets, readings, gain and offset)"""
+        """Return gain and offset of the measured states.
+
+        Args:
+            values: parameter sets, shape (experiments, sets, numbers).
+
+        Returns:
+            Gain and offset, shape (experiments, sets, readings, 2).
+        """
         system = self.system
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))

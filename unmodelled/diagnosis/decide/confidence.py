@@ -29,7 +29,7 @@ WEIGHTS = Path(__file__).with_name("calibration.json")
 
 @dataclass(frozen=True)
 class Signs:
-    """Hold what the confidence of a verdict is computed from, as decimal logarithms.
+    """The signs that the confidence of a verdict is computed from, as decimal logarithms.
 
     Attributes:
         left: noise ratio of the named candidate (remaining mean square error in noise variances, less one).
@@ -46,7 +46,12 @@ class Signs:
 
     @classmethod
     def of(cls, candidates: Candidates, decision: Decision) -> Signs:
-        """Return the signs of a decision among `candidates`."""
+        """Return the signs of a decision.
+
+        Args:
+            candidates: fitted hypotheses.
+            decision: decision among them.
+        """
         named, limits = decision.named, candidates.thresholds
         chosen, losses = candidates.fits[named], candidates.losses.sum(1)
         single = candidates.ranked(1)

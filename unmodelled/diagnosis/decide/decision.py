@@ -19,7 +19,7 @@ from unmodelled.effects.added import Added
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """State what a rule decided about fitted candidates.
+    """A decision about fitted candidates.
 
     Attributes:
         verdict: effect, no_gap or unknown.
@@ -37,8 +37,8 @@ def decide(candidates: Candidates) -> Decision:
     """Choose the candidate that explains the gap, and the verdict.
 
     Args:
-        candidates: fitted hypotheses with their losses per experiment (candidates, experiments), and the
-            thresholds of the decision.
+        candidates: fitted hypotheses with their losses per experiment, shape (candidates, experiments), and
+            the thresholds of the decision.
 
     Returns:
         The decision.
@@ -52,6 +52,9 @@ def named_candidate(candidates: Candidates) -> int:
 
     It is the leading one, or a simpler one where no candidate comes near the noise: there, laws of the
     library significantly fit what is caused by something else, and complexity is weighed against the gap.
+
+    Args:
+        candidates: fitted hypotheses.
     """
     limits, complexity = candidates.thresholds, candidates.complexity
     leading = candidates.leading()

@@ -1,4 +1,4 @@
-"""What a diagnosis asks of a system and its logs beyond what reading them asks."""
+"""Checks of the inputs of a diagnosis, beyond those of reading them."""
 
 from __future__ import annotations
 
@@ -7,76 +7,85 @@ from pathlib import Path
 import numpy as np
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.evaluation.gap import steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
-#: One experiment to learn from, and one that is held out.
-FEWEST = 2
-#: Samples that a window predicts.
-SHORTEST = 5
-#: Windows that tell whether a model diverges everywhere, and substeps per sample that leave no doubt.
-WINDOWS, FINE = 400, 8
+#: Experiments at least: one to fit, and one that is held out.
+FEWEST_EXPERIMENTS = 2
+#: Samples that a window predicts at least.
+FEWEST_PREDICTED = 5
+#: Windows on which divergence is checked, and integration steps per sample of the second attempt.
+CHECKED_WINDOWS, FINE_SUBSTEPS = 400, 8
 
 
 def check_seed(seed: int) -> None:
-    """Refuse what is no seed.
+    """Refuse a seed that is not a whole number from 0 on.
+
+    Args:
+        seed: seed of all random draws.
 
     Raises:
-        BadInput: when it is not a whole number from 0 on.
+        BadInput: when the seed is not a whole number from 0 on.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise BadInput(f"seed: must be a whole number, 0 or more, got {seed!r}")
 
 
 def check(system: System, logs: Logs, horizon: float) -> None:
-    """Refuse what a diagnosis can say nothing about.
+    """Refuse inputs that a diagnosis cannot answer.
 
     Args:
-        system: known physics. logs: measured experiments. horizon: length of the windows, s.
+        system: the known physics.
+        logs: logs of all experiments.
+        horizon: length of the windows, s.
 
     Raises:
         BadInput: when there is a single experiment, no place for an effect, no horizon, or a delay as long as
             an experiment.
     """
-    if len(logs) < FEWEST:
-        table = str(Path(logs.source) / "experiments.csv") if logs.source else "logs"
+    if len(logs) < FEWEST_EXPERIMENTS:
+        source = Path(logs.source)
+        table = str(source / "experiments.csv" if source.is_dir() else source) if logs.source else "logs"
         raise BadInput(
-            f"{table}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST} or "
-            f"more, for one is held out to judge the others' verdict"
+            f"{table}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST_EXPERIMENTS} or more, as "
+            "one is held out to judge the models; add another log"
         )
     if not system.ports and not system.uncertain:
         raise BadInput(
             f"{system.place}: ports: there is none, and no parameter is marked identify: nothing can be "
-            "diagnosed"
+            "diagnosed; add a port where an effort may act, or mark an uncertain parameter"
         )
     _recording(system, logs, horizon)
 
 
 def check_windows(system: System, logs: Logs, horizon: float) -> None:
-    """Refuse windows that cannot be simulated; a fault of the logs is a better answer where there is one.
+    """Refuse windows that cannot be simulated; ask for faults of the logs first, they are a better answer.
 
     Args:
-        system: known physics. logs: measured experiments. horizon: length of the windows, s.
+        system: the known physics.
+        logs: logs of all experiments.
+        horizon: length of the windows, s.
 
     Raises:
         BadInput: when the horizon has too few samples, or the model diverges in every window.
     """
-    if (steps := steps_of(horizon, logs)) < SHORTEST:
+    if (steps := steps_of(horizon, logs)) < FEWEST_PREDICTED:
         raise BadInput(
-            f"horizon: {horizon:g} s are {steps} samples of {logs.period:g} s; {SHORTEST} or more are needed"
+            f"horizon: {horizon:g} s are {steps} samples of {logs.period:g} s; "
+            f"{FEWEST_PREDICTED} or more are needed; give a longer horizon"
         )
     _check_simulation(system, logs, horizon)
 
 
 def _check_simulation(system: System, logs: Logs, horizon: float) -> None:
-    simulation = Simulation(system, _recording(system, logs, horizon).thinned(WINDOWS))
+    simulation = Simulation(system, _recording(system, logs, horizon).thinned(CHECKED_WINDOWS))
     values = simulation.values[None, None]
     diverged = simulation(values).diverged
     if diverged.all():
-        diverged = simulation(values, substeps=FINE).diverged
+        diverged = simulation(values, substeps=FINE_SUBSTEPS).diverged
     if np.all(diverged):
         raise BadInput(
             f"{system.place}: dynamics: the simulation diverges within {horizon:g} s from every measured "

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import ENOUGH, LARGEST_ERROR, SHARE, SUBSTEPS
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-from unmodelled.evaluation.gap import ENOUGH, LARGEST_ERROR, SHARE, SUBSTEPS
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Passes over all simulated samples."""
+"""Compiled loops over all simulated samples: errors, their differences, delayed values."""
 
 # mypy: ignore-errors
 
@@ -9,9 +9,14 @@ from unmodelled.engine.compiled.layout import jit
 
 @jit()
 def cut_errors(y, measured, noise, largest, steps):
-    """Errors (windows, sets, samples, outputs) in units of `noise`, cut at `largest` (both (outputs,)).
+    """Return errors, shape (windows, sets, samples, outputs), in units of the noise, cut at a largest size.
 
-    A simulation without a value counts as an error of that size; after the `steps` of a window there is none.
+    Args:
+        y: simulated outputs, shape (windows, sets, samples, outputs); nan counts as the largest error.
+        measured: measured outputs, shape (windows, sets or 1, samples, outputs).
+        noise: standard deviation, shape (outputs,), of the noise.
+        largest: largest error, shape (outputs,), in units of the noise.
+        steps: number, shape (windows,), of samples; errors after them are zero.
     """
     r = np.zeros_like(y)
     for w in range(y.shape[0]):
@@ -27,9 +32,12 @@ def cut_errors(y, measured, noise, largest, steps):
 
 @jit()
 def forward_differences(r, largest, steps):
-    """Forward differences (windows, sets - 1, samples, outputs) of `cut_errors`; zero where one was cut.
+    """Return derivatives, shape (windows, sets - 1, samples, outputs), of errors by forward differences.
 
-    steps (windows, sets - 1).
+    Args:
+        r: errors, shape (windows, sets, samples, outputs), of `cut_errors`; the first set is the point.
+        largest: size, shape (outputs,), at which errors were cut; their derivatives are zero.
+        steps: steps, shape (windows, sets - 1), of the differences.
     """
     found = np.empty((r.shape[0], r.shape[1] - 1, r.shape[2], r.shape[3]))
     for w in range(r.shape[0]):
@@ -45,10 +53,15 @@ def forward_differences(r, largest, steps):
 
 @jit()
 def delayed_values(y, late, steps):
-    """Values of y (windows, sets, samples, outputs) `late` (sets, outputs) samples before every sample.
+    """Return the values of y a fraction of a sample earlier, by the cubic through four neighbours.
 
-    By the cubic through four neighbours; y begins with the first sample of a window, what is returned with
-    the second.
+    Args:
+        y: outputs, shape (windows, sets, samples, outputs), from the first sample of a window on.
+        late: delays, shape (sets, outputs), samples.
+        steps: number, shape (windows,), of samples that are predicted.
+
+    Returns:
+        Values, shape (windows, sets, samples - 1, outputs), from the second sample of a window on.
     """
     found = np.full((y.shape[0], y.shape[1], y.shape[2] - 1, y.shape[3]), np.nan)
     for w in range(y.shape[0]):

@@ -1,7 +1,7 @@
-"""Parameters of a system, fitted to free runs: robust nonlinear least squares over windows.
+"""Fits of parameters to free runs: robust nonlinear least squares over windows (Levenberg and Marquardt).
 
-The state at which a window starts is measured with noise. It is fitted too, with the measurement as its
-prior, so that a model without fault comes down to the noise of the sensors.
+The initial state of a window is measured with noise. It is fitted too, with the measurement as its prior, so
+that the errors of a true model are those of the sensor noise.
 """
 
 from __future__ import annotations
@@ -22,25 +22,29 @@ from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
 
 Array = NDArray[np.float64]
 
-#: Iterations of every start before the best one goes on, and windows that they are tried on.
+#: Iterations of every start before the best one is continued, and windows on which they are compared.
 SCOUTING, SCOUTED = 2, 40
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted model.
+    """The result of a fit.
 
     Attributes:
-        values: of what all experiments share, SI. own: of every other unknown, by id of the experiment.
-        names: of the rows of `covariance`; those of an experiment as name@id.
-        covariance: of the fitted numbers, SI; inf where the data do not tell.
-        numbers: (experiments, 1, numbers) that `Simulation` takes.
-        start: (windows, measured states) by how much the states at the starts were corrected.
-        gap: from the measured starts, as the contract defines it. left: from the corrected ones.
-        scale: (outputs,) robust spread of the errors that are left, in the unit of the output.
-        loss: what was minimised. simulations: how many sets of numbers were simulated.
-        substeps: of the integration. converged: whether the loss stopped falling before the iterations were
-            used up.
+        values: fitted numbers that all experiments share, by name, SI.
+        own: numbers that every experiment has for itself, by name and id, SI.
+        names: names of the rows of `covariance`; a number of one experiment is name@id.
+        covariance: covariance, shape (names, names), of the fitted numbers, SI; inf where the data do not
+            determine a number.
+        numbers: parameter sets, shape (experiments, 1, numbers), for `Simulation`.
+        start: corrections, shape (windows, measured states), of the measured initial states, SI.
+        gap: deviation from the measured initial states, as the contract defines the gap.
+        left: deviation from the corrected initial states.
+        scale: robust standard deviation, shape (outputs,), of the remaining errors, in units of the outputs.
+        loss: minimised loss.
+        simulations: number of simulated parameter sets.
+        substeps: integration steps per sample.
+        converged: whether the loss stopped falling before the iterations were used up.
     """
 
     values: Mapping[str, float]
@@ -58,30 +62,34 @@ class Fit:
     converged: bool
 
 
-def fit(
+def fit_parameters(
     simulation: Simulation,
     unknowns: Sequence[Unknown] | None = None,
     starts: Sequence[Mapping[str, float]] = ({},),
     iterations: int = 30,
     substeps: int | None = None,
 ) -> Fit:
-    """Fit `unknowns` to all windows of `simulation` by the method of Levenberg and Marquardt.
+    """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt.
 
     Args:
-        unknowns: the uncertain parameters of the system unless given.
-        starts: values to start from, those of the system where a name is missing. Of several, the one that is
-            best after some iterations on some of the windows goes on.
-        iterations: at most. substeps: steps of the integration per sample; as many as the first of the
-            starts needs unless given.
+        simulation: system and windows.
+        unknowns: numbers to fit, default the uncertain parameters of the system.
+        starts: initial values by name, default those of the system. Of several, the one with the lowest loss
+            after some iterations on some of the windows is continued.
+        iterations: largest number of iterations, default 30.
+        substeps: integration steps per sample, default as many as the first of `starts` needs.
+
+    Returns:
+        The fit.
     """
     chosen = tuple(unknowns) if unknowns is not None else _uncertain(simulation)
     if substeps is None:
         every = Unknowns(simulation, chosen)
         substeps, _ = substeps_needed(simulation, every.numbers(every.vector(starts[0])[None]))
     first, simulations = _start(simulation, chosen, starts, substeps)
-    (descent,) = begun(Unknowns(simulation, chosen), [first], substeps)
+    (descent,) = begin(Unknowns(simulation, chosen), [first], substeps)
     for _ in range(iterations):
-        advance([descent])
+        iterate([descent])
         if descent.converged:
             break
     return _result(descent, simulations)
@@ -98,9 +106,9 @@ def _start(
     if len(starts) == 1:
         return Unknowns(simulation, each).vector(starts[0]), 0
     few = Unknowns(simulation.over(simulation.recording.thinned(SCOUTED)), each)
-    scouts = begun(few, [few.vector(start) for start in starts], substeps)
+    scouts = begin(few, [few.vector(start) for start in starts], substeps)
     for _ in range(SCOUTING):
-        advance(scouts)
+        iterate(scouts)
     errors = scouts[0].errors
     r = errors(np.stack([s.z for s in scouts]), np.stack([s.moved for s in scouts], axis=1))
     square = np.mean(r.swapaxes(1, 2)[few.simulation.recording.counted] ** 2, axis=0)
@@ -143,7 +151,7 @@ DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
 #: A fit has converged when an iteration lowers the loss by less, in all or as a share of it, or moves
 #: everything by less than this share of its standard deviation.
-ENOUGH, SHARE, CLOSE = 1e-2, 1e-5, 0.03
+CONVERGED_LOSS, CONVERGED_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 0.03
 
 
 #: Vectors (sets, entries) and starts (windows, sets, measured states) that are to be simulated.
@@ -152,11 +160,15 @@ Asked = tuple[Array, Array]
 
 @dataclass
 class Descent:
-    """A fit on its way.
+    """The state of a fit between iterations.
 
     Attributes:
-        errors: what is minimised. z: (entries,) what is fitted. moved: (windows, measured states) starts.
-        damping: that was best last. loss: there. converged: whether it stopped falling.
+        errors: errors that are minimised.
+        z: fitted vector, shape (entries,).
+        moved: corrections, shape (windows, measured states), of the initial states, in standard deviations.
+        damping: best damping of the last iteration.
+        loss: loss before the last step.
+        converged: whether the loss stopped falling.
     """
 
     errors: Errors
@@ -167,7 +179,14 @@ class Descent:
     converged: bool = False
 
     def normal(self, r: Array) -> tuple[NormalEquations, Array]:
-        """Normal equations here, from the errors around, and the errors' robust spread (outputs,)."""
+        """Return the normal equations at the current point, and the robust spread of its errors.
+
+        Args:
+            r: errors at the points of `Errors.around`, shape (windows, points, most steps, outputs).
+
+        Returns:
+            Normal equations, and the spread, shape (outputs,).
+        """
         unknowns, here = self.errors.unknowns, r[:, 0]
         scale = spread(here, unknowns.simulation.recording.counted)
         slopes = self.errors.slopes(self.z, r)
@@ -177,9 +196,11 @@ class Descent:
         return normal, scale
 
     def iteration(self) -> Generator[Asked, Array, None]:
-        """Go to the best of several dampings; none of them being better, try stronger ones.
+        """Step to the best of several dampings; where none is better, try stronger ones.
 
-        Yields what has to be simulated and wants its errors.
+        Yields:
+            Vectors, shape (sets, entries), and corrections of initial states, shape (windows, sets, measured
+            states), to simulate; their errors are sent back.
         """
         r = yield self.errors.around(self.z, self.moved)
         normal, scale = self.normal(r)
@@ -193,29 +214,41 @@ class Descent:
             losses = self._losses((yield z, moved), z, moved, scale)
             best = int(np.argmin(losses))
             if losses[best] < here:
-                near = np.abs(z[best] - self.z) <= CLOSE * np.sqrt(np.diag(normal.covariance()))
+                near = np.abs(z[best] - self.z) <= CONVERGED_STEP * np.sqrt(np.diag(normal.covariance()))
                 self.z, self.moved, self.loss = z[best], moved[:, best], float(losses[best])
                 self.damping = float(dampings[best])
-                self.converged = bool(near.all()) or here - self.loss < ENOUGH + SHARE * here
+                self.converged = (
+                    bool(near.all()) or here - self.loss < CONVERGED_LOSS + CONVERGED_SHARE * here
+                )
                 return
             self.damping = float(dampings[-1] * DAMPINGS[-1])
         self.converged = True
 
     def _losses(self, r: Array, z: Array, moved: Array, scale: Array) -> Array:
-        """(sets,) what is minimised: Huber's loss of the errors, how unlikely starts and vectors are."""
+        """(sets,) minimised loss: Huber's loss of the errors, and priors of initial states and vectors."""
         unlikely = 0.5 * np.sum(moved**2, axis=(0, 2)) + 0.5 * z**2 @ self.errors.unknowns.precision
         return np.asarray(loss(r, scale) + unlikely)
 
 
-def begun(unknowns: Unknowns, starts: Sequence[Array], substeps: int) -> list[Descent]:
-    """Fits that start at vectors (entries,) of the same unknowns, and at the states as they were measured."""
+def begin(unknowns: Unknowns, starts: Sequence[Array], substeps: int) -> list[Descent]:
+    """Return fits that start at the measured initial states.
+
+    Args:
+        unknowns: numbers to fit.
+        starts: initial vectors, shape (entries,), one per fit.
+        substeps: integration steps per sample.
+    """
     sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
     errors = Errors(unknowns, sigma, substeps)
     return [Descent(errors, z, np.zeros_like(sigma)) for z in starts]
 
 
-def advance(descents: Sequence[Descent]) -> None:
-    """One iteration of fits that share their errors; what they ask for at a time is simulated together."""
+def iterate(descents: Sequence[Descent]) -> None:
+    """Iterate fits that share their errors once; their points are simulated together.
+
+    Args:
+        descents: fits of the same unknowns.
+    """
     iterations = [descent.iteration() for descent in descents]
     asked = [(iteration, next(iteration)) for iteration in iterations]
     while asked:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting.deviation import Deviation
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.evaluation.gap import LARGEST_ERROR
 
 Array = NDArray[np.float64]
 

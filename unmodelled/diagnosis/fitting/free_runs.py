@@ -9,12 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.data.gap import (
+    DIVERGED,
+    LARGEST_ERROR,
+    SUBSTEPS,
+    WHOLE,
+    FreeRun,
+    Gap,
+    Off,
+    steps_of,
+)
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import Deviation, errors, substeps_needed
 from unmodelled.diagnosis.fitting.floor import floor
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
-from unmodelled.evaluation.gap import DIVERGED, LARGEST_ERROR, SUBSTEPS, WHOLE, FreeRun, Gap, Off, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

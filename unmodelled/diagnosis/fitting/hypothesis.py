@@ -1,4 +1,4 @@
-"""A model that may explain the measurements: the known physics, and effects on top of it."""
+"""Hypotheses about the gap, the known physics with effects, and their fits."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fit import Fit, fit
+from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -30,12 +30,13 @@ Array = NDArray[np.float64]
 class Hypothesis:
     """The known physics with effects.
 
-    When exactly a logged input acts, within about half a sample, is never known: it is fitted with every
-    hypothesis and no effect.
+    When exactly a logged input acts, within about half a sample, is never known. This timing is fitted with
+    every hypothesis and is not an effect.
 
     Attributes:
-        study: the experiments. system: the physics with the effects, at level zero.
-        effects: in the order in which they were added.
+        study: inputs of the diagnosis.
+        system: the physics with the effects, all at amplitude zero.
+        effects: effects in the order in which they were added.
     """
 
     study: Study
@@ -44,11 +45,20 @@ class Hypothesis:
 
     @classmethod
     def known(cls, study: Study) -> Hypothesis:
-        """Nothing but the known physics."""
+        """Return the known physics without effects.
+
+        Args:
+            study: inputs of the diagnosis.
+        """
         return cls(study, study.system)
 
     def plus(self, effect: Effect, place: Place) -> Hypothesis:
-        """With one effect more."""
+        """Return the hypothesis with one effect more.
+
+        Args:
+            effect: effect of the library.
+            place: place of the effect.
+        """
         added = effect.add(self.system, place, self.study.scales)
         return Hypothesis(self.study, added.system, (*self.effects, added))
 
@@ -59,17 +69,17 @@ class Hypothesis:
 
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:
-        """Which effects where."""
+        """Return family, variant and place of every effect."""
         return frozenset((e.family, e.variant, e.place) for e in self.effects)
 
     @property
     def is_local(self) -> bool:
-        """Whether the last effect acts at one level of a factor only."""
+        """Return whether the last effect acts at one level of a factor only."""
         return self.effects[-1].place.factor is not None
 
     @property
     def widened(self) -> frozenset[tuple[str, str, Place]]:
-        """The key of the same with the last effect in all experiments."""
+        """Return the key of the hypothesis whose last effect acts in all experiments."""
         *others, last = self.effects
         everywhere = replace(last.place, factor=None, level=None)
         return frozenset(
@@ -78,12 +88,17 @@ class Hypothesis:
 
     @property
     def complexity(self) -> float:
-        """How much it takes to believe in it: that of the effects together."""
+        """Return the complexity: the sum over the effects."""
         every = {(e.family, e.variant): e.complexity for e in effects()}
         return sum(self.complexity_of(every[e.family, e.variant], e.place) for e in self.effects)
 
     def complexity_of(self, law: float, place: Place) -> float:
-        """Of an effect whose law has a complexity of its own, at a place."""
+        """Return the complexity of an effect at a place.
+
+        Args:
+            law: complexity of the effect's law.
+            place: place of the effect.
+        """
         known = {p.name for p in self.study.system.parameters if not p.identify}
         parameter = place.kind == "parameter" and place.name in known
         limits = self.study.thresholds
@@ -92,7 +107,7 @@ class Hypothesis:
 
     @cached_property
     def c(self) -> Array:
-        """(experiments, constants) operating points, with what the effects need."""
+        """Return the operating points, shape (experiments, constants), with those that the effects need."""
         logs = self.study.logs
         for effect in self.effects:
             logs = extended(logs, effect.columns)
@@ -100,28 +115,32 @@ class Hypothesis:
 
     @cached_property
     def timing(self) -> Mapping[str, str]:
-        """Name of a delay -> input, for the inputs without one."""
+        """Return the inputs whose timing is fitted, by name of the timing."""
         late = {place.name for e in self.effects for place in e.delays.values() if place.kind == "actuator"}
         return {f"timing_{i.name}": i.name for i in self.system.inputs if i.name not in late}
 
     @property
     def delays(self) -> dict[str, str]:
-        """Names of numbers -> names of the inputs or outputs that they delay."""
+        """Return the delayed inputs and outputs, by name of the delay."""
         found = {name: place.name for e in self.effects for name, place in e.delays.items()}
         return {**self.timing, **found}
 
     @property
     def full(self) -> System:
-        """With the effects that are there or not all there."""
+        """Return the system with effects that have no amplitude switched on."""
         return self.system.with_values({name: 1.0 for e in self.effects for name in e.shares})
 
     def simulation(self, recording: Recording) -> Simulation:
-        """Over some windows."""
+        """Return the simulation of the hypothesis.
+
+        Args:
+            recording: windows to simulate.
+        """
         return Simulation(self.full, recording, self.delays, self.c)
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """What is fitted: uncertain parameters, timing, and the numbers of the effects."""
+        """Return the numbers to fit: uncertain parameters, timing, and numbers of the effects."""
         period = self.study.logs.period
         room = self.study.thresholds.input_timing * period
         physics = [Unknown.of(p) for p in self.study.system.parameters if p.identify]
@@ -148,7 +167,13 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class FittedHypothesis:
-    """A hypothesis whose unknowns were fitted to a recording."""
+    """A hypothesis whose unknowns were fitted to a recording.
+
+    Attributes:
+        hypothesis: the known physics with effects.
+        recording: windows that the unknowns were fitted to.
+        fit: result of the fit.
+    """
 
     hypothesis: Hypothesis
     recording: Recording
@@ -163,18 +188,33 @@ class FittedHypothesis:
         iterations: int = 30,
         substeps: int | None = None,
     ) -> FittedHypothesis:
-        """Fit from the best of `starts`, see `fit`."""
+        """Fit a hypothesis to a recording, see `fit_parameters`.
+
+        Args:
+            hypothesis: the known physics with effects.
+            recording: windows to fit.
+            starts: initial values by name; of several, the best one is continued.
+            iterations: largest number of iterations, default 30.
+            substeps: integration steps per sample, default as many as the first of `starts` needs.
+        """
         simulation = hypothesis.simulation(recording)
-        found = fit(simulation, hypothesis.unknowns, starts, iterations, substeps)
+        found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps)
         return cls(hypothesis, recording, found)
 
     @cached_property
     def unknowns(self) -> Unknowns:
-        """Over the recording."""
+        """Return the unknowns over the recording."""
         return Unknowns(self.hypothesis.simulation(self.recording), self.hypothesis.unknowns)
 
     def vector(self, unknowns: Unknowns) -> Array:
-        """(entries,) the fitted values, in the vector of unknowns of the same hypothesis."""
+        """Return the fitted values as a vector.
+
+        Args:
+            unknowns: unknowns of the same hypothesis over some windows.
+
+        Returns:
+            Vector, shape (entries,).
+        """
         runs = sorted(unknowns.simulation.recording.runs)
         ids = [unknowns.simulation.recording.logs.ids[i] for i in runs]
         values = [
@@ -185,8 +225,15 @@ class FittedHypothesis:
         return np.array(values) / unknowns.scale
 
     def moved(self, recording: Recording) -> tuple[Array, Array]:
-        """By how much the starts of the windows of `recording`, which are among those of the fit, were moved,
-        in their noise; and that noise: (windows, measured states) both."""
+        """Return corrections of the initial states and their noise.
+
+        Args:
+            recording: some of the windows of the fit.
+
+        Returns:
+            Corrections in standard deviations of the noise, and these standard deviations, SI; both have the
+            shape (windows, measured states).
+        """
         order = np.argsort(self.recording.start)
         rows = order[np.searchsorted(self.recording.start[order], recording.start)]
         sigma = start_noise(self.hypothesis.simulation(recording), self.fit.numbers)
@@ -194,12 +241,12 @@ class FittedHypothesis:
 
     @cached_property
     def errors(self) -> tuple[Array, Array]:
-        """Errors (windows, most steps, outputs) in units of the sensors' noise, and moved starts."""
+        """Return errors in units of the sensor noise, shape (windows, most steps, outputs), and starts."""
         moved, sigma = self.moved(self.recording)
         errors = Errors(self.unknowns, sigma, self.fit.substeps)
         return errors(self.vector(self.unknowns)[None], moved[:, None])[:, 0], moved
 
     @cached_property
     def spread(self) -> Array:
-        """(outputs,) of the errors, see `spread`."""
+        """Return the robust spread, shape (outputs,), of the errors, see `residuals.spread`."""
         return spread(self.errors[0], self.recording.counted)

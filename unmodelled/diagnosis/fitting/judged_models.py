@@ -1,4 +1,4 @@
-"""A fitted hypothesis as a model of its own, with its numbers, judged on the held-out experiments."""
+"""Models with their fitted numbers, judged on the held-out experiments."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fit import fit
+from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
-from unmodelled.evaluation.gap import Gap
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.systems.model import System
@@ -25,12 +25,21 @@ Array = NDArray[np.float64]
 
 
 def known_model(study: Study) -> JudgedModel:
-    """The system as it was given."""
+    """Return the system as given, with its gap on the held-out experiments.
+
+    Args:
+        study: inputs of the diagnosis.
+    """
     return JudgedModel("known", study.system, study.logs, held_out_gap(study.system, study.logs, study))
 
 
 def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
-    """A hypothesis with its fitted numbers."""
+    """Return a hypothesis as a system with its fitted numbers, and its gap on the held-out experiments.
+
+    Args:
+        label: name of the model.
+        fitted: fitted hypothesis.
+    """
     study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
     system = _shared(fitted)
     logs = study.logs
@@ -45,15 +54,24 @@ def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
 
 
 def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
-    """Its gap on the held-out experiments."""
+    """Return the gap of `system` on the held-out experiments of `study`.
+
+    Args:
+        system: system with its numbers.
+        logs: logs of all experiments, with the states and constants of `system`.
+        study: inputs of the diagnosis.
+    """
     return free_runs(system, logs, study.horizon, study.held_out, study.sensors)
 
 
 def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float]]:
-    """By name and id: the numbers that every experiment has for itself, of the held-out ones too.
+    """Return the numbers that every experiment has for itself, by name and id, SI.
 
-    These can be known from the experiment itself only: they are fitted there, with all that is shared as it
-    is.
+    Those of held-out experiments are fitted to these experiments, with all shared numbers fixed: nothing else
+    determines them.
+
+    Args:
+        fitted: fitted hypothesis.
     """
     if not fitted.fit.own:
         return {}
@@ -61,7 +79,9 @@ def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
     logs = with_delays(system, study.logs)
     held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
-    found = fit(Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps).own
+    found = fit_parameters(
+        Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps
+    ).own
     return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
 
 

@@ -1,6 +1,6 @@
-"""Normal equations of a fit in which the states at the start of every window are unknown too.
+"""Normal equations of a fit in which the initial state of every window is unknown too.
 
-A start touches its own window only, so that the starts are eliminated window by window (Schur complement).
+An initial state affects its own window only, and is eliminated there (Schur complement).
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Curvature below this, relative to the largest, says that data do not know an unknown.
-UNSEEN = 1e-12
-#: Directions that are so much flatter than the steepest one are left alone.
+#: Relative curvature below which the data do not determine an unknown: a few thousand roundings.
+LEAST_CURVATURE = 1e-12
+#: Relative singular value below which a direction is not moved along, for the same reason.
 RANK = 1e-12
 
 
@@ -24,10 +24,12 @@ class NormalEquations:
     """Products of derivatives and residuals.
 
     Attributes:
-        gram: (windows, q, q) of the q = unknowns + states + 1 columns: derivatives by the unknowns, by the
-            states at the start in units of their noise, and the residual. The starts' own spread is in there.
-        entry: (windows, unknowns) where an unknown stands in the vector.
-        precision: (size,) inverse variance around zero of the vector's prior.
+        gram: products, shape (windows, q, q), of q = unknowns + states + 1 columns: derivatives by the
+            unknowns, by
+            the initial states in units of their noise, and the residual. The prior of the initial states is
+            included.
+        entry: entry, shape (windows, unknowns), of an unknown in the vector.
+        precision: inverse variance, shape (size,), of the vector's prior around zero.
     """
 
     gram: Array
@@ -38,8 +40,15 @@ class NormalEquations:
     def of(
         cls, r: Array, slopes: Array, weights: Array, moved: Array, entry: Indices, precision: Array
     ) -> NormalEquations:
-        """From residuals and weights (windows, ...), slopes (windows, unknowns + states, ...), and how far
-        the starts are moved (windows, states).
+        """Return the products of residuals and derivatives.
+
+        Args:
+            r: residuals, shape (windows, samples, outputs).
+            slopes: derivatives, shape (windows, unknowns + states, samples, outputs).
+            weights: weights, shape (windows, samples, outputs), of squared residuals.
+            moved: corrections, shape (windows, states), of the initial states, in units of their noise.
+            entry: entry, shape (windows, unknowns), of an unknown in the vector.
+            precision: inverse variance, shape (size,), of the vector's prior.
         """
         rows = np.concatenate([slopes, r[:, None]], axis=1).reshape(len(r), slopes.shape[1] + 1, -1)
         gram = (rows * weights.reshape(len(r), 1, -1)) @ rows.swapaxes(1, 2)
@@ -51,8 +60,16 @@ class NormalEquations:
         return cls(gram, entry, precision)
 
     def reduced(self, damping: float = 0.0) -> tuple[Array, Array, Array]:
-        """Without the starts: curvature (windows, unknowns, unknowns), gradient (windows, unknowns), and how
-        the starts follow (windows, states, unknowns + 1) the unknowns and on their own."""
+        """Eliminate the initial states.
+
+        Args:
+            damping: relative damping of the initial states, default 0.
+
+        Returns:
+            Curvature, shape (windows, unknowns, unknowns), gradient, shape (windows, unknowns), and
+            derivatives, shape (windows,
+            states, unknowns + 1), of the initial states by the unknowns, their own step last.
+        """
         n = self.entry.shape[1]
         inner = self.gram[:, n:-1, n:-1]
         damped = inner + damping * np.eye(inner.shape[1]) * inner
@@ -62,7 +79,15 @@ class NormalEquations:
         return outer[:, :, :n], outer[:, :, n], follow
 
     def summed(self, curvature: Array, gradient: Array) -> tuple[Array, Array]:
-        """Curvature (size, size) and gradient (size,) of the whole vector, without its prior."""
+        """Sum curvature and gradient over the windows.
+
+        Args:
+            curvature: curvature of every window, shape (windows, unknowns, unknowns).
+            gradient: gradient of every window, shape (windows, unknowns).
+
+        Returns:
+            Curvature, shape (size, size), and gradient, shape (size,), of the vector, without its prior.
+        """
         size = len(self.precision)
         H, g = np.zeros((size, size)), np.zeros(size)
         np.add.at(H, (self.entry[:, :, None], self.entry[:, None, :]), curvature)
@@ -70,13 +95,22 @@ class NormalEquations:
         return H, g
 
     def step(self, damping: float, z: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Where the vector goes, within its bounds, and by how much the starts move (windows, states)."""
+        """Return the vector after a damped step within its bounds, and steps of the initial states.
+
+        Args:
+            damping: relative damping of all unknowns.
+            z: vector, shape (size,), before the step.
+            bounds: lowest and highest values of the vector, shape (size,).
+
+        Returns:
+            Vector, shape (size,), and steps, shape (windows, states).
+        """
         curvature, gradient, follow = self.reduced(damping)
         H, g = self.summed(curvature, gradient)
         H, g = H + np.diag(self.precision), g + self.precision * z
         diagonal = np.diag(H)
         low, high = bounds
-        free = diagonal > UNSEEN * diagonal.max(initial=0.0)
+        free = diagonal > LEAST_CURVATURE * diagonal.max(initial=0.0)
         while True:
             free &= ~((z <= low) & (g > 0.0)) & ~((z >= high) & (g < 0.0))
             step = np.zeros_like(z)
@@ -94,15 +128,19 @@ class NormalEquations:
         return there, moves
 
     def covariance(self) -> Array:
-        """(size, size) of the vector, from the scatter of the windows' gradients; inf where data do not tell.
+        """Estimate the covariance of the vector; inf where the data do not determine an unknown.
 
-        Errors of one window depend on each other, those of two windows do not (sandwich estimator).
+        It comes from the scatter of the windows' gradients (sandwich estimator): errors of one window depend
+        on each other, those of two windows do not.
+
+        Returns:
+            Covariance, shape (size, size).
         """
         curvature, gradient, _ = self.reduced()
         H = self.summed(curvature, gradient)[0] + np.diag(self.precision)
         scatter, _ = self.summed(gradient[:, :, None] * gradient[:, None, :], gradient)
         diagonal = np.diag(H)
-        seen = diagonal > UNSEEN * diagonal.max(initial=0.0)
+        seen = diagonal > LEAST_CURVATURE * diagonal.max(initial=0.0)
         result = np.diag(np.where(seen, 0.0, np.inf))
         if seen.any():
             unit = 1.0 / np.sqrt(diagonal[seen])

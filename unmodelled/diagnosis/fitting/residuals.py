@@ -1,29 +1,31 @@
-"""Multi-step errors of windows, their derivatives by what is fitted, and how much each of them counts."""
+"""Free-run errors of windows, their derivatives by the unknowns, and their weights in the loss."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-from unmodelled.evaluation.gap import LARGEST_ERROR
 
 Array = NDArray[np.float64]
 
-#: Forward differences, in units of an unknown and of the noise of a state at the start.
+#: Steps of forward differences, in units of an unknown and of the noise of an initial state.
 STEP, START_STEP = 1e-4, 0.1
-#: Standard deviations beyond which an error counts linearly and no longer squared (Huber).
+#: Standard deviations beyond which an error counts linearly and no longer squared (Huber): 95 % of normal
+#: errors count squared.
 TUNING = 2.0
 
 
 class Errors:
-    """Residuals of one simulation.
+    """Compute the errors of one simulation.
 
     Args:
-        unknowns: what may change. sigma: (windows, measured states) noise of the states at the start.
-        substeps: of the integration.
+        unknowns: numbers that may change.
+        sigma: noise, shape (windows, measured states), of the initial states, SI.
+        substeps: integration steps per sample.
     """
 
     def __init__(self, unknowns: Unknowns, sigma: Array, substeps: int) -> None:
@@ -32,23 +34,24 @@ class Errors:
 
     @property
     def simulation(self) -> Simulation:
+        """Return the simulation of the unknowns."""
         return self.unknowns.simulation
 
     @property
     def largest(self) -> Array:
-        """(outputs,) what errors are cut at."""
+        """Return the size, shape (outputs,), at which errors are cut, in units of the noise."""
         recording = self.simulation.recording
         return LARGEST_ERROR * recording.scale / recording.noise
 
     def __call__(self, z: Array, moved: Array) -> Array:
-        """Errors (windows, sets, most steps, outputs) in standard deviations of the sensors' noise.
+        """Return errors (windows, sets, most steps, outputs) in standard deviations of the sensor noise.
 
         An error beyond `largest`, or of a simulation that diverged, is cut there; after the end of a window
-        there is none.
+        errors are zero.
 
         Args:
-            z: (sets, entries).
-            moved: (windows, sets, measured states) how far the starts are moved, in `sigma`.
+            z: vectors (sets, entries).
+            moved: corrections (windows, sets, measured states) of the initial states, in `sigma`.
         """
         recording = self.simulation.recording
         runs = self.simulation(self.unknowns.numbers(z), moved * self.sigma[:, None], self.substeps)
@@ -57,8 +60,15 @@ class Errors:
         return np.asarray(r)
 
     def around(self, z: Array, moved: Array) -> tuple[Array, Array]:
-        """A point z (entries,), moved (windows, measured states), and what is next to it in every direction
-        that a window sees: one set for each unknown and for each state at the start.
+        """Return a point and its neighbours in every direction: one for each unknown and initial state.
+
+        Args:
+            z: vector, shape (entries,).
+            moved: corrections, shape (windows, measured states), of the initial states.
+
+        Returns:
+            Vectors, shape (points, entries), and corrections, shape (windows, points, measured states),
+            where points are 1 + unknowns + measured states.
         """
         unknowns, states = self.unknowns, moved.shape[1]
         count = len(unknowns.each)
@@ -69,8 +79,15 @@ class Errors:
         return points, starts
 
     def slopes(self, z: Array, r: Array) -> Array:
-        """Derivatives (windows, unknowns + measured states, most steps, outputs) at z from the errors
-        `around` it. An error that is cut does not change.
+        """Return the derivatives of the errors by unknowns and initial states.
+
+        Args:
+            z: vector, shape (entries,).
+            r: errors at the points of `around`; the derivative of an error that was cut is zero. Its shape is
+                (windows, points, most steps, outputs).
+
+        Returns:
+            Derivatives, shape (windows, unknowns + measured states, most steps, outputs).
         """
         entry = self.unknowns.entry
         steps = np.full((len(r), r.shape[1] - 1), START_STEP)
@@ -82,18 +99,42 @@ class Errors:
 
 
 def spread(r: Array, counted: NDArray[np.bool_]) -> Array:
-    """(outputs,) robust standard deviation of residuals (windows, most steps, outputs), at least noise."""
+    """Estimate the robust standard deviation of residuals, at least that of the noise.
+
+    Args:
+        r: residuals, shape (windows, most steps, outputs), in standard deviations of the noise.
+        counted: mask, shape (windows, most steps), of predicted samples.
+
+    Returns:
+        Standard deviation, shape (outputs,), in that of the noise.
+    """
     return np.maximum(1.4826 * np.median(np.abs(r[counted]), axis=0), 1.0)
 
 
 def weights(r: Array, scale: Array) -> Array:
-    """Of squared residuals (..., outputs) by Huber's loss, relative to `scale` (outputs,)."""
+    """Return the weights of squared residuals by Huber's loss.
+
+    Args:
+        r: residuals, shape (..., outputs).
+        scale: robust standard deviation, shape (outputs,), of the residuals.
+
+    Returns:
+        Weights, shape (..., outputs).
+    """
     size = np.abs(r) / scale
     return np.where(size <= TUNING, 1.0, TUNING / np.maximum(size, TUNING)) / scale**2
 
 
 def loss(r: Array, scale: Array) -> Array:
-    """Huber's loss (sets,) of residuals (windows, sets, most steps, outputs)."""
+    """Return Huber's loss of residuals.
+
+    Args:
+        r: residuals, shape (windows, sets, most steps, outputs).
+        scale: robust standard deviation, shape (outputs,), of the residuals.
+
+    Returns:
+        Loss, shape (sets,).
+    """
     size = np.abs(r) / scale
     each = np.where(size <= TUNING, 0.5 * size**2, TUNING * (size - 0.5 * TUNING))
     return np.asarray(each.sum((0, 2, 3)))

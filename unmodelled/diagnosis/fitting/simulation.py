@@ -10,12 +10,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.gap import WHOLE
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTables
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
-from unmodelled.evaluation.gap import WHOLE
 from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 
@@ -28,12 +28,13 @@ class Runs:
     """Simulated and measured outputs of all windows.
 
     Attributes:
-        y: (windows, sets, most steps, outputs) simulated, from the second sample of a window on; nan after
-            its end, nan or inf where it diverged.
-        measured: (windows, sets or 1, most steps, outputs) at the same moments.
-        counted: (windows, most steps) those before the end of a window.
-        later: (sets or 1, outputs) by how many samples those that are compared come later than without delay.
-        first: (windows, sets, outputs) what an output without delay shows at the start of a window.
+        y: simulated outputs, shape (windows, sets, most steps, outputs), from the second sample of a window
+            on; nan after its end, nan or inf where the simulation diverged.
+        measured: measured outputs, shape (windows, sets or 1, most steps, outputs), at the same samples.
+        counted: mask, shape (windows, most steps), of the samples before the end of a window.
+        later: number, shape (sets or 1, outputs), of samples by which a delay shifts the compared samples.
+        first: simulated outputs, shape (windows, sets, outputs), at the first sample of a window, without
+            delay.
     """
 
     y: Array
@@ -43,38 +44,42 @@ class Runs:
     first: Array
 
     def errors(self, scale: Array) -> Array:
-        """Return the errors of the first set, (windows, most steps, outputs); not finite where it diverged.
+        """Return the errors of the first set; not finite where it diverged.
 
         Args:
-            scale: unit of the errors, (outputs,), such as `Recording.scale`.
+            scale: unit of the errors, shape (outputs,), such as `Recording.scale`.
+
+        Returns:
+            Errors, shape (windows, most steps, outputs).
         """
         with np.errstate(all="ignore"):
             return np.asarray((self.y[:, 0] - self.measured[:, 0]) / scale)
 
     @property
     def diverged(self) -> NDArray[np.bool_]:
-        """(windows, sets) where some output has no finite value."""
+        """Return the mask, shape (windows, sets), of windows in which an output has no finite value."""
         return np.asarray((~np.isfinite(self.y).all(-1) & self.counted[:, None]).any(-1))
 
 
 class Simulation:
-    """A system over the windows of a recording.
+    """Simulate a system over the windows of a recording.
 
-    A set of numbers is the parameters of the system, in its order, and then the delays. A window starts at
-    the states that the outputs show under this set; a state that no output shows is integrated from the start
-    of the experiment, with the others imposed.
+    A parameter set is the parameters of the system, in its order, and then the delays. A window starts at the
+    states that the outputs measure under this set; a state that no output measures is integrated from the
+    start of the experiment, with the measured states imposed.
 
     Args:
-        system: laws of its ports included.
-        recording: the windows; its logs have the inputs and outputs of `system`.
-        delays: names of further numbers -> names of the inputs or outputs that they delay, in s. They count
-            from the delays that the system has; the recording must leave them room, see `Recording.of`.
-        c: (experiments, constants) operating points; those of the logs unless given.
-        backend: makes ready to be integrated a system and the expressions that its outputs show: the register
-            machine, or `Generated.of` for a compiled kernel.
+        system: system with the laws of its ports.
+        recording: windows; their logs have the inputs and outputs of `system`.
+        delays: names of the inputs or outputs that further numbers delay (s), by name of the number. They are
+            added to the delays of the system; the recording must leave them room, see `Recording.of`.
+        c: operating points, shape (experiments, constants), default those of the logs.
+        backend: function that prepares a system and the expressions of its outputs for integration, default
+            the register machine; `Generated.of` makes a compiled kernel.
 
     Attributes:
-        measured, hidden: numbers of the states that outputs show, and of the others.
+        measured: numbers of the states that outputs measure.
+        hidden: numbers of the other states.
     """
 
     def __init__(
@@ -97,26 +102,30 @@ class Simulation:
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
 
     def over(self, recording: Recording) -> Simulation:
-        """The same system over other windows of the same experiments."""
+        """Return the simulation of the same system over other windows.
+
+        Args:
+            recording: windows of the same experiments.
+        """
         return Simulation(self.system, recording, self.delays, self.c, self._backend)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the numbers of a set."""
+        """Return the names of the numbers of a parameter set."""
         return (*(p.name for p in self.system.parameters), *self.delays)
 
     @property
     def values(self) -> Array:
-        """(numbers,) of the system as it is."""
+        """Return the parameter set, shape (numbers,), of the system as given."""
         return np.array([*self.system.values, *(0.0 for _ in self.delays)])
 
     def __call__(self, values: Array, moved: Array | None = None, substeps: int = 1) -> Runs:
         """Simulate all windows.
 
         Args:
-            values: (experiments or 1, sets, numbers).
-            moved: (windows, sets, measured states) what is added to the states at the start.
-            substeps: steps of Runge and Kutta's method per sample.
+            values: parameter sets (experiments or 1, sets, numbers).
+            moved: summands (windows, sets, measured states) of the initial states, SI, default none.
+            substeps: integration steps (Runge-Kutta, order four) per sample, default 1.
         """
         record, sets = self.recording, values.shape[1]
         everywhere = np.broadcast_to(values, (len(record.logs), *values.shape[1:]))

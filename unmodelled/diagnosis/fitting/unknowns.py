@@ -1,4 +1,4 @@
-"""What a fit may change: parameters and delays, for all experiments or for each of them."""
+"""Numbers that are fitted: parameters and delays, shared by all experiments or one for each."""
 
 from __future__ import annotations
 
@@ -21,9 +21,12 @@ class Unknown:
     """A number that is fitted.
 
     Attributes:
-        name: of a parameter or delay. low, high: its bounds, SI. scale: a plausible size, SI.
-        own: whether every experiment has a value of its own.
-        prior: standard deviation around zero that is plausible before there are any data, SI.
+        name: name of a parameter or delay.
+        low: lower bound, SI.
+        high: upper bound, SI.
+        scale: plausible size, SI.
+        own: whether every experiment has a value of its own, default False.
+        prior: standard deviation of the prior around zero, SI, default inf (no prior).
     """
 
     name: str
@@ -35,7 +38,11 @@ class Unknown:
 
     @classmethod
     def of(cls, parameter: Parameter) -> Unknown:
-        """A parameter of a system within its limits."""
+        """Return the unknown of a parameter, within its limits.
+
+        Args:
+            parameter: parameter of a system.
+        """
         low, high = parameter.limits
         width = high - low if np.isfinite(high - low) else 1.0
         return cls(parameter.name, low, high, abs(parameter.value) or 0.1 * width)
@@ -43,10 +50,11 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Unknowns side by side in one vector: those that all experiments share have one entry, others one each.
+    """Arrange unknowns in one vector: a shared one has one entry, another one an entry per experiment.
 
     Attributes:
-        simulation: whose numbers they are. each: the unknowns.
+        simulation: simulation that takes the numbers.
+        each: unknowns.
     """
 
     simulation: Simulation
@@ -54,13 +62,13 @@ class Unknowns:
 
     @cached_property
     def unknown(self) -> Indices:
-        """(entries,) which of the unknowns."""
+        """Return the unknown, shape (entries,), of every entry."""
         runs = len(self.simulation.recording.runs)
         return np.repeat(np.arange(len(self.each)), [runs if u.own else 1 for u in self.each])
 
     @cached_property
     def entry(self) -> Indices:
-        """(windows, unknowns) the entry that counts in a window."""
+        """Return the entry, shape (windows, unknowns), of every unknown in every window."""
         recording = self.simulation.recording
         run = np.searchsorted(np.sort(recording.runs), recording.owner)
         first = np.searchsorted(self.unknown, np.arange(len(self.each)))
@@ -68,29 +76,43 @@ class Unknowns:
 
     @cached_property
     def scale(self) -> Array:
-        """(entries,) of the values that the vector counts in."""
+        """Return the unit, shape (entries,), of the vector, SI."""
         return np.array([self.each[k].scale for k in self.unknown])
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """(entries,) lowest and highest values of the vector."""
+        """Return the lowest and highest values, shape (entries,), of the vector."""
         low, high = (np.array([getattr(self.each[k], end) for k in self.unknown]) for end in ("low", "high"))
         return low / self.scale, high / self.scale
 
     @cached_property
     def precision(self) -> Array:
-        """(entries,) inverse variance of what is plausible before there are any data."""
+        """Return the inverse variance, shape (entries,), of the prior, in units of the vector."""
         prior = np.array([self.each[k].prior for k in self.unknown])
         return np.asarray((self.scale / prior) ** 2)
 
     def vector(self, start: Mapping[str, float]) -> Array:
-        """(entries,) at values, those of the system unless given, within the bounds."""
+        """Return the vector of given values, within the bounds.
+
+        Args:
+            start: values by name, SI; those of the system where a name is missing.
+
+        Returns:
+            Vector, shape (entries,).
+        """
         known = dict(zip(self.simulation.names, self.simulation.values.tolist(), strict=True)) | dict(start)
         values = np.array([known[u.name] for u in self.each])
         return np.clip(values[self.unknown] / self.scale, *self.bounds)
 
     def numbers(self, z: Array) -> Array:
-        """(experiments, sets, numbers) that `Simulation` takes, from vectors (sets, entries)."""
+        """Return the parameter sets of vectors.
+
+        Args:
+            z: vectors, shape (sets, entries).
+
+        Returns:
+            Parameter sets, shape (experiments, sets, numbers).
+        """
         recording = self.simulation.recording
         values = np.tile(self.simulation.values, (len(recording.logs), len(z), 1))
         for k, unknown in enumerate(self.each):

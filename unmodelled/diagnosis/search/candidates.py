@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Compare hypotheses that were fitted to the same recording.
+    """Hypotheses that were fitted to the same recording.
 
     Attributes:
         fits: fitted hypotheses; the first is the known physics.
@@ -38,7 +38,7 @@ class Candidates:
         unlikely the fitted initial states are.
 
         Returns:
-            (candidates, experiments) negative logarithm of a likelihood.
+            Negative logarithm of a likelihood, shape (candidates, experiments).
         """
         scale = np.min([f.spread for f in self.fits], axis=0)
         return np.stack([_losses(f, scale) for f in self.fits])
@@ -51,19 +51,22 @@ class Candidates:
 
     @cached_property
     def complexity(self) -> Array:
-        """Return the complexity (candidates,) of the effects of every candidate."""
+        """Return the complexity, shape (candidates,), of the effects of every candidate."""
         return np.array([f.hypothesis.complexity for f in self.fits])
 
     @cached_property
     def penalised(self) -> Array:
-        """Return loss plus penalty (candidates,); the smallest is the best."""
+        """Return loss plus penalty, shape (candidates,); the smallest is the best."""
         penalty = self.thresholds.penalty * self.count * self.complexity
         return np.asarray(self.losses.sum(1) + penalty)
 
     def ranked(self, effects: int) -> list[int]:
-        """Return the numbers of the candidates with `effects` effects, the best first.
+        """Return the numbers of the candidates with so many effects, the best first.
 
         While a large gap remains, the penalty is larger: a complex effect may stand in for a missing one.
+
+        Args:
+            effects: number of effects.
         """
         mine = [k for k, f in enumerate(self.fits) if len(f.hypothesis.effects) == effects]
         missing = min((max(noise_ratio(self.fits[k]), 0.0) for k in mine), default=0.0)
@@ -72,7 +75,12 @@ class Candidates:
         return sorted(mine, key=lambda k: float(self.losses[k].sum() + price * self.complexity[k]))
 
     def pays(self, now: int, more: int) -> bool:
-        """Return whether candidate `more`, with one effect more, is significantly better than `now`."""
+        """Return whether a candidate with one effect more is significantly better.
+
+        Args:
+            now: number of the candidate.
+            more: number of the candidate with one effect more.
+        """
         limits = self.thresholds
         saved = float(self.losses[now].sum() - self.losses[more].sum())
         least = limits.significant_loss + limits.significant_loss_per_complexity * self.complexity[more]
@@ -101,7 +109,11 @@ class Candidates:
         return min([now, *simpler], key=lambda k: float(self.penalised[k]))
 
     def at_floor(self, fitted: FittedHypothesis) -> bool:
-        """Return whether too little remains for one more effect; a third effect needs more than a second."""
+        """Return whether too little remains for one more effect; a third effect needs more than a second.
+
+        Args:
+            fitted: fitted candidate.
+        """
         few = len(fitted.hypothesis.effects) < 2
         return noise_ratio(fitted) <= (self.thresholds.at_floor if few else self.thresholds.above_floor)
 
@@ -115,7 +127,11 @@ class Candidates:
 
 
 def noise_ratio(fitted: FittedHypothesis) -> float:
-    """Return the mean square of the remaining errors, in variances of the sensor noise, less one."""
+    """Return the mean square of the remaining errors, in variances of the sensor noise, less one.
+
+    Args:
+        fitted: fitted candidate.
+    """
     noise = fitted.recording.noise / fitted.recording.scale
     left = np.array(list(fitted.fit.left.per_output.values()))
     return float(np.mean((left / noise) ** 2)) - 1.0

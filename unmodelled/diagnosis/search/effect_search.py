@@ -1,4 +1,4 @@
-"""Fits of the candidates that a screen found promising: singles, pairs, triples."""
+"""The search for effects: fits of the candidates that a screen finds promising, up to three effects."""
 
 from __future__ import annotations
 
@@ -14,24 +14,27 @@ from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.effects.added import Added
 
-#: Simulated samples that a screen and a fit look at, about.
+#: Simulated samples of a screen and of a fit, about: a budget of time.
 SCREENED, FITTED = 6000, 20_000
-#: At each depth: how many models an effect is added to, and how many candidates are fitted on top of each.
+#: At each depth: candidates that an effect is added to, and fits on top of each: a budget.
 DEPTHS = (1, 14), (2, 5), (1, 5)
-#: How often effects of the named model are exchanged, and for how many candidates each.
+#: Rounds in which effects of the leading candidate are exchanged, and fits for each effect: a budget.
 EXCHANGES, EXCHANGED = 2, 4
-#: A shape with so many starting values has many optima; the best one is sought among neighbours.
+#: A shape with so many starting values has many optima; the best one is searched among these multiples.
 ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
 
 
 @dataclass
 class EffectSearch:
-    """Models that were fitted so far, the known physics first.
+    """A search for effects, with all fits so far.
 
     Attributes:
-        study: the experiments. workers: threads. progress: is told what is being done.
-        fits: by what their effects are. screens: of candidates on top of a model, by the same.
-        widened: those at one level that were tried everywhere.
+        study: inputs of the diagnosis.
+        workers: number of threads, default 1.
+        progress: function that is called with a line of text at each step.
+        fits: fitted hypotheses by key, the known physics first.
+        screens: screened candidates on top of a fitted hypothesis, by its key.
+        widened: keys of effects at one level that were also fitted in all experiments.
     """
 
     study: Study
@@ -52,16 +55,20 @@ class EffectSearch:
 
     @property
     def base(self) -> FittedHypothesis:
-        """The known physics, re-identified."""
+        """Return the known physics with its uncertain parameters fitted."""
         return self.fits[frozenset()]
 
     @property
     def candidates(self) -> Candidates:
-        """Return what was fitted so far, on one scale."""
+        """Return all fits so far, on one scale."""
         return Candidates(tuple(self.fits.values()), self.study.thresholds)
 
     def run(self) -> Candidates:
-        """Add effects as long as it pays and something is left to explain."""
+        """Add effects as long as they pay and more than noise remains.
+
+        Returns:
+            All fitted candidates.
+        """
         for depth, (parents, count) in enumerate(DEPTHS):
             candidates = self.candidates
             named = candidates.fits[candidates.leading()]
@@ -75,7 +82,11 @@ class EffectSearch:
         return self._exchanged()
 
     def screen(self, base: FittedHypothesis) -> list[Screened]:
-        """All candidates on top of a fitted model, the most promising first."""
+        """Return all candidates with one effect more, the most promising first.
+
+        Args:
+            base: fitted hypothesis that the effect is added to.
+        """
         key = base.hypothesis.key
         if key not in self.screens:
             self.progress(f"screen effects on top of {base.hypothesis}")
@@ -88,9 +99,7 @@ class EffectSearch:
         return simple and self.candidates.at_floor(named)
 
     def _exchanged(self) -> Candidates:
-        """With each effect of the named model taken out, and others in its place: what was added first may
-        have stood in for what came later.
-        """
+        """Exchange each effect of the leading candidate: it may have stood in for a later effect."""
         for _ in range(EXCHANGES):
             candidates = self.candidates
             effects = candidates.fits[candidates.leading()].hypothesis.effects
@@ -102,15 +111,21 @@ class EffectSearch:
         return self.candidates
 
     def fit(self, candidates: Iterable[Screened]) -> None:
-        """Fit what was not fitted yet."""
+        """Fit candidates that were not fitted yet.
+
+        Args:
+            candidates: screened candidates.
+        """
         new = {c.key: c for c in candidates if c.key not in self.fits}
         with threads_of(self.workers) as pool:
             for fitted in pool.map(self._fit, new.values()):
                 self.fits[fitted.hypothesis.key] = fitted
 
     def _widen(self) -> None:
-        """Where an effect explains more at one level than everywhere, the fit everywhere may have gone
-        astray: it is done again from where the other one ended.
+        """Repeat the fit of an effect in all experiments from the result of its fit at one level.
+
+        Where an effect explains more at one level than in all experiments, the latter fit may have found a
+        local optimum.
         """
         for local in [f for f in self.fits.values() if f.hypothesis.effects and f.hypothesis.is_local]:
             wide = self.fits.get(local.hypothesis.widened)
@@ -129,12 +144,17 @@ class EffectSearch:
         return self._again(fitted, [{**values, rough: near * values[rough]} for near in NEAR])
 
     def _again(self, fitted: FittedHypothesis, starts: Sequence[Mapping[str, float]]) -> FittedHypothesis:
-        """The same from other starts, if that is better."""
+        """Fit again from other starts; return the better fit."""
         tries = Candidates((fitted, FittedHypothesis.of(fitted.hypothesis, self.fitted, starts)))
         return tries.fits[int(np.argmin(tries.losses.sum(1)))]
 
     def fitted_with(self, before: Hypothesis, added: Added) -> FittedHypothesis:
-        """The fit of `before` with an effect that belongs to another hypothesis, from where it was fitted."""
+        """Return the fit of a hypothesis with an effect of another hypothesis.
+
+        Args:
+            before: hypothesis that was fitted.
+            added: effect of another hypothesis.
+        """
         key = before.key | {(added.family, added.variant, added.place)}
         if key not in self.fits:
             found = self.screen(self.fits[before.key])
@@ -143,7 +163,7 @@ class EffectSearch:
 
 
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
-    """The first ones; what acts at one level of a factor is to be compared with the same everywhere."""
+    """The first candidates; an effect at one level is compared with the same effect in all experiments."""
     first = [s for s in found if s.gain > 0.0][:count]
     local = {_everywhere(s) for s in first if s.place.factor is not None}
     more = [s for s in found[count:] if s.place.factor is None and _everywhere(s) in local]

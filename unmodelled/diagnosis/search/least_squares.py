@@ -1,4 +1,4 @@
-"""Least squares with bounds over experiments, for very many selections of the same columns."""
+"""Bounded least squares over experiments, for many selections of the same columns."""
 
 from __future__ import annotations
 
@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Relative to the curvature: keeps columns that are alike apart, and says which of them is not there at all.
-RIDGE, UNSEEN = 1e-9, 1e-12
-#: Times per column that a bound is met or left at most.
-MOVES = 4
+#: Relative ridge that keeps equal columns apart, and relative curvature below which a column is zero.
+RELATIVE_RIDGE, ZERO_CURVATURE = 1e-9, 1e-12
+#: Largest number of times per column that a bound is met or left.
+MOVES_PER_COLUMN = 4
 
 
 @dataclass(frozen=True)
 class Products:
-    """Of columns with each other and with the errors, which are the last column.
+    """Products of columns with each other and with the errors, the last column.
 
     Attributes:
-        gram: (experiments, columns + 1, columns + 1). low, high: (columns,) bounds of the coefficients.
-        precision: (columns,) inverse variance of a prior of the coefficients around zero, or 0.
+        gram: products, shape (experiments, columns + 1, columns + 1).
+        low: lower bounds of the coefficients, shape (columns,).
+        high: upper bounds of the coefficients, shape (columns,).
+        precision: inverse variance of the coefficients' prior around zero, shape (columns,), or scalar 0.
     """
 
     gram: Array
@@ -40,14 +42,15 @@ class Products:
         owner: Indices,
         bounds: tuple[Array, Array],
     ) -> Products:
-        """Of weighted errors of windows whose starts go along with the columns.
+        """Return the products of weighted errors of windows, with their initial states eliminated.
 
         Args:
-            columns: (windows, columns, samples) change of the errors per unit of the coefficients.
-            r: (windows, samples) the errors.
-            starts: (windows, states, samples) change by the starts, in units of their spread.
-            moved: (windows, states) by how much they are moved so far.
-            owner: (windows,) number of the experiment. bounds: of the coefficients, (columns,) each.
+            columns: change of the errors per unit of the coefficients, shape (windows, columns, samples).
+            r: errors, shape (windows, samples).
+            starts: change by the initial states, shape (windows, states, samples), in units of their noise.
+            moved: corrections of the initial states, shape (windows, states).
+            owner: number of the experiment, shape (windows,).
+            bounds: lowest and highest coefficients, shape (columns,) each.
         """
         half = np.linalg.inv(np.linalg.cholesky(starts @ starts.swapaxes(1, 2) + np.eye(starts.shape[1])))
         rows = np.concatenate([columns, r[:, None]], axis=1)
@@ -61,7 +64,12 @@ class Products:
         return cls(gram, *bounds)
 
     def only(self, shared: int, members: Indices | None = None) -> Products:
-        """Columns after the first `shared` only count in the experiments `members`, all unless given."""
+        """Restrict the columns after the first `shared` to some experiments.
+
+        Args:
+            shared: number of columns of all experiments.
+            members: numbers of the experiments, shape (members,), default all.
+        """
         if members is None:
             return self
         gram = self.gram.copy()
@@ -71,7 +79,11 @@ class Products:
         return replace(self, gram=gram)
 
     def split(self, shared: int) -> Products:
-        """With a coefficient for every experiment in place of each column after the first `shared`."""
+        """Return products with a coefficient per experiment for each column after the first `shared`.
+
+        Args:
+            shared: number of columns of all experiments.
+        """
         count, k = len(self.gram), len(self.low) - shared
         size = shared + k * count
         gram = np.zeros((count, size + 1, size + 1))
@@ -82,20 +94,26 @@ class Products:
         return Products(gram, low, high)
 
     def solved(self, leave_out: Indices | None = None) -> tuple[Array, float]:
-        """Coefficients (columns,) from some experiments, and by how much half their sum of squares falls.
+        """Solve the least squares of some experiments by a primal active-set method.
 
-        A primal active-set method, from the coefficients zero, which the bounds must admit.
+        It starts from the coefficients zero, which the bounds must admit.
+
+        Args:
+            leave_out: numbers of the experiments to leave out, shape (left out,), default none.
+
+        Returns:
+            Coefficients, shape (columns,), and the fall of half the sum of squares.
         """
         gram = self.gram.sum(0)
         if leave_out is not None:
             gram = gram - self.gram[leave_out].sum(0)
         H, g = gram[:-1, :-1] + np.diag(np.broadcast_to(self.precision, len(self.low))), gram[:-1, -1]
         diagonal = np.diag(H)
-        seen = diagonal > UNSEEN * max(diagonal.max(initial=0.0), 1e-300)
+        seen = diagonal > ZERO_CURVATURE * max(diagonal.max(initial=0.0), 1e-300)
         unit = 1.0 / np.sqrt(np.where(seen, diagonal, 1.0))
-        scaled = H * unit * unit[:, None] + RIDGE * np.eye(len(g))
+        scaled = H * unit * unit[:, None] + RELATIVE_RIDGE * np.eye(len(g))
         d, free = np.zeros(len(g)), seen.copy()
-        for _ in range(MOVES * len(g)):
+        for _ in range(MOVES_PER_COLUMN * len(g)):
             k = np.flatnonzero(free)
             rest = unit[k] * (g[k] + H[k][:, ~free] @ d[~free])
             step = -unit[k] * np.linalg.solve(scaled[np.ix_(k, k)], rest) - d[k]
@@ -111,15 +129,18 @@ class Products:
             d[k] += step
             slope = unit * (g + H @ d)
             pulled = np.where(d <= self.low, -slope, slope) * (seen & ~free & (self.low < self.high))
-            if pulled.max(initial=0.0) <= RIDGE * np.abs(unit * g).max(initial=0.0):
+            if pulled.max(initial=0.0) <= RELATIVE_RIDGE * np.abs(unit * g).max(initial=0.0):
                 break
             free[int(np.argmax(pulled))] = True
         return d, float(-(g @ d + 0.5 * d @ H @ d))
 
     def gain(self, folds: int) -> float:
-        """By how much half the sum of squares falls where the coefficients come from other experiments.
+        """Return the cross-validated fall of half the sum of squares, over experiments.
 
-        A single experiment has no others: its own coefficients have to do.
+        A single experiment has no others; its own coefficients are used.
+
+        Args:
+            folds: largest number of folds.
         """
         # in no order, as levels of a factor often take turns
         experiments = np.random.default_rng(0).permutation(len(self.gram))

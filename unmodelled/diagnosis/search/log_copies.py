@@ -20,16 +20,16 @@ from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
 
-#: Samples before and after that a filter reads at most: a low-pass remembers longer than a smoothing filter
-#: looks ahead. Neither is more than this share of the shortest experiment.
-BEFORE, AFTER, SHARE = 60, 20, 0.2
-#: Samples that are predicted, at most; for every tap at least so many.
-ENOUGH, PER_TAP = 4000, 3
-#: Smallest direction of the source's samples that counts, as a share of the largest.
+#: Largest numbers of samples before and after that a filter reads: a low-pass remembers longer than a
+#: smoothing filter looks ahead. Neither is more than this share of the shortest experiment.
+BEFORE, AFTER, LONGEST_SHARE = 60, 20, 0.2
+#: Largest number of predicted samples, and smallest number per tap.
+MOST_PREDICTED, PER_TAP = 4000, 3
+#: Smallest singular value of the source's samples that is used, as a share of the largest.
 CONDITION = 1e-10
-#: A sum of taps is zero below this share of the sum of their sizes; smaller taps than that of the largest do
-#: not count for how far the filter reaches.
-ZERO, SMALL = 0.01, 0.05
+#: A sum of taps is zero below the first share of the sum of their sizes; taps below the second share of the
+#: largest tap do not count for the span of the filter.
+ZERO_SUM, SMALL_TAP = 0.01, 0.05
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,12 @@ class Copy:
     """An output that is computed from another one.
 
     Attributes:
-        target, source: their numbers. slope: whether it is the derivative of the source.
-        gain: of the source, or of its derivative. delay: s. span: samples that the filter reads.
+        target: number of the computed output.
+        source: number of the output that it is computed from.
+        slope: whether it is the derivative of the source.
+        gain: gain of the source, or of its derivative.
+        delay: delay of the computed output, s.
+        span: number of samples that the filter reads.
     """
 
     target: int
@@ -52,8 +56,12 @@ class Copy:
 def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Copy, ...]:
     """Find outputs that a short linear filter of another output predicts down to rounding.
 
-    A second sensor does not have the noise of the first one: what a filter makes of that noise is left over.
-    Of two that predict each other, the later one is the copy.
+    A second sensor does not have the noise of the first one, so that the filtered noise remains in the
+    residual. Of two outputs that predict each other, the later one is the copy.
+
+    Args:
+        logs: logs of all experiments.
+        thresholds: `copied_noise` is used.
     """
     found: dict[int, Copy] = {}
     with threadpool_limits(1):  # in matrices as small as these, threads mostly wait for each other
@@ -83,7 +91,7 @@ def _copies_of(logs: Logs, source: int, thresholds: Thresholds) -> Iterator[Copy
 
 def _reach(logs: Logs) -> tuple[int, int]:
     """Samples before and after that a filter reads."""
-    longest = int(SHARE * np.diff(logs.offsets).min())
+    longest = int(LONGEST_SHARE * np.diff(logs.offsets).min())
     return min(BEFORE, longest), min(AFTER, longest)
 
 
@@ -91,12 +99,12 @@ def _copy(logs: Logs, source: int, target: int, taps: Array) -> Copy | None:
     """What a filter does, from how it answers a constant, a ramp and a parabola."""
     k = np.arange(len(taps)) - _reach(logs)[1]  # samples by which a tap is late
     period = logs.period
-    large = np.flatnonzero(np.abs(taps) > SMALL * np.abs(taps).max())
+    large = np.flatnonzero(np.abs(taps) > SMALL_TAP * np.abs(taps).max())
     span = int(large[-1] - large[0] + 1)
     total, first, second = float(taps.sum()), float(k @ taps), float(k**2 @ taps)
-    if abs(total) > ZERO * np.abs(taps).sum():
+    if abs(total) > ZERO_SUM * np.abs(taps).sum():
         return Copy(target, source, False, total, period * first / total, span)
-    if abs(first) > ZERO * np.abs(k * taps).sum():
+    if abs(first) > ZERO_SUM * np.abs(k * taps).sum():
         return Copy(target, source, True, -period * first, 0.5 * period * second / first, span)
     return None
 
@@ -104,7 +112,7 @@ def _copy(logs: Logs, source: int, target: int, taps: Array) -> Copy | None:
 def _filters(logs: Logs, source: int, targets: Sequence[int]) -> list[tuple[int, Array, float]]:
     """Targets, the taps that predict them from the source, early to late, and the standard deviation left."""
     before, after = _reach(logs)
-    width, every = before + 1 + after, -(-len(logs.y) // ENOUGH)
+    width, every = before + 1 + after, -(-len(logs.y) // MOST_PREDICTED)
     known, wanted = [], []
     for i in range(len(logs)):
         y = logs.y[logs.rows(i)]
@@ -122,7 +130,12 @@ def _filters(logs: Logs, source: int, targets: Sequence[int]) -> list[tuple[int,
 
 
 def computed(trials: Trials, copy: Copy) -> Question:
-    """Ask whether what the copy is computed from, undelayed and unfiltered, explains the gap."""
+    """Return the question whether the source of a copy, without delay and filter, explains the gap.
+
+    Args:
+        trials: free runs under corrected logs.
+        copy: computed output.
+    """
     logs = trials.logs
     column = trials.sensors.slope(copy.source, 0.0) if copy.slope else logs.y[:, copy.source]
     of = logs.outputs[copy.source]
@@ -136,13 +149,18 @@ def computed(trials: Trials, copy: Copy) -> Question:
 
 
 def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
-    """Say of every copy what it is; these faults decide nothing."""
+    """Yield a fault for every copy; it decides nothing.
+
+    Args:
+        logs: logs of all experiments.
+        found: computed outputs.
+    """
     for copy in found:
         name, of = logs.outputs[copy.target], logs.outputs[copy.source]
         yield LogFault(
             *((name,), "copy", None, ()),
-            sentence=f"{name} is computed from {of}: {_how(copy)}. It is no second sensor: leave it out of "
-            "the outputs of the system file if its delay matters.",
+            sentence=f"{name} is computed from {of}: {_how(copy)}. It is not a second sensor. Leave "
+            "it out of the outputs of the system file if its delay matters.",
             decides=False,
         )
 

@@ -1,7 +1,7 @@
 """Faults of logs that explain the gap: units, signs, offsets, clocks, copies.
 
-One principle answers all questions: the known physics, quickly re-identified, runs free under the corrected
-logs. What the mean square error falls by is what the fault explains.
+All questions are answered by one principle: the known physics, quickly re-identified, runs free under the
+corrected logs. A fault explains the share by which the mean square error falls.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import Copy, computed, copies, notes
 from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia
-from unmodelled.diagnosis.search.log_trials import SAMPLES, Trials
+from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Horizons that are tried one after the other, in given ones: within a short one a right model may be hardly
-#: better than none.
-LONGER = 1.0, 4.0
-#: Corrections that are re-identified, the most promising ones: each takes as long as all questions.
-TRIED = 3
+#: Horizons that are tried one after the other, in units of the given one: within a short horizon a true model
+#: may be hardly better than no model.
+HORIZON_FACTORS = 1.0, 4.0
+#: Corrections that are re-identified, the most promising ones (a budget).
+REIDENTIFIED = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +72,13 @@ class _Suspect:
 def log_faults(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[LogFault, ...]:
-    """Ask whether a fault of the logs explains most of the gap.
+    """Find faults of the logs, and the one that explains most of the gap if there is one.
 
     Args:
-        system: the known physics. logs: the experiments, with the states of `system`.
-        horizon: of the free-run windows, s; a longer one is tried where it does not show a fault.
+        system: the known physics.
+        logs: logs of all experiments, with the states of `system`.
+        horizon: length of the free-run windows, s; a longer one is tried where no fault is found.
+        thresholds: thresholds of the decisions.
 
     Returns:
         Copies of experiments, constant inputs and computed outputs, then the fault that explains the gap if
@@ -98,10 +100,10 @@ def _answer(
 ) -> tuple[LogFault, ...]:
     """The fault that explains the gap, or nothing."""
     sensors = Sensors(logs)
-    for longer in LONGER:
+    for longer in HORIZON_FACTORS:
         trials = Trials(system, logs, longer * horizon, sensors, thresholds)
         suspects = [*_suspects(trials, copied), *(_fits(trials) if longer == 1.0 else ())]
-        few = sorted(s.explains for s in suspects)[-TRIED:]
+        few = sorted(s.explains for s in suspects)[-REIDENTIFIED:]
         tried = (_identified(trials, s) for s in suspects if s.explains >= few[0])
         right = [s for s in tried if s.is_enough(thresholds) and _good(trials, s)]
         if right:
@@ -124,7 +126,7 @@ def _suspects(trials: Trials, copied: Sequence[Copy]) -> Iterator[_Suspect]:
     if before.sum() > trials.coasting(steps).sum():  # else its clock cannot be a thousand times off
         for question in clocks(trials.system, logs):
             # a right clock, a thousand times faster, would make one window of every experiment
-            steps = min(trials.steps(question.correction), max(1, SAMPLES // len(logs)))
+            steps = min(trials.steps(question.correction), max(1, QUESTION_SAMPLES // len(logs)))
             before, after = (trials.square(c, steps) for c in (trials.none, question.correction))
             yield _Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
 
@@ -218,17 +220,17 @@ def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFaul
 
 
 def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
-    """What an engineer would say, with the errors in within-run deviations."""
+    """Observation, correction with its effect on the error, and what to do."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
     of = "" if best.everywhere else f" of {_listed([logs.ids[i] for i in runs])}"
     found = f"{_listed(channels)}{of} {'look' if len(channels) > 1 else 'looks'} {problem.looks}"
     old, new = (np.sqrt(square[best.runs].mean()) for square in (best.before, best.after))
-    falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations"
+    falls = f"the known model's error falls from {old:.2g} to {new:.2g} standard deviations within a run"
     said = f"{found}: {problem.done}, {falls}."
     if alike:
         others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
-        said += f" These data cannot tell it from {' or '.join(others)}."
+        said += f" These logs cannot distinguish it from {' or '.join(others)}."
     return f"{said} {problem.cure}, then diagnose again."
 
 

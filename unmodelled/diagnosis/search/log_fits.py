@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
-from unmodelled.diagnosis.data.duplicates import among
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.systems.model import Parameter, System, symbol
@@ -19,26 +18,27 @@ Array = NDArray[np.float64]
 
 #: Name of the problem.
 CLOCK_PROBLEM = "clock"
-#: Offsets that are tried around the one that brings the mean to that of the others, in within-run deviations.
+#: Offsets around the difference of the means that are tried, in standard deviations within a run.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
-#: Logarithms of the factors of time that are tried: somewhat more than half to twice.
+#: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
 FACTORS = np.linspace(-0.75, 0.75, 7)
-#: Evaluations that find the lowest point near the best of those, and its tolerance in their distance.
-EVALUATIONS, TOLERANCE = 15, 1e-4
-#: Factors by which known inertia may be wrong; beyond them a wrong clock is more likely.
+#: Largest number of evaluations of the refinement, and its tolerance in distances of those values.
+REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
+#: Factors by which the known inertia may be wrong; beyond them a wrong clock is more likely.
 INERTIA = 0.5, 2.0
-#: A clock is told in per cent up to here, beyond it as a factor.
+#: A wrong clock is written in per cent up to this deviation, beyond it as a factor.
 PER_CENT = 0.2
 
 
 def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
-    """Fit the time of all experiments, then the offsets and the time of one experiment that stands out.
+    """Fit the clock of all experiments, then an offset and the clock of one experiment that stands out.
 
     Args:
-        trials: the system and its logs. steps: samples of a window. before: (experiments,) mean square errors
-            of the logs as they are.
+        trials: free runs of the system under corrected logs.
+        steps: number of samples of a window.
+        before: mean square errors of the logs as read, shape (experiments,).
 
-    Returns:
+    Yields:
         Questions with the best correction of each kind.
     """
     yield _of_time(trials, _factor(trials, steps), np.ones(len(before), np.bool_))
@@ -48,7 +48,7 @@ def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     usual = np.median(before[others]) if others.any() else np.inf
     if len(before) < limits.fewest_for_outstanding or before[worst] < limits.outstanding_error * usual:
         return
-    alone = Trials(trials.system, among(trials.logs, [worst]), trials.horizon, thresholds=limits)
+    alone = Trials(trials.system, trials.logs.among([worst]), trials.horizon, thresholds=limits)
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
     yield _of_time(trials, _factor(alone, steps), ~others)
@@ -68,7 +68,10 @@ def _factor(trials: Trials, steps: int) -> float:
 def with_inertia(system: System) -> System:
     """Return the system with all accelerations times an unknown factor, as if all inertia were wrong.
 
-    A clock that is off looks like that, but for damping.
+    A wrong clock has the same effect, except on damping.
+
+    Args:
+        system: the known physics.
     """
     name = "factor_of_all_accelerations"
     free = Parameter(name, "1", 1.0, identify=True, bounds=INERTIA)
@@ -127,6 +130,6 @@ def _lowest(square: Callable[[float], float], tried: Array) -> tuple[float, floa
         square,
         bounds=(tried[k] - step, tried[k] + step),
         method="bounded",
-        options={"maxiter": EVALUATIONS, "xatol": TOLERANCE * step},
+        options={"maxiter": REFINEMENT_EVALUATIONS, "xatol": REFINEMENT_TOLERANCE * step},
     )
     return min((float(best.x), float(best.fun)), (float(tried[k]), squares[k]), key=lambda each: each[1])

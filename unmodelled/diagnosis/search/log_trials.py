@@ -1,4 +1,4 @@
-"""The error of the known physics under corrected logs, experiment by experiment."""
+"""Errors of the known physics under corrected logs, experiment by experiment."""
 
 from __future__ import annotations
 
@@ -9,35 +9,38 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.deviation import substeps_needed
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
-from unmodelled.evaluation.gap import LARGEST_ERROR, steps_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
-#: Simulated samples that a question looks at, about, and the fewest windows of an experiment.
-SAMPLES, FEWEST = 6000, 4
-#: Of a quick re-identification: evaluations at most, and steps of differences in plausible sizes.
-EVALUATIONS, STEP = 8, 1e-4
-#: Most steps of integration per sample.
+#: Simulated samples per question, about (a budget of time), and smallest number of windows per experiment.
+QUESTION_SAMPLES, FEWEST_WINDOWS = 6000, 4
+#: Largest number of evaluations of a quick re-identification, and its steps in plausible sizes.
+QUICK_EVALUATIONS, QUICK_STEP = 8, 1e-4
+#: Largest number of integration steps per sample.
 MOST_SUBSTEPS = 4
 
 
 class Trials:
     """Free runs of one system under many corrections of its logs.
 
-    Errors are in within-run deviations, each experiment's own or the median of all if that is larger: the
-    scale of most experiments does not depend on one that is logged wrongly.
+    Errors are in standard deviations within a run: those of each experiment, or the median of all where that
+    is larger. So the scale of most experiments does not depend on one that is logged wrongly.
 
     Args:
-        system: the known physics. logs: as given. horizon: of the free-run windows, s.
-        sensors: of the logs, where they are known already.
+        system: the known physics.
+        logs: logs as read.
+        horizon: length of the free-run windows, s.
+        sensors: sensors of the logs, where they are known already.
+        thresholds: thresholds of the decisions.
     """
 
     def __init__(
@@ -55,28 +58,46 @@ class Trials:
 
     @cached_property
     def deviations(self) -> Array:
-        """(experiments, outputs) standard deviation within every experiment."""
+        """Return the standard deviation within every experiment, shape (experiments, outputs)."""
         return np.array([self.logs.y[self.logs.rows(i)].std(axis=0) for i in range(len(self.logs))])
 
     @cached_property
     def substeps(self) -> int:
-        """Integration steps per sample."""
+        """Return the number of integration steps per sample."""
         simulation = self._simulation(self.none, self.steps(self.none))
         return substeps_needed(simulation, simulation.values[None, None], MOST_SUBSTEPS)[0]
 
     def steps(self, correction: Correction) -> int:
-        """Samples of a window on the corrected clock."""
+        """Return the number of samples of a window on the corrected clock.
+
+        Args:
+            correction: correction of the logs.
+        """
         return steps_of(self.horizon, correction.logs(self.system, self.logs))
 
     def square(self, correction: Correction, steps: int) -> Array:
-        """(experiments,) mean square error over windows of so many samples, and over outputs."""
+        """Return the mean square error of the system as given, over windows and outputs.
+
+        Args:
+            correction: correction of the logs.
+            steps: number of samples of a window.
+
+        Returns:
+            Mean square errors, shape (experiments,).
+        """
         simulation = self._simulation(correction, steps)
         return self._error(simulation, correction, simulation.values[None, None])
 
     def coasting(self, steps: int) -> Array:
-        """(experiments,) the same of predictions without a model: outputs stay, or go on as they do.
+        """Return the mean square error of predictions without a model: outputs stay, or keep their slope.
 
-        A correction that takes inputs and forces away comes down to this, whatever the machine is.
+        A correction that removes inputs and forces has this error, whatever the machine is.
+
+        Args:
+            steps: number of samples of a window.
+
+        Returns:
+            Mean square errors, shape (experiments,).
         """
         recording, y = self._recording(self.none, steps), self.logs.y
         v = np.stack([self.sensors.slope(j, 0.0) for j in range(y.shape[1])], axis=1)
@@ -90,7 +111,15 @@ class Trials:
         return np.minimum(still, on)
 
     def identified(self, correction: Correction, steps: int) -> Array:
-        """(experiments,) the same with the uncertain parameters quickly fitted to all of them."""
+        """Return the mean square error with the uncertain parameters quickly fitted to all experiments.
+
+        Args:
+            correction: correction of the logs.
+            steps: number of samples of a window.
+
+        Returns:
+            Mean square errors, shape (experiments,).
+        """
         if correction is not self.none:
             return self._identified(correction, steps)
         if steps not in self._uncorrected:
@@ -117,7 +146,7 @@ class Trials:
             return np.asarray(found.swapaxes(0, 1).reshape(len(free_values), -1).T)
 
         def slopes(values: Array) -> Array:
-            step = np.where(values + STEP <= high[free], STEP, -STEP)
+            step = np.where(values + QUICK_STEP <= high[free], QUICK_STEP, -QUICK_STEP)
             found = errors(np.concatenate([values[None], values + np.diag(step)]))
             return np.asarray((found[:, 1:] - found[:, :1]) / step)
 
@@ -125,7 +154,7 @@ class Trials:
             best = least_squares(
                 lambda values: errors(values[None])[:, 0],
                 *(z[free], slopes, (low[free], high[free])),
-                max_nfev=EVALUATIONS,
+                max_nfev=QUICK_EVALUATIONS,
             )
             z[free] = best.x
         return self._error(simulation, correction, unknowns.numbers(z[None]))
@@ -163,4 +192,4 @@ class Trials:
         latest = max(output.delay for output in self.system.outputs)
         sensors = self.sensors if correction is self.none else correction.sensors(logs, self.sensors)
         recording = Recording.of(logs, steps * logs.period, latest=latest, sensors=sensors)
-        return recording.thinned(max(FEWEST * len(logs), SAMPLES // steps))
+        return recording.thinned(max(FEWEST_WINDOWS * len(logs), QUESTION_SAMPLES // steps))

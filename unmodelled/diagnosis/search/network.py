@@ -1,4 +1,4 @@
-"""A network in every port: what a flexible model could still explain."""
+"""A network in every port: the reference for what a flexible model explains."""
 
 from __future__ import annotations
 
@@ -19,52 +19,59 @@ from unmodelled.systems.model import Parameter, Port, System, symbol
 
 Array = NDArray[np.float64]
 
-#: Hidden units that are drawn for the network in one port.
+#: Random hidden units of the network in one port.
 HIDDEN = 20
-#: Of the effort that the known physics lacks: the largest weight of one, so that none cancel each other.
-LARGEST = 2.0
-#: Their plausible size, of which that is taken which suits experiments that are left out; parts of them.
-PRIORS, FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
-#: Of their unit, how much is tried; iterations of the fit.
-AMOUNT, ITERATIONS = 0.1, 10
-#: How steep they are where inputs reach from -1 to 1: from nearly straight to nearly a step.
+#: Largest weight of a unit, in the effort that the known physics lacks, so that units do not cancel.
+LARGEST_WEIGHT = 2.0
+#: Prior standard deviations of the weights, of which cross-validation chooses one; its folds.
+WEIGHT_PRIORS, PRIOR_FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
+#: Weight at which derivatives are taken; iterations of the fit.
+TRIED_WEIGHT, ITERATIONS = 0.1, 10
+#: Steepness of units whose inputs reach from -1 to 1: from nearly straight to nearly a step.
 STEEPNESS = 0.5, 30.0
-#: Further units that are steep at rest, where whatever rubs has its step.
+#: Steepness of further units at rest, where friction has its step.
 AT_REST = 3.0, 10.0, 30.0
 
 
 def fit_network(
     base: FittedHypothesis, fitted: Recording, screened: Recording, seed: int
 ) -> FittedHypothesis:
-    """A network in every port of a fitted model, beside whatever the model has.
+    """Fit a network in every port of a fitted model, beside its effects.
 
     Args:
-        base: the model. fitted: what it was fitted to. screened: some of its windows, for the choice of how
-            large weights may be. seed: of the hidden layers.
+        base: fitted model.
+        fitted: windows that it was fitted to.
+        screened: some of these windows, from which the prior of the weights is chosen.
+        seed: seed of the random hidden layers.
     """
-    tries = [with_networks(base.hypothesis, seed, prior) for prior in PRIORS]
+    tries = [with_networks(base.hypothesis, seed, prior) for prior in WEIGHT_PRIORS]
     first, tangent = tries[0], Tangent(base, screened)
     names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
     scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
-    slopes = tangent.slopes(first, [{n: AMOUNT * scales[n]} for n in names])
-    reach = np.full(len(names), LARGEST / AMOUNT)
+    slopes = tangent.slopes(first, [{n: TRIED_WEIGHT * scales[n]} for n in names])
+    reach = np.full(len(names), LARGEST_WEIGHT / TRIED_WEIGHT)
     products = tangent.products(slopes, np.stack([-reach, reach]))
     shared = np.zeros(tangent.shared)
     gains = [
-        replace(products, precision=np.append(shared, np.full(len(names), (AMOUNT / p) ** 2))).gain(FOLDS)
-        for p in PRIORS
+        replace(products, precision=np.append(shared, np.full(len(names), (TRIED_WEIGHT / p) ** 2))).gain(
+            PRIOR_FOLDS
+        )
+        for p in WEIGHT_PRIORS
     ]
     return FittedHypothesis.of(tries[int(np.argmax(gains))], fitted, [dict(base.fit.values)], ITERATIONS)
 
 
 def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
-    """`base` with a network of position (and sine and cosine of an angle), velocity and inputs in every port.
+    """Return a hypothesis with a network in every port.
 
-    The hidden layer is drawn once and only the output layer is fitted (a random-feature network), so that its
-    fit has no local minima and the same seed gives the same network.
+    The network's inputs are position (and sine and cosine of an angle), velocity and inputs. The hidden layer
+    is random and only the output layer is fitted (a random-feature network), so that its fit has no local
+    minima and the same seed gives the same network.
 
     Args:
-        prior: plausible size of its weights, of the effort that the known physics lacks.
+        base: hypothesis without networks.
+        seed: seed of the random hidden layers.
+        prior: prior standard deviation of the weights, as a share of the effort that the physics lacks.
     """
     for number, port in enumerate(base.system.ports):
         added = _network(
@@ -92,7 +99,7 @@ def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.r
         units += [sp.tanh(sp.Float(steep / half) * v) for steep in AT_REST]
     names = tuple(f"network_{port.name}_{k + 1}" for k in range(len(units)))
     size = scales.effort[port.name]
-    bounds = (-LARGEST * size, LARGEST * size)
+    bounds = (-LARGEST_WEIGHT * size, LARGEST_WEIGHT * size)
     law = sum((symbol(n) * unit for n, unit in zip(names, units, strict=True)), sp.S.Zero)
     grown = with_law(system, port, law, " + ".join(names))
     numbers = tuple(Parameter(name, port.unit, 0.0, True, bounds) for name in names)

@@ -1,9 +1,9 @@
-"""Which effects are worth a fit: a linear look at all of them, along the free runs of a fitted model.
+"""Screening of effects: a linear score test of all candidates along the free runs of a fitted model.
 
 A small amount of an effect changes the free-run errors of every window in proportion. Least squares of the
-errors by these changes, base parameters and starts of the windows going along, says how far the loss would
-fall: the score test of an output-error model. It takes one simulation a starting point and differentiates no
-measurement, and it treats ports, actuators, sensors and effects with memory alike.
+errors on these changes, with uncertain parameters and initial states as further regressors, predicts how far
+the loss would fall (score test of an output-error model). It takes one simulation per starting point, does
+not differentiate measurements, and treats ports, actuators, sensors and effects with memory alike.
 """
 
 from __future__ import annotations
@@ -31,19 +31,22 @@ from unmodelled.effects.place import Place
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Of its plausible size: how much of an effect is tried.
-AMOUNT = 0.1
-#: Starting points of an effect that are looked at, and that a fit is to start from; parts of the experiments.
-POINTS, STARTS, FOLDS = 48, 3, 4
+#: Amount of an effect that is tried, as a share of its plausible size: small enough to be linear.
+SCREENED_AMOUNT = 0.1
+#: Starting points of an effect that are screened, and that a fit starts from (budgets); folds of the
+#: cross-validation over experiments.
+SCREENED_POINTS, FITTED_POINTS, SCREEN_FOLDS = 48, 3, 4
 
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """One candidate at one starting point of its shapes.
+    """A candidate at one starting point of its shapes.
 
     Attributes:
-        values: of its shapes. names: of its amplitudes, or of a delay. size: (names,) what was tried, SI.
-        products: of the model's own unknowns and of `names`, in units of `size`.
+        values: values of its shapes, by name, SI.
+        names: names of its amplitudes, or of a delay.
+        size: amounts that were tried, shape (names,), SI.
+        products: products of the base's unknowns and of `names`, in units of `size`.
     """
 
     values: dict[str, float]
@@ -52,7 +55,12 @@ class Point:
     products: Products
 
     def start(self, added: Added, amounts: Array) -> dict[str, float]:
-        """Values to start a fit from, of coefficients (names,) in units of `size`."""
+        """Return values to start a fit from, by name, SI.
+
+        Args:
+            added: effect of the candidate.
+            amounts: coefficients in units of `size`, shape (names,).
+        """
         found = dict(self.values)
         for name, amount, size in zip(self.names, amounts.tolist(), self.size.tolist(), strict=True):
             if name in added.delays:
@@ -64,12 +72,14 @@ class Point:
 
 @dataclass(frozen=True, eq=False)
 class Screened:
-    """A candidate on top of a fitted model.
+    """A screened candidate: a fitted hypothesis and one effect more.
 
     Attributes:
-        base: the model. effect, place: what is added to it.
-        gain: by how much the cross-validated loss falls.
-        tries: starting points, the best first, and coefficients there.
+        base: fitted hypothesis.
+        effect: effect that is added.
+        place: place of the effect.
+        gain: predicted fall of the cross-validated loss.
+        tries: starting points, the best first, with coefficients of shape (names,).
     """
 
     base: FittedHypothesis
@@ -80,38 +90,41 @@ class Screened:
 
     @cached_property
     def hypothesis(self) -> Hypothesis:
-        """The model with the effect."""
+        """Return the hypothesis with the effect."""
         return self.base.hypothesis.plus(self.effect, self.place)
 
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:
-        """Of `hypothesis`."""
+        """Return the key of `hypothesis`."""
         return self.base.hypothesis.key | {(self.effect.family, self.effect.variant, self.place)}
 
     @property
     def complexity(self) -> float:
-        """Of `hypothesis`."""
+        """Return the complexity of `hypothesis`."""
         hypothesis = self.base.hypothesis
         return hypothesis.complexity + hypothesis.complexity_of(self.effect.complexity, self.place)
 
     @property
     def starts(self) -> tuple[dict[str, float], ...]:
-        """Values to start a fit from, the best first."""
+        """Return values to start a fit from, the best first."""
         added, base = self.hypothesis.effects[-1], self.base.fit.values
         found = [{**base, **point.start(added, amounts)} for point, amounts in self.tries]
         if added.memory:
             # what remembers is hardly in proportion to a small amount of it
-            more = [point.start(added, np.ones(len(amounts)) / AMOUNT) for point, amounts in self.tries]
+            more = [
+                point.start(added, np.ones(len(amounts)) / SCREENED_AMOUNT) for point, amounts in self.tries
+            ]
             found += [{**base, **start} for start in more]
         return tuple(found)
 
 
 def screen(base: FittedHypothesis, recording: Recording, workers: int) -> list[Screened]:
-    """All candidates on top of a fitted model, the most promising first.
+    """Screen all candidates with one effect more, the most promising first.
 
     Args:
-        base: the model. recording: some of the windows that it was fitted to.
-        workers: threads.
+        base: fitted hypothesis that effects are added to.
+        recording: some of the windows that it was fitted to.
+        workers: number of threads.
     """
     look = _Look(base, recording)
     asked = [(e, p) for e in effects() for p in _free(base.hypothesis, e)]
@@ -122,7 +135,7 @@ def screen(base: FittedHypothesis, recording: Recording, workers: int) -> list[S
 
 
 def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
-    """Where it can be added: numbers of other effects have no effects of their own."""
+    """Places where an effect can be added; numbers of other effects are none."""
     taken = {e.place.channel for e in base.effects if e.family == effect.family}
     known = set(effect.places(base.study.system))
     for place in effect.places(base.system):
@@ -138,7 +151,7 @@ class _Look:
         study = base.hypothesis.study
         self.levels = list(levels(study.logs.experiments.iloc[np.unique(recording.owner)], study.thresholds))
         alone = self.tangent.products(self.tangent.own_slopes[:, :0], np.empty((2, 0)))
-        self.without, self.without_in_sample = alone.gain(FOLDS), alone.solved()[1]
+        self.without, self.without_in_sample = alone.gain(SCREEN_FOLDS), alone.solved()[1]
 
     def screened(self, effect: Effect, place: Place) -> Iterator[Screened]:
         """A candidate in all experiments and at every level."""
@@ -158,9 +171,9 @@ class _Look:
     ) -> Screened:
         parts = [point.products.only(self.tangent.shared, members) for point in points]
         solved = [part.solved() for part in parts]
-        best = sorted(range(len(points)), key=lambda k: -solved[k][1])[:STARTS]
+        best = sorted(range(len(points)), key=lambda k: -solved[k][1])[:FITTED_POINTS]
         tries = tuple((points[k], solved[k][0][self.tangent.shared :]) for k in best)
-        return Screened(self.base, effect, place, parts[best[0]].gain(FOLDS) - self.without, tries)
+        return Screened(self.base, effect, place, parts[best[0]].gain(SCREEN_FOLDS) - self.without, tries)
 
     def _points(self, hypothesis: Hypothesis) -> Iterator[Point]:
         """The last effect at all its starting points."""
@@ -169,7 +182,7 @@ class _Look:
         highest = {u.name: u.high for u in hypothesis.unknowns}
         within = [dict.fromkeys(min(v, highest[n]) for v in values) for n, values in added.shapes.items()]
         grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
-        chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(POINTS, len(grid))).astype(int)]
+        chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(SCREENED_POINTS, len(grid))).astype(int)]
         sizes = np.array([[_amount(added, n, values) for n in names] for values in chosen])
         sets = [
             {**values, n: size}
@@ -187,13 +200,21 @@ class _Look:
 def _amount(added: Added, name: str, values: dict[str, float]) -> float:
     if name in added.delays:
         return values[name]
-    return 1.0 if name in added.shares else AMOUNT * added.scales[name]
+    return 1.0 if name in added.shares else SCREENED_AMOUNT * added.scales[name]
 
 
 def levels(
     experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> Iterator[tuple[str, float | str, Indices]]:
-    """Factor, level and rows (those of the table) of what some, but not all, experiments have in common."""
+    """Yield factor, level and rows of the levels that some, but not all, experiments have.
+
+    Args:
+        experiments: table of the experiments, one row each.
+        thresholds: `most_levels` and `fewest_per_level` are used.
+
+    Yields:
+        Factor, level, and rows of the table, shape (members,).
+    """
     for factor in experiments.columns:
         values = experiments[factor]
         if factor in ("id", "file") or not 1 < values.nunique() <= thresholds.most_levels:

@@ -1,4 +1,4 @@
-"""How the free runs of a fitted model change with a little of something that it does not have."""
+"""Derivatives of the free runs of a fitted model by numbers of a larger model."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ class Tangent:
     """Errors of a fitted model over some windows, and their derivatives.
 
     Args:
-        base: the model. recording: some of the windows that it was fitted to.
+        base: fitted hypothesis.
+        recording: some of the windows that it was fitted to.
 
     Attributes:
-        shared: how many unknowns the model itself has; they go along with whatever is looked at.
+        shared: number of the hypothesis' own unknowns, regressors of every screened candidate.
     """
 
     def __init__(self, base: FittedHypothesis, recording: Recording) -> None:
@@ -40,7 +41,15 @@ class Tangent:
         self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
 
     def slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
-        """(windows, sets, most steps, outputs) change of the errors by numbers of a larger model."""
+        """(windows, sets, most steps, outputs) change of the errors by numbers of a larger model.
+
+        Args:
+            hypothesis: larger hypothesis.
+            sets: values of its further numbers, by name, SI.
+
+        Returns:
+            Change, shape (windows, sets, most steps, outputs).
+        """
         simulation = hypothesis.simulation(self.recording)
         known = self.unknowns.simulation.names
         fitted = self.unknowns.numbers(self.z[None])
@@ -60,7 +69,7 @@ class Tangent:
 
     def _aligned(self, r: Array, later: NDArray[np.int64]) -> Array:
         """Errors (windows, sets, most steps, outputs) where the same samples have their errors without delay:
-        other samples would bring noise of their own, which explains some of theirs.
+        the noise of other samples would explain some of theirs.
         """
         found = np.array(r)
         for k, j in zip(*np.nonzero(later), strict=True):
@@ -70,10 +79,11 @@ class Tangent:
         return found
 
     def products(self, slopes: Array, bounds: Array) -> Products:
-        """Of the model's own unknowns and then of others.
+        """Return the products of the hypothesis' own unknowns and of further columns.
 
         Args:
-            slopes: of the others, (windows, n, most steps, outputs). bounds: of the others, (2, n).
+            slopes: derivatives by the further columns, shape (windows, n, most steps, outputs).
+            bounds: bounds of their coefficients, shape (2, n).
         """
         count, unknowns, first = len(self.r), self.unknowns, self.shared
         columns = np.concatenate([self.own_slopes[:, :first], slopes], axis=1) * self.root[:, None]

@@ -1,4 +1,4 @@
-"""An effect is a rule: at its own place, and at no other, the correction is a function of the coordinates."""
+"""Rules at channels: only at the place of an effect are corrections a function of coordinates."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Bins of the first coordinate, for either direction, and of the others.
-FINE, COARSE = 32, 16
+FINE_BINS, COARSE_BINS = 32, 16
 #: Times over which a place may remember, as shares of the longest experiment.
-MEMORY = (0.005, 0.02, 0.1)
+MEMORY_SHARES = (0.005, 0.02, 0.1)
 #: The data are cut into so many parts; a rule is judged on the parts that it was not fitted to.
 FOLDS = 4
 #: How far the height of a bin is drawn to zero: what is known of it before, in windows.
@@ -30,7 +30,8 @@ class Checked:
     """A rule on data that it was not fitted to.
 
     Attributes:
-        lowered: by how much it lowers the square errors. gradient: what is left, see `Corrections`.
+        lowered: fall of the square errors.
+        gradient: remaining gradient, shape (windows, n), see `Corrections`.
     """
 
     lowered: float
@@ -39,13 +40,15 @@ class Checked:
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """Corrections that are any function of direction and position, plus any of speed and of what was before.
+    """Corrections that are a function of direction and position, plus functions of speed and of the past.
 
-    The uncertain parameters go along: what was left out when they were fitted has bent them.
+    The uncertain parameters are fitted along: the missing effect has biased them.
 
     Attributes:
-        corrections: that it is to explain. place: number of their place. features: (windows, heights).
-        pinned: the parameters stay, after all.
+        corrections: corrections to explain.
+        place: number of their place.
+        features: indicators of the bins, shape (windows, heights).
+        pinned: whether the parameters are fixed.
     """
 
     corrections: Corrections
@@ -55,27 +58,41 @@ class Rule:
 
     @classmethod
     def at(cls, corrections: Corrections, place: int, pinned: bool) -> Rule:
-        """Any rule at one of the places."""
+        """Return the rule at a place.
+
+        Args:
+            corrections: corrections to explain.
+            place: number of the place.
+            pinned: whether the parameters are fixed.
+        """
         recording = corrections.recording
         coordinates = corrections.coordinates
         found = coordinates.of(corrections.places[place])
         longest = recording.logs.period * int(np.diff(recording.logs.offsets).max())
-        past = coordinates.lags(corrections.places[place], tuple(longest * share for share in MEMORY))
-        columns = [_one_of(_bins(values, COARSE), COARSE) for values in past]
+        past = coordinates.lags(corrections.places[place], tuple(longest * share for share in MEMORY_SHARES))
+        columns = [_one_of(_bins(values, COARSE_BINS), COARSE_BINS) for values in past]
         if found:
             level, rate = found[0].values, found[min(1, len(found) - 1)].values
-            columns.append(_one_of(_bins(level, FINE) + FINE * (rate > 0.0), 2 * FINE))
-            columns.append(_one_of(_bins(rate, COARSE), COARSE))
+            columns.append(_one_of(_bins(level, FINE_BINS) + FINE_BINS * (rate > 0.0), 2 * FINE_BINS))
+            columns.append(_one_of(_bins(rate, COARSE_BINS), COARSE_BINS))
         features = np.concatenate([*columns, np.ones((len(recording.start), 1))], axis=1)
         return cls(corrections, place, features, pinned)
 
     @classmethod
     def none(cls, corrections: Corrections) -> Rule:
-        """Nothing but other parameters."""
+        """Return a rule without features: other parameters only.
+
+        Args:
+            corrections: corrections to explain.
+        """
         return cls(corrections, 0, np.empty((len(corrections.recording.start), 0)))
 
     def checked(self, gradient: Array) -> Checked:
-        """With the prior that does best, where `gradient` (windows, n) is what other rules have left."""
+        """Return the rule on data that it was not fitted to, with its best prior.
+
+        Args:
+            gradient: gradient that other rules have left, shape (windows, n).
+        """
         tried = [self._checked(gradient, prior) for prior in PRIORS]
         return max(tried, key=lambda checked: checked.lowered)
 
@@ -138,13 +155,20 @@ def _one_of(bins: Indices, count: int) -> Array:
 
 
 def unexplained_shares(corrections: Corrections) -> dict[str, float]:
-    """Share of every channel in what the model lacks; they sum to one, or are none where nothing is lacking.
+    """Divide the remaining gap among the channels.
 
-    A free correction in every window explains much at any place. So rules are sought, see `Rule`, and
-    judged on experiments that they were not fitted to. The place where one lowers the errors most has that
-    share, and the next one is judged on what is left. A rule at a sensor must be clearly better than others,
-    as the start of a window hides an offset. What follows no rule goes to the same places as far as there
-    are rules, and else to the ports, where a model may lack an effort, by how much free corrections explain.
+    A free correction in every window explains much at any place. Therefore, rules are fitted (`Rule`) and
+    judged on experiments that they were not fitted to. The place whose rule lowers the errors most gets that
+    share, and the next rule is judged on the rest. A rule at a sensor must be clearly better than others,
+    because the initial state of a window hides an offset. The part that follows no rule is divided among the
+    same places as far as there are rules, and else among the ports, in proportion to what free corrections
+    explain.
+
+    Args:
+        corrections: corrections of the model.
+
+    Returns:
+        Shares by channel, which sum to one; empty where no error remains.
     """
     whole = float(np.max(_lowered(corrections, corrections.gradient), initial=0.0))
     if whole <= 0.0:
@@ -167,7 +191,7 @@ def _lowered(corrections: Corrections, gradient: Array) -> Array:
 
 
 def _ruled(corrections: Corrections, whole: float) -> tuple[Array, Array]:
-    """By how much rules at the places lower the errors (places,), as shares of the whole; what is left."""
+    """Shares (places,) by which rules at the places lower the errors, and the remaining gradient."""
     found, limits = np.zeros(len(corrections.places)), corrections.thresholds
     handicap = [
         limits.sensor_handicap * whole if place.kind == "sensor" else 0.0 for place in corrections.places

@@ -1,4 +1,4 @@
-"""Where the windows of a recording lie: positions, velocities, inputs and outputs, and how these change."""
+"""Coordinates of windows: positions, velocities, inputs and outputs, and their rates."""
 
 from __future__ import annotations
 
@@ -30,8 +30,10 @@ class Coordinate:
     """A quantity in the middle of every window.
 
     Attributes:
-        name: as in the system file; mod(name, 2*pi) where only the place within a turn counts, d(name)/dt for
-            a rate that has no name. unit: its text. values: (windows,) SI.
+        name: name in the system file; mod(name, 2*pi) for the position within a turn, d(name)/dt for a rate
+            without a name.
+        unit: text of the unit.
+        values: means over the windows, shape (windows,), SI.
     """
 
     name: str
@@ -41,15 +43,25 @@ class Coordinate:
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Of the windows of a recording, with the states of `model` as they were measured there."""
+    """The coordinates of the windows of a recording, from the measured states of a model.
+
+    Attributes:
+        model: model with its states.
+        recording: windows.
+    """
 
     model: JudgedModel
     recording: Recording
     _found: dict[Place, tuple[Coordinate, ...]] = field(default_factory=dict, repr=False)
 
     def of(self, place: Place) -> tuple[Coordinate, ...]:
-        """What an effect there may depend on: position, velocity and acceleration of a port, as far as it has
-        them; an input or output and its rate.
+        """Return the coordinates that an effect at a place may depend on.
+
+        These are position, velocity and acceleration of a port, as far as it has them, or an input or output
+        and its rate.
+
+        Args:
+            place: port, input or output.
         """
         if place not in self._found:
             self._found[place] = self._of_port(place) if place.kind == "port" else self._of_signal(place)
@@ -62,7 +74,14 @@ class Coordinates:
         return self._level(place.name, unit), self._rate(place.name, f"({unit})/s")
 
     def samples(self, place: Place) -> dict[str, Array]:
-        """(samples,) by name of a coordinate, of those that are no differences of neighbours."""
+        """Return the coordinates at every sample, without those that are differences of samples.
+
+        Args:
+            place: port, input or output.
+
+        Returns:
+            Values by name of the coordinate, shape (samples,) each.
+        """
         if place.kind != "port":
             return {place.name: self._signals[place.name]}
         found = {name: self._signals[name] for name in self.model.system.port(place.name).coordinates}
@@ -82,8 +101,14 @@ class Coordinates:
         return tuple(found)
 
     def lags(self, place: Place, times: tuple[float, ...]) -> list[Array]:
-        """(windows,) for each of the times, s, how far the first coordinate of a place is ahead of its
-        exponential mean over that time; angles are counted on.
+        """Return how far the first coordinate of a place is ahead of its exponential means.
+
+        Args:
+            place: port, input or output; angles are not wrapped.
+            times: time constants of the means, s.
+
+        Returns:
+            Differences, shape (windows,) for each of the times; none where the place has no coordinate.
         """
         name = place.name
         if place.kind == "port":
@@ -101,7 +126,14 @@ class Coordinates:
         return found
 
     def mean(self, signal: Array) -> Array:
-        """(windows,) mean over a window of a signal (samples,)."""
+        """Return the means of a signal over the windows.
+
+        Args:
+            signal: values, shape (samples,).
+
+        Returns:
+            Means, shape (windows,).
+        """
         sums = np.concatenate([[0.0], np.cumsum(signal)])
         first, steps = self.recording.start, self.recording.steps
         return np.asarray((sums[first + steps + 1] - sums[first]) / (steps + 1))

@@ -1,4 +1,4 @@
-"""What each channel lacks, window by window, beside the law that was found there."""
+"""Tables of corrections, window by window, beside the laws that were found."""
 
 from __future__ import annotations
 
@@ -22,17 +22,23 @@ Array = NDArray[np.float64]
 
 #: Columns of the coordinates of a channel, in their order.
 PORT, OTHER = ("level", "rate", "acceleration"), ("level", "rate")
-#: Bins in which a coordinate is asked what it explains; points at which a law is told.
-BINS, POINTS = 30, 120
+#: Bins over which the variance that a coordinate explains is computed; points at which a law is listed.
+VARIANCE_BINS, LAW_POINTS = 30, 120
 
 
 def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
-    """A row for every window that says something about a channel.
+    """Return a row for every window in which a correction of a channel is determined.
 
-    Columns: stage (lacking: of the physics without effects, left: of the augmented model), channel,
-    experiment, t (middle of the window, s), value and error (the correction and its standard error, SI),
-    level, rate, acceleration (of a port: position, velocity, acceleration; of others: value and rate; nan
-    where it has none), law (mean of the found law over the window; nan where none was found).
+    Args:
+        diagnosis: diagnosis.
+        where: place of the gap.
+
+    Returns:
+        Columns: stage (lacking: physics without effects, left: augmented model), channel, experiment, t
+            (middle
+        of the window, s), value and error (correction and its standard error, SI), level, rate, acceleration
+        (of a port: position, velocity, acceleration; of others: value and rate; nan where there is none), law
+        (mean of the found law over the window; nan where there is none).
     """
     stages = {"lacking": where.lacking} | ({"left": where.left} if diagnosis.effects else {})
     names = shown_channels(diagnosis, where)
@@ -46,7 +52,12 @@ def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
 
 
 def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
-    """Those of the effects and those with a large share, or the ports if there are none."""
+    """Return the channels of the effects and those with a large share, or the first one if there are none.
+
+    Args:
+        diagnosis: diagnosis.
+        where: place of the gap.
+    """
     model = diagnosis.reidentified
     effects = [channel_of(model, found.added.place) for found in diagnosis.effects]
     large = [
@@ -57,7 +68,12 @@ def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
 
 
 def main_coordinate(table: pd.DataFrame, name: str) -> str:
-    """The coordinate of a channel that explains most of the found law, or else of the correction."""
+    """Return the coordinate that explains most of the law at a channel, or else of the correction.
+
+    Args:
+        table: table of corrections (`correction_table`).
+        name: name of the channel.
+    """
     rows = table[(table["channel"] == name) & (table["stage"] == "lacking")]
     y = rows["law"] if rows["law"].notna().any() else rows["value"]
     scores = {column: _explained(rows[column], y) for column in PORT if rows[column].notna().any()}
@@ -65,9 +81,16 @@ def main_coordinate(table: pd.DataFrame, name: str) -> str:
 
 
 def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
-    """The found laws along the main coordinates of channels.
+    """Return the laws that were found, along the main coordinates of channels.
 
-    Columns: channel, x, low, law, high (tenth, half and nine tenths of the values there, SI).
+    Args:
+        diagnosis: diagnosis.
+        where: place of the gap.
+        table: table of corrections (`correction_table`).
+        names: names of the channels.
+
+    Returns:
+        Columns channel, x, low, law, high: 10 %, 50 % and 90 % quantiles of the law near x, SI.
     """
     parts = [pd.DataFrame(columns=["channel", "x", "low", "law", "high"])]
     coordinates = where.lacking.coordinates
@@ -84,14 +107,19 @@ def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: li
 
 def _told(x: Array, law: Array) -> pd.DataFrame:
     order = np.argsort(x, kind="stable")
-    bins = np.arange(len(x)) * min(POINTS, len(x)) // len(x)
+    bins = np.arange(len(x)) * min(LAW_POINTS, len(x)) // len(x)
     groups = pd.DataFrame({"x": x[order], "law": law[order]}).groupby(bins)
     spread = groups["law"].quantile([0.1, 0.5, 0.9]).unstack()
     return spread.set_axis(["low", "law", "high"], axis=1).assign(x=groups["x"].median())
 
 
 def about_channels(corrections: Corrections, names: list[str]) -> dict[str, Any]:
-    """Kind, unit, symbol of an effort, and name and unit of each coordinate, by channel."""
+    """Return kind, unit, symbol of an effort, and name and unit of each coordinate, by channel.
+
+    Args:
+        corrections: corrections of a model.
+        names: names of the channels.
+    """
     coordinates = corrections.coordinates
     found = {}
     for place in corrections.places:
@@ -168,5 +196,5 @@ def _explained(x: pd.Series, y: pd.Series) -> float:
     variance = float(np.var(y))
     if variance == 0.0:
         return 0.0
-    bins = pd.qcut(x.rank(method="first"), min(BINS, len(x)), labels=False)
+    bins = pd.qcut(x.rank(method="first"), min(VARIANCE_BINS, len(x)), labels=False)
     return 1.0 - float(((y - y.groupby(bins).transform("mean")) ** 2).mean()) / variance

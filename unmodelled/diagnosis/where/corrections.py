@@ -1,8 +1,8 @@
-"""What a model lacks, window by window: the effort, input or output that would have to be added there.
+"""Corrections of a model, window by window: the effort, input or output that would have to be added there.
 
-In a window of a few samples a correction is taken for a constant. How the simulated outputs answer to it, and
-how far they are off, tell its size by least squares; nothing measured is differentiated. The states at the
-start of a window are noisy and give way too, with what is known of their noise as a prior.
+In a window of a few samples a correction is constant. Least squares of the errors on the response of the
+simulated outputs gives its size; no measurement is differentiated. The initial states of the windows are
+noisy and are fitted too, with their noise as a prior.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ Indices = NDArray[np.int64]
 SHORTEST_WINDOW, FEWEST_SAMPLES = 0.01, 8
 #: Independent stretches, in all, into which few experiments are divided.
 STRETCHES = 16
-#: Steps by which corrections are differentiated, in their plausible sizes, are `residuals.STEP` times this.
+#: Steps of the derivatives by corrections, in units of `residuals.STEP` times their plausible sizes.
 SIZE = 100.0
 
 CONSTANTS: Mapping[Kind, Effect] = {
@@ -55,10 +55,14 @@ class Corrections:
     """Corrections at the places of a model over the windows of a recording.
 
     Attributes:
-        model: that lacks them. recording: the windows. places: all ports, inputs and outputs.
-        curvature, gradient: (windows, n, n) and (windows, n) of half the square errors of a window, in
+        model: model that is corrected.
+        recording: windows.
+        places: all ports, inputs and outputs.
+        curvature: second derivatives, shape (windows, n, n), of half the square errors of a window, in
             standard deviations of the noise, by the corrections at the places and then by the uncertain
-            parameters, SI; the starts follow.
+            parameters, SI; the initial states are eliminated.
+        gradient: first derivatives, shape (windows, n), of the same.
+        thresholds: thresholds of the decisions.
     """
 
     model: JudgedModel
@@ -76,7 +80,14 @@ class Corrections:
         sensors: Sensors,
         thresholds: Thresholds = DEFAULT_THRESHOLDS,
     ) -> Corrections:
-        """In windows as short as the noise permits, at most `horizon` s; `sensors` are those of its logs."""
+        """Compute the corrections in windows as short as the noise permits.
+
+        Args:
+            model: model to correct.
+            horizon: largest length of a window, s.
+            sensors: sensors of the model's logs.
+            thresholds: thresholds of the decisions.
+        """
         logs, places = model.logs, channels(model.system)
         system, unknowns = _with_constants(model.system, logs, places)
         samples = max(FEWEST_SAMPLES, round(SHORTEST_WINDOW / logs.period))
@@ -90,29 +101,29 @@ class Corrections:
 
     @cached_property
     def coordinates(self) -> Coordinates:
-        """Where the windows lie."""
+        """Return the coordinates of the windows."""
         return Coordinates(self.model, self.recording)
 
     @cached_property
     def value(self) -> Array:
-        """(windows, places) the correction at each place if it were the only one; nan without influence."""
+        """Return the correction at each place on its own, shape (windows, places); nan without influence."""
         with np.errstate(all="ignore"):
             return np.asarray(-self.gradient[:, : len(self.places)] / self.weight)
 
     @cached_property
     def error(self) -> Array:
-        """(windows, places) standard error of `value`."""
+        """Return the standard error of `value`, shape (windows, places)."""
         with np.errstate(all="ignore"):
             return np.asarray(1.0 / np.sqrt(self.weight))
 
     @property
     def weight(self) -> Array:
-        """(windows, places) one over the variance of `value`."""
+        """Return the inverse variance of `value`, shape (windows, places)."""
         return np.diagonal(self.curvature, axis1=1, axis2=2)[:, : len(self.places)]
 
     @cached_property
     def seen(self) -> NDArray[np.bool_]:
-        """(windows, places) where the outputs say something about a correction."""
+        """Return the mask of determined corrections, shape (windows, places)."""
         error = np.where(np.isfinite(self.error), self.error, np.inf)
         return np.asarray(
             (error <= self.thresholds.blind_error * np.median(error, axis=0)) & np.isfinite(error)
@@ -120,7 +131,7 @@ class Corrections:
 
     @property
     def group(self) -> Indices:
-        """(windows,) parts that do not depend on each other: experiments, or stretches where they are few."""
+        """Return independent parts, shape (windows,): experiments, or stretches where they are few."""
         recording = self.recording
         if len(recording.runs) >= self.thresholds.enough_experiments:
             return recording.owner
@@ -129,7 +140,7 @@ class Corrections:
 
     @property
     def clear(self) -> bool:
-        """Whether the corrections of some port or input stand out from the noise."""
+        """Return whether the corrections of a port or input stand out from the noise."""
         return any(self._stands_out(k) for k, place in enumerate(self.places) if place.kind != "sensor")
 
     def _stands_out(self, place: int) -> bool:
@@ -141,7 +152,11 @@ class Corrections:
 
 
 def channels(system: System) -> tuple[Place, ...]:
-    """All ports, inputs and outputs."""
+    """Return all ports, inputs and outputs.
+
+    Args:
+        system: system.
+    """
     return (
         *(Place("port", port.name) for port in system.ports),
         *(Place("actuator", item.name) for item in system.inputs),

@@ -1,4 +1,4 @@
-"""Through which channel the gap enters: a port, `actuator:<input>` or `sensor:<output>`."""
+"""Channels of effects: a port, `actuator:<input>` or `sensor:<output>`."""
 
 from __future__ import annotations
 
@@ -24,11 +24,18 @@ _TINY = 1e-300
 def channel_shares(
     diagnosis: Diagnosis, left: Mapping[str, float], thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> dict[str, float]:
-    """Share of every channel in the squared gap of the re-identified model above the floor; their sum is one.
+    """Divide the squared gap of the re-identified model above the noise floor among the channels.
 
-    What the squared gap falls by with each effect, on the held-out experiments, counts for the channel of the
-    effect; what the augmented model leaves above the floor counts for the channels as `left` divides it.
-    Without a gap there are no shares.
+    The fall of the squared gap with each effect, on the held-out experiments, counts for the channel of the
+    effect. The remaining gap of the augmented model is divided by `left`.
+
+    Args:
+        diagnosis: diagnosis.
+        left: shares of the remaining gap, by channel.
+        thresholds: `input_likeness` and `port_likeness` are used.
+
+    Returns:
+        Shares by channel, which sum to one, the largest first; empty without a gap.
     """
     floor, last = diagnosis.floor**2, diagnosis.augmented.gap.value**2
     steps = [diagnosis.reidentified, *diagnosis.steps[len(diagnosis.steps) - len(diagnosis.effects) :]]
@@ -44,11 +51,17 @@ def channel_shares(
 
 
 def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> str:
-    """The channel of a place.
+    """Return the channel of a place.
 
-    A parameter acts through a channel too if its change is one of an input's gain, of an effort, or of a
-    sensor alone: the damping of a port through that port, the constant of a motor through its input. Else it
-    stands for itself.
+    A parameter acts through a channel if its change equals that of an input's gain, of an effort, or of one
+    sensor: the damping of a port through that port, the constant of a motor through its input. Otherwise it
+        is
+    its own channel.
+
+    Args:
+        model: re-identified model.
+        place: place of an effect.
+        thresholds: `input_likeness` and `port_likeness` are used.
     """
     if place.kind != "parameter":
         return place.channel

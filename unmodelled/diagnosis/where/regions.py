@@ -1,4 +1,4 @@
-"""Where along its coordinates a channel lacks disproportionately much."""
+"""Regions of the coordinates in which corrections are disproportionately large."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 #: Bins of a coordinate, at most, and windows in each of them, at least.
-MOST_BINS, FEWEST_WINDOWS = 24, 30
+MOST_BINS, FEWEST_PER_BIN = 24, 30
 
 
 @dataclass(frozen=True)
@@ -34,14 +34,18 @@ class _Region:
 
 
 def regions(corrections: Corrections, channels: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
-    """Intervals of signals that hold much more of the squared correction at a channel than of the samples.
+    """Return intervals of signals with much more of the squared correction than of the samples.
 
-    Noise is discounted, and a region must stand out whichever experiment is left out. Signals are the
-    coordinates of the channel and, of a port, the inputs too; `mod(theta, 2*pi)` is the place within a turn,
-    `d(v)/dt` an acceleration. The largest share comes first.
+    Noise is subtracted, and a region must stand out whichever experiment is left out. Signals are the
+    coordinates of the channel and, of a port, the inputs too; `mod(theta, 2*pi)` is the position within a
+    turn, `d(v)/dt` an acceleration.
 
     Args:
-        corrections: of the physics without effects. channels: names of those that count.
+        corrections: corrections of the physics without effects.
+        channels: names of the channels.
+
+    Returns:
+        Rows of signal, low, high (SI) and share, the largest share first.
     """
     found: dict[tuple[str, float], _Region] = {}
     for k, place in enumerate(corrections.places):
@@ -72,7 +76,7 @@ def _of_place(corrections: Corrections, k: int, place: Place) -> list[_Region]:
 def _along(
     signal: Coordinate, values: Array, excess: Array, group: Indices, limits: Thresholds
 ) -> list[_Region]:
-    count = int(np.clip(len(values) // FEWEST_WINDOWS, 2, MOST_BINS))
+    count = int(np.clip(len(values) // FEWEST_PER_BIN, 2, MOST_BINS))
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count + 1)))
     if len(edges) < 3:
         return []

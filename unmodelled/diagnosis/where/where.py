@@ -28,15 +28,19 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Where:
-    """What diagnosis.json says of where the gap lies (shared/contracts/diagnosis.md), largest shares first.
+    """The place of the gap, as diagnosis.json reports it (shared/contracts/diagnosis.md).
+
+    Rows come with the largest share first.
 
     Attributes:
-        channels: port (see `effect_channels.channel_of`), share of the squared gap above the floor.
-        regions: signal, low, high (SI), share of the squared correction at the channel that lacks most.
-        factors: factor, level, share of the squared gap above the floor of the re-identified model.
-        experiments: id, known, augmented: gaps of every experiment; those of figures have more columns.
-        lacking: what the physics without effects lacks, with the parameters of the augmented model.
-        left: what the augmented model still lacks. every: gaps of the experiments.
+        channels: rows of port (see `effect_channels.channel_of`) and share of the squared gap above the
+            floor.
+        regions: rows of signal, low, high (SI) and share of the squared correction at the largest channel.
+        factors: rows of factor, level and share of the re-identified model's squared gap above the floor.
+        experiments: rows of id, known and augmented, the gaps of every experiment.
+        lacking: corrections of the physics without effects, with the parameters of the augmented model.
+        left: corrections of the augmented model.
+        every: gaps of the experiments, of all models.
     """
 
     channels: Rows
@@ -49,9 +53,13 @@ class Where:
 
 
 def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> Where:
-    """Say where the gap lies, whatever the verdict.
+    """Locate the gap of a diagnosis.
 
-    Without a gap, or where the logs are to be checked, there are no channels, regions or factors.
+    Without a gap, or where the logs must be checked, there are no channels, regions or factors.
+
+    Args:
+        diagnosis: diagnosis with any verdict.
+        thresholds: thresholds of the decisions.
     """
     physics = _physics(diagnosis)
     sensors = Sensors(diagnosis.logs)
@@ -90,7 +98,7 @@ def where(diagnosis: Diagnosis, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> 
 
 
 def _remains(diagnosis: Diagnosis, limits: Thresholds) -> bool:
-    """Whether the augmented model leaves enough of the gap to ask where that lies."""
+    """Whether the augmented model leaves enough of the gap to locate it."""
     before, after, floor = (
         value**2
         for value in (diagnosis.reidentified.gap.value, diagnosis.augmented.gap.value, diagnosis.floor)
@@ -109,10 +117,13 @@ def _physics(diagnosis: Diagnosis) -> JudgedModel:
 
 @dataclass(frozen=True, eq=False)
 class ExperimentGaps:
-    """Gaps in standard deviations of the outputs over all experiments, which are (n,).
+    """Gaps of every experiment, in standard deviations of the outputs over all experiments.
 
     Attributes:
-        known, reidentified, augmented: of the models. floor: what the noise of the sensors leaves of them.
+        known: gaps of the system as given, shape (experiments,).
+        reidentified: gaps of the re-identified physics, shape (experiments,).
+        augmented: gaps of the augmented model, shape (experiments,).
+        floor: noise floors of the augmented model, shape (experiments,).
     """
 
     known: Array
@@ -122,7 +133,12 @@ class ExperimentGaps:
 
     @classmethod
     def of(cls, diagnosis: Diagnosis, sensors: Sensors) -> ExperimentGaps:
-        """By free runs of all models over all experiments; `sensors` are those of the logs."""
+        """Compute the gaps by free runs of all models over all experiments.
+
+        Args:
+            diagnosis: diagnosis.
+            sensors: sensors of its logs.
+        """
         found = []
         for model in (diagnosis.known, diagnosis.reidentified, diagnosis.augmented):
             found.append(free_runs(model.system, model.logs, diagnosis.horizon, sensors=sensors))
@@ -138,14 +154,21 @@ def factors(
     seed: int,
     thresholds: Thresholds = DEFAULT_THRESHOLDS,
 ) -> tuple[dict[str, Any], ...]:
-    """Levels whose share of the squared gap is clearly larger than their share of the samples, largest first.
+    """Return levels whose share of the squared gap is clearly larger than their share of the samples.
 
-    How likely that is by chance is found by dealing the gaps to the experiments anew. A column is left out
-    where all experiments have one level, or each its own.
+    The probability of such a share by chance comes from random permutations of the experiments. A column is
+    left out where all experiments have one level, or each its own.
 
     Args:
-        experiments: their table, n rows. columns: that are looked at, where the table has them.
-        excess: (n,) squared gap above the floor. samples: (n,) of each experiment. seed: of the deals.
+        experiments: table of the experiments, one row each.
+        columns: names of the columns that may be factors.
+        excess: squared gaps above the noise floor, shape (experiments,).
+        samples: numbers of samples, shape (experiments,).
+        seed: seed of the permutations.
+        thresholds: `factor_density` and `factor_significance` are used.
+
+    Returns:
+        Rows of factor, level and share, the largest share first.
     """
     amount = np.maximum(excess, 0.0) * samples
     whole = float(amount.sum())

@@ -16,8 +16,8 @@ from unmodelled.engine.cascade.cascade import Cascade
 from unmodelled.engine.cascade.cascade_loops import LANES, Generated, Places
 from unmodelled.engine.cascade.cascade_source import CascadeSource
 from unmodelled.engine.compiled.compiled import digest, generated
+from unmodelled.systems.experiments import Experiments, event_named, uncertain_indices
 from unmodelled.systems.model import TIME, System
-from unmodelled.systems.phases import Experiments, event_named, uncertain_indices
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.structure import Augmented
-from unmodelled.engine.free_run import Integration, Sizes, Windows
+from unmodelled.engine.free_run import Backend, Integration, Sizes, Windows
 from unmodelled.systems.model import System, symbol
 from unmodelled.systems.numeric import numpy_system_function
 
@@ -22,7 +22,7 @@ Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
-class Generated:
+class Generated(Backend):
     """System with networks, compiled for its structure: a backend of `free_run`.
 
     Attributes:
@@ -58,18 +58,7 @@ class Generated:
         return Sizes(*(len(group) for group in (system.x, system.u, system.p, system.c)))
 
     def run(self, windows: Windows, p: Array, c: Array, x0: Array, how: Integration) -> Array:
-        """Simulate checked windows; see `free_run`. Windows of one length are simulated together.
-
-        Args:
-            windows: first samples, lengths and inputs of the free runs.
-            p: parameters, shape (experiments, sets, parameters), SI.
-            c: constants of the operating points, shape (experiments, constants), SI.
-            x0: states at the first samples, shape (windows, sets, states), SI.
-            how: method, step and course of the inputs between samples.
-
-        Returns:
-            Observed values, shape (windows, sets, most steps + 1, observed).
-        """
+        # windows of one length are simulated together
         sets, longest = x0.shape[1], int(windows.steps.max(initial=0))
         y = np.full((len(windows.start), sets, longest + 1, len(self.observed)), np.nan)
         same = bool((p == p[:1]).all())

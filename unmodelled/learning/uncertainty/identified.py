@@ -23,12 +23,13 @@ from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.uncertainty.curvature import curvature
 from unmodelled.uncertainty.families import ClippedNormal
+from unmodelled.uncertainty.identify import Settings
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.profile import profile as profile_likelihood
 from unmodelled.uncertainty.response import Response
 
-#: Independent normal distributions, clipped to the bounds of the parameters (conf/uncertainty).
-CLIPPED_NORMAL = Setup(ClippedNormal, (0.002, 0.3))
+#: Normal distributions, clipped to the bounds of the parameters: conf/uncertainty/clipped_normal.yaml.
+CLIPPED_NORMAL = Setup(ClippedNormal, (0.002, 0.3), search=Settings(generations=60))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

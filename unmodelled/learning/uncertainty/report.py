@@ -20,7 +20,7 @@ from unmodelled.uncertainty.likelihood import log_likelihoods
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.pair_profile import PairProfile, profile_pair
 from unmodelled.uncertainty.profile import Profiles
-from unmodelled.uncertainty.replicate import scatter
+from unmodelled.uncertainty.replicate import summarise_estimates
 
 Array = NDArray[np.float64]
 Found = Mapping[str, Identification]
@@ -63,7 +63,7 @@ def estimates(
     for method in METHODS:
         exact = method == PUSH_FORWARD
         alpha = profiles.alpha if exact else found[method].alpha
-        ends = np.hstack([limits, scatter(again).interval()]) if exact else nothing
+        ends = np.hstack([limits, summarise_estimates(again).interval()]) if exact else nothing
         for k, name in enumerate(names):
             rows.append((method, name, alpha[k], found[method].at_bound[k], *ends[k]))
     columns = ["method", "name", "value", "at_bound", "low", "high", "bootstrap_low", "bootstrap_high"]

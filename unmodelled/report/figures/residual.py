@@ -42,10 +42,13 @@ def lacking(data: Path) -> Figure:
 
 @styled
 def left_over(data: Path) -> Figure:
-    """Missing effort of the augmented model, at the same channels and with the same colours.
+    """Missing effort of the augmented model, at the channels where the gap enters.
 
-    A white map and a flat side view mean that the diagnosed effects explain the whole effort. If a shape
-    remains, it shows an effect that the library of laws does not contain.
+    Axes and colours are those of the figure of the missing effort of the known physics. Left: mean over each
+    cell of the visited states. Right: over the coordinate with the largest influence; grey dots are windows,
+    dark dots their medians, bars hold the middle half. A white map and flat dots mean that the diagnosed
+    effects explain the whole effort. If a shape remains, it shows an effect that the library of laws does not
+    contain.
     """
     return _residual(data, "left")
 

@@ -72,7 +72,7 @@ class Look:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Settings under which every figure is drawn and saved."""
+    """Apply the settings under which every figure is drawn and saved."""
     with mpl.rc_context(_RC):  # type: ignore[arg-type]
         yield
 
@@ -119,28 +119,28 @@ class Drawing(Figure):
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """An empty figure, in, whose parts never overlap."""
+    """Return an empty figure of `width` and `height` in, whose parts never overlap."""
     return Drawing(figsize=(width, height), layout="constrained")
 
 
 def shades(n: int) -> list[tuple[float, float, float, float]]:
-    """`n` colours from dark to light for the levels of one factor."""
+    """Return `n` colours from dark to light for the levels of one factor."""
     return [tuple(mpl.colormaps["viridis"](x)) for x in np.linspace(0.0, 0.82, max(n, 2))[:n]]
 
 
 def halo(width: float) -> list[Stroke | Normal]:
-    """A white rim, so that a black line shows on every background."""
+    """Return a white outline, so that a black line is visible on every background."""
     return [Stroke(linewidth=width, foreground="white"), Normal()]
 
 
 def in_pi(angle: float) -> str:
-    """An angle, rad, as a multiple of pi."""
+    """Return an angle, rad, as a multiple of pi."""
     multiple = f"{angle / np.pi:.3g}"
     return {"0": "0", "1": "π", "-1": "−π"}.get(multiple, f"{multiple}π")
 
 
 def level(factor: str, value: float) -> str:
-    """One factor with its value and unit."""
+    """Return one factor with its value and unit as text."""
     return {
         "V": f"V = {value:.3g} V",
         "m": f"m = {value:.2f} kg",
@@ -150,23 +150,23 @@ def level(factor: str, value: float) -> str:
 
 
 def signed(value: float) -> str:
-    """A number with two decimals and a proper minus sign."""
+    """Return a number with two decimals and a proper minus sign."""
     return f"{value:.2f}".replace("-", "−")
 
 
 def setting(run: pd.Series, factors: tuple[str, ...] = ("V", "m", "H", "beta")) -> str:
-    """The settings of an experiment."""
+    """Return the settings of an experiment as text."""
     return ", ".join(level(factor, float(run[factor])) for factor in factors)
 
 
 def thin(*arrays: Array, points: int = 1500) -> list[Array]:
-    """Every k-th sample of `arrays`, so that at most about `points` are left."""
+    """Return every k-th sample of `arrays`, so that at most about `points` are left."""
     step = max(1, -(-len(arrays[0]) // points))
     return [array[::step] for array in arrays]
 
 
 def angle_axis(axes: Axes) -> None:
-    """A horizontal axis over one revolution."""
+    """Make the horizontal axis span one revolution, with ticks at multiples of pi/2."""
     axes.set_xlim(0.0, 2.0 * np.pi)
     axes.xaxis.set_major_locator(MultipleLocator(np.pi / 2.0))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(x)))

@@ -36,12 +36,12 @@ GAP = "gap (standard deviations of the outputs)"
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """A table of the diagnosis in the folder `data`."""
+    """Read a table of the diagnosis from the folder `data`."""
     return read_parquet(data / "tables" / f"{name}.parquet")
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Names, units and what is shown."""
+    """Read names, units and the experiments that are shown."""
     content: dict[str, Any] = read_json(data / "tables" / "about.json")
     return content
 
@@ -51,8 +51,11 @@ class Channel:
     """A channel as figures name it.
 
     Attributes:
-        name: as in diagnosis.json. quantity: what a correction there is. unit: of that, printed.
-        axes: column of a coordinate -> its label. signals: column -> its name in diagnosis.json.
+        name: name in diagnosis.json.
+        quantity: quantity of a correction at this place, force for instance.
+        unit: printed unit of that quantity.
+        axes: column of a coordinate -> its label.
+        signals: column -> its name in diagnosis.json.
     """
 
     name: str
@@ -63,7 +66,7 @@ class Channel:
 
     @classmethod
     def of(cls, content: dict[str, Any], name: str) -> Channel:
-        """From `about.json`."""
+        """Read an entry of `about.json`."""
         entry = content["channels"][name]
         kind, unit = entry["kind"], entry["unit"]
         quantity = EFFORTS.get(unit, "effort") if kind == "port" else entry["name"]
@@ -78,7 +81,7 @@ class Channel:
 
 
 def printed(unit: str) -> str:
-    """A unit with raised exponents; a dash for none."""
+    """Return a unit with raised exponents; a dash for none."""
     base, *powers = unit.split("^")
     text = base
     for part in powers:
@@ -88,18 +91,18 @@ def printed(unit: str) -> str:
 
 
 def number(value: float) -> str:
-    """Three significant digits with a proper minus sign; a dash for nan."""
+    """Return three significant digits with a proper minus sign; a dash for nan."""
     return f"{value:.3g}".replace("-", "−") if math.isfinite(value) else "–"
 
 
 def handle(name: str) -> Line2D:
-    """An entry of a model for a legend where it is drawn as markers."""
+    """Return the legend entry of a model that is drawn as markers."""
     look = LOOKS[name]
     return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
 
 
 def line_handle(name: str) -> Line2D:
-    """An entry of a model for a legend where it is drawn as a line."""
+    """Return the legend entry of a model that is drawn as a line."""
     look = LOOKS[name]
     return Line2D(
         [], [], color=look.colour, linestyle=look.line, linewidth=max(look.width, 1.6), label=look.label
@@ -107,7 +110,7 @@ def line_handle(name: str) -> Line2D:
 
 
 def log_gaps(axes: Axes, low: float, high: float) -> None:
-    """A horizontal logarithmic axis for gaps with round numbers."""
+    """Make the horizontal axis logarithmic for gaps, with round numbers."""
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     steps = (1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,)

@@ -30,10 +30,10 @@ def before_and_after(data: Path) -> Figure:
 
 @styled
 def worst_as_given(data: Path) -> Figure:
-    """An experiment that the system as given follows badly.
+    """The held-out experiment with the largest error of the system as given.
 
-    Left, some windows around its largest error: a free run starts at the measured state and sees the inputs
-    only, a new one every horizon, hence the jumps. Right, the errors over the whole experiment.
+    Left: some windows around the largest error; a free run starts at the measured state at the beginning of
+    every window (one horizon), which causes the jumps. Right: errors over the whole experiment.
     """
     return _drawn(data, "known")
 

@@ -44,12 +44,12 @@ class ScatteredDamping(PortEffect):
 
 
 def spread(runs: int, rng: np.random.Generator) -> Array:
-    """(n,) values of mean zero and mean square one, none beyond about two."""
+    """Return (n,) values of mean zero and mean square one, none beyond about two."""
     values = rng.uniform(-1.0, 1.0, runs)
     values -= values.mean()
     return np.asarray(values / np.sqrt(np.mean(values**2)))
 
 
 def scattered_damping(size: float, least: float, runs: int, rng: np.random.Generator) -> ScatteredDamping:
-    """Viscous friction off by `size` (rms), but not below `least` (negative): it stays friction."""
+    """Return viscous friction that differs by `size` (rms) between runs, not below `least` (negative)."""
     return ScatteredDamping(np.maximum(least, size * spread(runs, rng)))

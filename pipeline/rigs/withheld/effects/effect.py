@@ -33,9 +33,12 @@ class Plan:
     """The n runs of one campaign.
 
     Attributes:
-        period: of the logger, s. samples: per run. substeps: integration steps per sample.
+        period: sampling period of the logger, s.
+        samples: number of samples per run.
+        substeps: number of integration steps per sample.
         hold: share of a period that a command is old when the logger reads it, 0 to 1.
-        conditions: operating point, (n,) each. groups: of every run, empty if there are none.
+        conditions: operating point of every run, (n,) each.
+        groups: group of every run; empty if there are none.
         begin: (n,) s since the campaign began at which each run starts.
     """
 
@@ -62,7 +65,7 @@ class Effect:
     """Something that the known physics leaves out; its public fields are its parameters in SI units."""
 
     def refitted(self, machine: Any) -> Any:
-        """The machine as it is with the effect built in."""
+        """Return the machine with the effect built in."""
         return machine
 
     @property
@@ -79,7 +82,9 @@ class PortEffect(Effect, ABC):
 
     @abstractmethod
     def impulse(self, dt: float, t: float, port: Port) -> Array:
-        """Impulse (n,) that it takes out of the port in `dt` seconds from time `t` of the run on."""
+        """Return the impulse (n,) that the effect takes out of the port in `dt` seconds from time `t` of the
+        run on.
+        """
 
 
 class ActuatorEffect(Effect, ABC):
@@ -87,7 +92,7 @@ class ActuatorEffect(Effect, ABC):
 
     @abstractmethod
     def applied(self, dt: float, t: float, u: Array) -> Array:
-        """What acts in the `dt` seconds from `t` on when the command is `u` (n,)."""
+        """Return the input (n,) that acts in the `dt` seconds from `t` on when the command is `u` (n,)."""
 
 
 class SensorEffect(Effect, ABC):
@@ -95,7 +100,7 @@ class SensorEffect(Effect, ABC):
 
     @abstractmethod
     def seen(self, period: float, y: Array) -> Array:
-        """What the sensor shows of `y` (samples, n), sampled every `period` seconds."""
+        """Return what the sensor shows of `y` (samples, n), sampled every `period` seconds."""
 
 
 @dataclass
@@ -119,7 +124,8 @@ class Plantable:
     """An effect that a machine offers.
 
     Attributes:
-        family: by the names of shared/contracts/diagnosis.md, or another name for what is not among them.
+        family: name of the family in shared/contracts/diagnosis.md, or another name for an effect of
+            no family.
         channel: a port, `actuator:<input>` or `sensor:<output>`.
         make: the effect in a multiple of its typical size, for a campaign, with a source of chance.
         alike: (family, channel) that the logs of this machine cannot tell from it, or that come close to an

@@ -13,7 +13,7 @@ _RIGID = 1e-12  # mobility below which a port cannot be moved, 1/kg or 1/(kg m^2
 
 
 def stopping(port: Port) -> Array:
-    """The impulse (n,) that would bring the port to rest."""
+    """Return the impulse (n,) that would bring the port to rest."""
     return port.velocity / np.maximum(port.mobility, _RIGID)
 
 
@@ -22,7 +22,7 @@ class DryFriction(PortEffect):
 
     @abstractmethod
     def limit(self, port: Port) -> Array:
-        """The largest force (n,)."""
+        """Return the largest friction force (n,)."""
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         most = dt * self.limit(port)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.ownership import verb
-from unmodelled.evaluation.splits import Split
 from unmodelled.learning.recipe import Recipe
+from unmodelled.learning.splits import Split
 
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "next: {program} evaluate fits={out} with the same keys"
@@ -28,14 +28,12 @@ def train(
 ) -> None:
     """Write the fitted models and `out`/fit.json (what was fitted, how long it took).
 
-    A hybrid model of a system (model=hybrid, physics, ...) needs `system` and `logs`. It writes
-    `out`/model.pt (weights), `out`/system.yaml and `out`/history.parquet (loss and parameters after every
-    epoch). A killed training continues from its last checkpoint when the same command is started again.
+    A hybrid model of a system (model=hybrid) needs `system` and `logs`. It writes `out`/model.pt (weights),
+    `out`/system.yaml and `out`/history.parquet (loss and parameters after every epoch). A model of another
+    kind carries the paths of its data (model.<key>=...) and takes neither; what it writes is said in its own
+    class.
 
-    Other models carry their own data and take neither: a model of the cam-follower's drivetrain (model=f_h2,
-    motor, ...) writes `out`/model.pt; a model of the follower's detachment (model=tau4, detachment, ...)
-    writes a folder per network with one file per fold and repeat, and continues after the last of these
-    files.
+    A training that was killed continues when the same command is started again.
 
     Args:
         system: system file.

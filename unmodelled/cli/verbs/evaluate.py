@@ -1,4 +1,4 @@
-"""Predict with a fitted model what it has not seen."""
+"""Predict the held-out experiments with fitted models."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from pathlib import Path
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
-from unmodelled.evaluation.splits import Split
 from unmodelled.learning.recipe import Recipe
+from unmodelled.learning.splits import Split
 
 
 @verb()
@@ -18,10 +18,8 @@ def evaluate(
     """Write one table per kind of prediction: held-out experiments, simulated from their first state.
 
     A hybrid model of a system writes `out`/errors.parquet and examples.parquet (free runs), efforts.parquet
-    (the networks' efforts on the training experiments) and surface.parquet (networks of two inputs on a
-    grid). A model of the cam-follower's drivetrain writes errors.parquet, examples.parquet and, where the
-    split explores, force.parquet. A model of the follower's detachment writes runs.parquet, repeats.parquet
-    and examples.parquet, see `pipeline.cam_follower.jumps.judge`, with a column `model`.
+    (efforts of the networks on the training experiments) and surface.parquet (networks of two inputs on a
+    grid). The tables of a model of another kind are described in its own class.
 
     Args:
         system: system file.

@@ -1,0 +1,185 @@
+"""Experiments on one clock, and the event and the uncertain parameters that a simulation looks at."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput, closest
+from unmodelled.systems.model import Event, System
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """Experiments on one clock: inputs, operating points and initial states.
+
+    Attributes:
+        u: inputs of shape (L, T, inputs), sampled every `period`, linear in between.
+        period: sampling period in s.
+        c: constants of the operating point, shape (L, constants).
+        x0: states at t = 0, shape (L, states).
+
+    Raises:
+        BadInput: if a number is not finite, or if the period is not positive.
+        ValueError: if the shapes do not match.
+
+    Examples:
+        >>> runs = Experiments(np.zeros((2, 5, 1)), 0.1, np.zeros((2, 0)), np.ones((2, 2)))
+        >>> len(runs), runs.steps(0.2)
+        (2, 2)
+    """
+
+    u: Array
+    period: float
+    c: Array
+    x0: Array
+
+    def __post_init__(self) -> None:
+        if not (self.u.ndim == 3 and self.c.ndim == self.x0.ndim == 2):
+            raise ValueError(f"u, c, x0 of shapes {self.u.shape}, {self.c.shape}, {self.x0.shape}")
+        if not len(self.u) == len(self.c) == len(self.x0):
+            raise ValueError(f"{len(self.u)} inputs, {len(self.c)} constants and {len(self.x0)} starts")
+        for name, values in (("input", self.u), ("operating point", self.c), ("start", self.x0)):
+            for i in np.flatnonzero(~np.isfinite(values).reshape(len(values), -1).all(axis=1))[:1]:
+                raise BadInput(
+                    f"experiment {i + 1}: the {name} has a value that is not finite: correct its log"
+                )
+        if not 0.0 < self.period < np.inf:
+            raise BadInput(f"period must be a positive number of seconds, got {self.period}")
+
+    def __len__(self) -> int:
+        return len(self.u)
+
+    def only(self, members: Sequence[int] | NDArray[np.int64]) -> Experiments:
+        """Return some of the experiments.
+
+        Args:
+            members: indices of the experiments, shape (K,).
+
+        Returns:
+            K experiments, in the order of `members`.
+        """
+        return replace(self, u=self.u[members], c=self.c[members], x0=self.x0[members])
+
+    def input(self, t: Array | float) -> Array:
+        """Return the inputs at given times, interpolated linearly and held beyond the ends.
+
+        Args:
+            t: times in s, a scalar or an array of shape (..., L).
+
+        Returns:
+            Inputs of shape (..., L, inputs).
+
+        Examples:
+            >>> runs = Experiments(np.array([[[0.0], [1.0]]]), 0.1, np.zeros((1, 0)), np.zeros((1, 1)))
+            >>> runs.input(0.05).tolist()
+            [[0.5]]
+        """
+        last = self.u.shape[1] - 1
+        place = np.clip(np.asarray(t) / self.period, 0.0, last)
+        k = np.minimum(place.astype(np.int64), max(0, last - 1))
+        row = np.arange(len(self))
+        now, then = self.u[row, k], self.u[row, np.minimum(k + 1, last)]
+        return np.asarray(now + (place - k)[..., None] * (then - now))
+
+    def steps(self, step: float) -> int:
+        """Return the number of integration steps that fit into the logs.
+
+        Args:
+            step: integration step in s, a multiple of the sampling period.
+
+        Returns:
+            Number of steps.
+
+        Raises:
+            BadInput: if `step` is not a multiple of the sampling period.
+        """
+        periods = round(step / self.period) if 0.0 < step < np.inf else 0
+        if periods < 1 or abs(periods * self.period - step) > 1e-6 * self.period:
+            raise BadInput(f"step must be a multiple of the period {self.period:g} s, got {step}")
+        return int((self.u.shape[1] - 1) // periods)
+
+
+def event_named(system: System, name: str) -> Event:
+    """Return an event of a system by its name.
+
+    Args:
+        system: system to look in.
+        name: name of the event in the system file.
+
+    Returns:
+        The event.
+
+    Raises:
+        BadInput: if the system has no such event; the message suggests a name.
+    """
+    events = {e.name: e for e in system.events}
+    if name not in events:
+        hint = closest(name, events) if events else ""
+        raise BadInput(f"system {system.name}: has no event {name!r}{hint}")
+    return events[name]
+
+
+def scaled_parameters(system: System, uncertain: Sequence[str], theta: Array) -> Array:
+    """Return parameter values in which some parameters are multiples of their nominal values.
+
+    Args:
+        system: system with k parameters.
+        uncertain: names of n parameters.
+        theta: multiples of the nominal values, shape (S, n), dimensionless.
+
+    Returns:
+        Values of all parameters in SI units, shape (S, k).
+
+    Raises:
+        BadInput: if a name is unknown or repeated, or if the nominal value is zero.
+        ValueError: if theta has another shape.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> pendulum = read_system(Path("systems/pendulum.yaml"))
+        >>> scaled_parameters(pendulum, ["J"], np.array([[1.0], [1.5]])).tolist()
+        [[0.02, 0.01, 1.2], [0.03, 0.01, 1.2]]
+    """
+    values = np.array(system.values)
+    index = uncertain_indices(system, uncertain)
+    theta = np.asarray(theta, np.float64)
+    if theta.ndim != 2 or theta.shape[1] != len(index):
+        raise ValueError(f"theta must be (samples, {len(index)}), got {theta.shape}")
+    p = np.tile(values, (len(theta), 1))
+    p[:, index] = theta * values[index]
+    return p
+
+
+def uncertain_indices(system: System, uncertain: Sequence[str]) -> list[int]:
+    """Return the indices of parameters by their names.
+
+    Args:
+        system: system to look in.
+        uncertain: names of parameters.
+
+    Returns:
+        Index of each name in `system.parameters`.
+
+    Raises:
+        BadInput: if a name is unknown or repeated, or if the nominal value is zero.
+    """
+    names = [p.name for p in system.parameters]
+    for k, name in enumerate(uncertain):
+        if name not in names:
+            hint = closest(name, names) if names else ""
+            raise BadInput(f"system {system.name}: has no parameter {name!r}{hint}")
+        if name in uncertain[:k]:
+            raise BadInput(f"system {system.name}: parameter {name!r} is named twice: name it once")
+        if system.values[names.index(name)] == 0.0:
+            raise BadInput(
+                f"system {system.name}: parameter {name!r} is zero, and so is every multiple of it: "
+                "give it another value, or hold it fixed"
+            )
+    return [names.index(name) for name in uncertain]
