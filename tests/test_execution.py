@@ -44,7 +44,7 @@ def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
 
 
 def test_a_stage_cannot_write_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("DVC_STAGE", "graph/elsewhere/dvc.yaml:../../train")
+    monkeypatch.setenv("DVC_STAGE", "elsewhere/dvc.yaml:../train")
     monkeypatch.setenv("DVC_ROOT", str(tmp_path))
     note("python -m pipeline train", "seed: 1\n", 1, 2.0)
     (path,) = (tmp_path / FOLDER).iterdir()

@@ -60,22 +60,25 @@ def write_project(folder: Path, linked: bool = False) -> Path:
     """Write the copy to `folder`, and return it.
 
     Args:
-        linked: whether the program is a link, so that what numba has compiled of it counts here as well.
+        linked: whether the rooms of the program are links, so that functions that numba has compiled there
+            count here as well.
     """
-    if linked:
-        for name in PROGRAM:
-            (folder / name).symlink_to(ROOT / name)
-    for name in ("conf", "systems", ".dvc", *(() if linked else PROGRAM)):
+    for part in (part for name in PROGRAM if linked for part in (ROOT / name).iterdir()):
+        (folder / part.parent.name).mkdir(exist_ok=True)
+        if part.name not in ("conf", "__pycache__"):
+            (folder / part.parent.name / part.name).symlink_to(part)
+    for name in ("conf", "systems", ".dvc", *(("unmodelled/conf",) if linked else PROGRAM)):
         ignored = shutil.ignore_patterns("__pycache__", "cache", "tmp", "config.local", "dvc.lock")
         shutil.copytree(ROOT / name, folder / name, ignore=ignored)
     for name in ("dvc.yaml", "params.yaml", ".dvcignore", ".gitignore", "Makefile"):
         shutil.copy(ROOT / name, folder / name)
     (folder / "conf" / "source" / "virtual.yaml").write_text(SOURCE)
-    (folder / "conf" / "profile" / "quick.yaml").write_text(PROFILE)
+    for conf in (folder / "conf", folder / "unmodelled" / "conf"):
+        (conf / "profile" / "quick.yaml").write_text(PROFILE)
     for name, spring in (("slider_crank", "true"), ("slider_crank_bare", "false")):
         (folder / "conf" / "source" / f"{name}.yaml").write_text(f"{SLIDER}{spring}\n")
     (folder / "conf" / "source" / "withheld_quick.yaml").write_text(WITHHELD)
-    _edit(folder / "conf" / "uncertainty" / "clipped_normal.yaml", SEARCH)
+    _edit(folder / "unmodelled" / "conf" / "uncertainty" / "clipped_normal.yaml", SEARCH)
     _edit(folder / "conf" / "teach.yaml", TUTORIAL)
     params = yaml.safe_load((ROOT / "params.yaml").read_text())
     params |= {"source": "virtual", "profile": "quick", "hybrids": HYBRIDS, "horizons": [1, 5, 10]}
