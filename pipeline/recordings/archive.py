@@ -42,6 +42,7 @@ class Archive:
             )
         self.path = Path(str(path)).expanduser()
         self._zip: zipfile.ZipFile | None = None
+        check_file(self.path, 0.0)  # of any size: its members are read one at a time
         if self.path.is_dir():
             files = (p for p in self.path.rglob("*") if not p.is_dir())
             self.members = sorted(p.relative_to(self.path).as_posix() for p in files)

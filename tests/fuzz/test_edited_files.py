@@ -11,7 +11,19 @@ from tests.fuzz.inputs import Case, complaint, draws, edited
 
 NAMES = [
     *("system", "table", "events", "logs", "parquet", "hdf5", "store", "observations", "sweep"),
-    *("diagnosis", "judged", "truth", "refit", "bounce", "archive", "recording", "linear", "hybrid", "lstm"),
+    *(
+        "diagnosis",
+        "judged",
+        "truth",
+        "refit",
+        "bounce",
+        "archive",
+        "recording",
+        "linear",
+        "hybrid",
+        "fit",
+        "lstm",
+    ),
     *("xl330", "so101", "ur10e_joint", "cascaded_tanks"),
 ]
 
