@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from unmodelled.__main__ import LIBRARY, version
-from unmodelled.base import workers
 from unmodelled.cli import command_line
 from unmodelled.cli.program import Program, Source
 
@@ -36,6 +34,4 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    workers.limit_threads()
-    workers.heed_interruptions()
-    workers.leave(main(sys.argv[1:]))
+    command_line.run(PROGRAM)

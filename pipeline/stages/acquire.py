@@ -1,4 +1,4 @@
-"""Get the raw logs of a campaign: simulate them on a virtual rig, or fetch what was measured."""
+"""Get raw logs: simulate them on a virtual test bench, or read published measurements."""
 
 from __future__ import annotations
 

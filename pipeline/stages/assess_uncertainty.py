@@ -1,4 +1,4 @@
-"""How well densities and likelihoods are propagated: polynomial chaos, samples, exact push-forward."""
+"""Compare the accuracy of methods that propagate a parameter distribution to outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Explain what networks predict: how much each of their inputs adds to a follower jump."""
+"""Explain how much each input of a network adds to its predicted follower jump."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Diagnose many cases whose truth is withheld, a file for each."""
+"""Diagnose many virtual machines whose planted effects are withheld."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Physics-inspired features on a slower clock, and the minimal contact force of every experiment."""
+"""Compute the features of every experiment on a slower clock, and its minimal contact force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Raw logs to one validated store: angles unwrapped, experiments labelled."""
+"""Convert raw logs to one validated store, with unwrapped angles and labelled experiments."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Refit withheld cases with their truth known, and regress them sparsely: yardsticks of the diagnosis."""
+"""Refit withheld cases with their planted effects known, as a reference for the diagnosis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Claims, figures, tables and metrics to a browsable site, reports/index.html."""
+"""Build the report, reports/index.html, from claims, figures, tables and metrics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From predictions to the numbers of the chapters: tables, metrics and verdicts on claims."""
+"""Tabulate chapter 6 from predictions: tables, metrics and verdicts on claims."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From identified uncertainties to the numbers of chapter 3: tables, metrics and verdicts on claims."""
+"""Tabulate chapter 3 from identified distributions: tables, metrics and verdicts on claims."""
 
 from __future__ import annotations
 

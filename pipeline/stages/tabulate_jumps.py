@@ -1,4 +1,4 @@
-"""From predicted follower jumps to the numbers of chapter 5: tables, metrics and verdicts on claims."""
+"""Tabulate chapter 5 from predicted follower jumps: tables, metrics and verdicts on claims."""
 
 from __future__ import annotations
 

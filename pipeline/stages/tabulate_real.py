@@ -1,4 +1,4 @@
-"""From diagnoses of measured machines to the numbers of the report: what was found, and what is left over."""
+"""Tabulate the diagnoses of measured machines: effects that were found, and remaining errors."""
 
 from __future__ import annotations
 

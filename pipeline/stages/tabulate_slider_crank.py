@@ -1,4 +1,4 @@
-"""From predictions to the numbers of chapter 4: tables, metrics and verdicts on claims."""
+"""Tabulate chapter 4 from predictions: tables, metrics and verdicts on claims."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From diagnoses of withheld cases to the numbers of the withheld check: tables and metrics."""
+"""Tabulate the diagnoses of withheld cases: tables and metrics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Work the examples of chapter 2, the tutorial: what physics, networks and both together can predict."""
+"""Work the examples of chapter 2, the tutorial, with physics, networks and both together."""
 
 from __future__ import annotations
 

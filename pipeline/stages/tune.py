@@ -1,4 +1,4 @@
-"""Accuracy over the number of hidden units, on a random part of the contact runs (Fig. 6.16)."""
+"""Tabulate the accuracy over the number of hidden units (Fig. 6.16)."""
 
 from __future__ import annotations
 

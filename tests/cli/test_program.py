@@ -39,6 +39,14 @@ def test_of_two_config_files_of_one_name_the_shared_keys_are_equal() -> None:
                 assert own.items() <= theirs.items(), name
 
 
+@pytest.mark.parametrize("module", ["unmodelled", "pipeline"])
+def test_a_reader_may_stop_before_the_end(module: str) -> None:
+    run = f"{sys.executable} -m {module} --help | head -n 1; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", run], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("usage: ")
+
+
 def test_the_library_runs_as_a_module() -> None:
     run = [sys.executable, "-m", "unmodelled", "simulat"]
     done = subprocess.run(run, capture_output=True, text=True, check=False)

@@ -60,8 +60,8 @@ def write_project(folder: Path, linked: bool = False) -> Path:
     """Write the copy to `folder`, and return it.
 
     Args:
-        linked: whether the rooms of the program are links, so that the functions that numba has compiled of
-            them are used here as well.
+        linked: whether the rooms of the program are links, so that functions that numba has compiled there
+            count here as well.
     """
     for part in (part for name in PROGRAM if linked for part in (ROOT / name).iterdir()):
         (folder / part.parent.name).mkdir(exist_ok=True)

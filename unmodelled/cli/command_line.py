@@ -61,7 +61,13 @@ def run(program: Program) -> None:
     """Be the process of a command line: run what its words say, and end with the exit code."""
     workers.limit_threads()
     workers.heed_interruptions()
-    workers.leave(main(program, sys.argv[1:]))
+    try:
+        code = main(program, sys.argv[1:])
+        sys.stdout.flush()
+    except BrokenPipeError:  # the program that reads the output, such as head, has read enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    workers.leave(code)
 
 
 def _main(program: Program, arguments: list[str]) -> int:

@@ -28,7 +28,7 @@ def read_frames(
 
     Args:
         frames: experiments by their ids.
-        system: what the columns mean.
+        system: system whose inputs and outputs name the columns.
         experiments: optional table of the experiments, with their ids as index.
 
     Raises:

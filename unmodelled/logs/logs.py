@@ -109,7 +109,7 @@ class Logs:
         Args:
             frames: experiments by their ids, each with the column `t` (s) and the columns that the inputs and
                 outputs of `system` name, in their units; a row per sample, 50 or more.
-            system: what the columns mean.
+            system: system whose inputs and outputs name the columns.
             experiments: optional table whose index holds the ids; its columns are the constants of the
                 operating point of each experiment, optionally `group`, anything else.
 

@@ -43,7 +43,7 @@ class WithheldCampaign:
 
         Args:
             folder: folder in which <kind>_001 and so on are made.
-            seed: seed of inputs, sensors and noise, beside the seed of the draw.
+            seed: second seed of the random generator, for inputs, sensors and noise.
 
         Raises:
             BadInput: when the folder cannot be written.

@@ -55,7 +55,8 @@ def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
     Args:
         kind: `single`, `pair`, `null` (nothing but wrong parameters), `outside` (an effect of no family) or
             `local` (an effect at one level of a factor, or in one group).
-        seed: seed of the draw; cases of different seeds have other levels, inputs, sensors and noise.
+        seed: seed of the random generator; cases of different seeds differ in levels, inputs, sensors and
+            noise.
         level: level of all planted effects; drawn between `LEVELS` unless given.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The runs of a sweep as one table and one figure."""
+"""Compare the runs of a sweep in one table and one figure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the gap between a system file and measured experiments lies, and which effect causes it."""
+"""Find where a system file and measured experiments differ, and the effect that causes it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which parameters can be identified together with networks in the ports (section 4.4.4, appendix 4.7)."""
+"""Rank the parameter sets that can be identified together with networks in the ports."""
 
 from __future__ import annotations
 

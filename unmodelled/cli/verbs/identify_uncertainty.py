@@ -1,4 +1,4 @@
-"""Which distribution of uncertain parameters explains observed outputs (chapter 3)."""
+"""Identify the parameter distribution that explains measured event times."""
 
 from __future__ import annotations
 

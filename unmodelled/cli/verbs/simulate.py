@@ -1,4 +1,4 @@
-"""Free-run simulation of a system file along measured experiments, and the gap between the two."""
+"""Simulate a system file along measured experiments, and compute the gap between the two."""
 
 from __future__ import annotations
 

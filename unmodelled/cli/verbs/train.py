@@ -1,4 +1,4 @@
-"""Fit one model per fold and repeat of a split, all of them as one stack."""
+"""Train one model per fold and repeat of a split, all of them at once."""
 
 from __future__ import annotations
 
