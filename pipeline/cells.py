@@ -21,6 +21,7 @@ import yaml
 
 from unmodelled.base import workers
 from unmodelled.base.jobs import run_jobs
+from unmodelled.cli.command_line import INTERRUPTION
 
 Words = list[str]
 
@@ -102,6 +103,11 @@ def run(arguments: Sequence[str]) -> int:
         run_jobs(jobs, os.cpu_count() or 1, found[next(iter(found))][0])
     except Failed as failed:
         return int(failed.args[0])
+    except BaseException:
+        if not workers.interrupted.is_set():
+            raise
+        print(INTERRUPTION, file=sys.stderr)
+        return workers.INTERRUPTED
     return 0
 
 

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from pipeline.cells import cells
+from unmodelled.cli.command_line import INTERRUPTION
 
 ROOT = Path(__file__).parents[2]
 
@@ -74,3 +78,26 @@ def test_without_a_command_the_usage_is_said(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("{}\n")
     done = run(tmp_path)
     assert done.returncode == 2 and "python -m pipeline.cells <verb>" in done.stderr
+
+
+def test_an_interruption_is_said_once_and_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "params.yaml").write_text("{}\n")
+    words = ["acquire", "source=virtual", "out=data/raw/a", "+", "acquire", "source=clutch", "out=data/raw/b"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "pipeline.cells", *words],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "EXP_PROGRESS": "quiet"},
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        deadline = time.monotonic() + 60.0
+        while len(psutil.Process(process.pid).children(recursive=True)) < 3:
+            assert time.monotonic() < deadline and process.poll() is None
+            time.sleep(0.05)
+        below = psutil.Process(process.pid).children(recursive=True)
+        os.killpg(process.pid, signal.SIGINT)
+        said = process.communicate(timeout=30)[1]
+    assert (process.returncode, said) == (130, f"{INTERRUPTION}\n")
+    assert not psutil.wait_procs(below, timeout=30)[1]
+    assert not list(tmp_path.glob("data/raw/[!.]*"))
