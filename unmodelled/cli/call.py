@@ -24,7 +24,6 @@ from unmodelled.base.progress import mode
 from unmodelled.cli.overrides import checked_paths
 from unmodelled.cli.program import Program
 from unmodelled.cli.refusal import refuse
-from unmodelled.cli.sweep.runs import FAILURE
 from unmodelled.cli.written import written
 
 #: What a full disk, or one that nothing can be written to, says, wherever it is.
@@ -98,6 +97,9 @@ def _leave(error: BaseException) -> NoReturn:
     if not isinstance(error, BadInput):
         traceback.print_exception(error)
     if HydraConfig.get().mode == RunMode.MULTIRUN:
+        # here, for it loads pandas, which many verbs load later or not at all
+        from unmodelled.cli.sweep.runs import FAILURE
+
         line = str(error) if isinstance(error, BadInput) else f"{type(error).__name__}: {error}"
         told = Path(HydraConfig.get().runtime.output_dir) / FAILURE
         told.parent.mkdir(exist_ok=True)
