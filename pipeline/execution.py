@@ -40,8 +40,10 @@ def note(command: str, configuration: str, seed: int | None, seconds: float) -> 
     note of its last complete execution.
 
     Args:
-        command: as a user would type it. configuration: as YAML, everything resolved.
-        seed: of everything random, if there is one. seconds: wall time.
+        command: as a user would type it.
+        configuration: as YAML, everything resolved.
+        seed: of everything random, if there is one.
+        seconds: wall time.
 
     Raises:
         BadInput: when the file cannot be written.

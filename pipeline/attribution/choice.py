@@ -23,7 +23,8 @@ class Choice:
         runs: jump runs to explain, that were not trained on.
         references: contact runs that were trained on; first the longest, since every step of a run needs a
             reference that lasts as long.
-        exact_runs, exact_references: subsets of the two that are explained exactly too.
+        exact_runs: subsets of the two that are explained exactly too.
+        exact_references: subsets of the two that are explained exactly too.
     """
 
     runs: Indices
@@ -39,7 +40,8 @@ class Choice:
 
         Args:
             experiments: table of the experiments, with columns `label` and `samples`.
-            train, test: rows of the experiments that a fold trains on, and that it tests on.
+            train: rows of the experiments that a fold trains on, and that it tests on.
+            test: rows of the experiments that a fold trains on, and that it tests on.
             sizes: `explained_runs`, `references`, `exact_runs` and `exact_references`: at most so many.
 
         Raises:

@@ -100,10 +100,11 @@ class Multipliers:
     dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, d output = state . ds_k + settings . dq.
 
     Attributes:
-        gates: weights of what enters the gates, (..., 4 n_s).
-        keep, show: weights of the last cell state and of the new one, (..., n_s).
-        state: weights of the hidden state in the output, m, (..., n_s).
-        settings: weights of the settings in the output, m per unit of the setting, (..., n_q).
+        gates: weights of what enters the gates, shape (..., 4 n_s).
+        keep: weights of the last cell state and of the new one, shape (..., n_s).
+        show: weights of the last cell state and of the new one, shape (..., n_s).
+        state: weights of the hidden state in the output, m, shape (..., n_s).
+        settings: weights of the settings in the output, m per unit of the setting, shape (..., n_q).
     """
 
     gates: Tensor

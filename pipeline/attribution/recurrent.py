@@ -18,14 +18,14 @@ class Trace:
     """What happens inside the network along runs; time first.
 
     Attributes:
-        tau: features in SI units, (steps, runs, n_tau).
-        q: settings in SI units, (runs, n_q).
-        z: (steps, runs, 4 n_s) what enters the gates, in the order input, forget, output, candidate.
-        a: (steps, runs, 4 n_s) what leaves them.
-        c: (steps + 1, runs, n_s) cell states from c_0 = 0 on.
-        s: (steps, runs, n_s) hidden states from s_1 on.
-        hidden: (steps, runs, n_eta) what enters the ReLU units.
-        output: (steps, runs) eps, m.
+        tau: features in SI units, shape (steps, runs, n_tau).
+        q: settings in SI units, shape (runs, n_q).
+        z: what enters the gates, in the order input, forget, output, candidate, shape (steps, runs, 4 n_s).
+        a: what leaves them, shape (steps, runs, 4 n_s).
+        c: cell states from c_0 = 0 on, shape (steps + 1, runs, n_s).
+        s: hidden states from s_1 on, shape (steps, runs, n_s).
+        hidden: what enters the ReLU units, shape (steps, runs, n_eta).
+        output: eps, m, shape (steps, runs).
     """
 
     tau: Tensor
@@ -52,13 +52,14 @@ class Recurrent:
 
     Attributes:
         inputs: names of the features and settings.
-        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, (n_tau, 4 n_s), ordered as in `Trace`.
-        W_s: weights of the hidden state in the gates, (n_s, 4 n_s).
-        b: biases of the gates, (4 n_s,).
-        W5_s: weights of the hidden state in the head of eq. 5.12, (n_s, n_eta).
-        W5_q: weights of the settings in the head, (n_q, n_eta).
-        b5: biases of the head, (n_eta,).
-        W6: weights of the ReLU units in the output, m, (n_eta,).
+        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, shape (n_tau, 4 n_s), ordered as in
+            `Trace`.
+        W_s: weights of the hidden state in the gates, shape (n_s, 4 n_s).
+        b: biases of the gates, shape (4 n_s,).
+        W5_s: weights of the hidden state in the head of eq. 5.12, shape (n_s, n_eta).
+        W5_q: weights of the settings in the head, shape (n_q, n_eta).
+        b5: biases of the head, shape (n_eta,).
+        W6: weights of the ReLU units in the output, m, shape (n_eta,).
         b6: bias of the output, m, ().
     """
 

@@ -21,9 +21,9 @@ class Attribution:
     Attributes:
         run: number of the experiment.
         names: names of the features and settings, or of groups of them.
-        phi: contributions Phi_{i,k}, m, (names, steps).
-        base: mean output over the background Phi_{0,k}, m, (steps,).
-        output: output of the network, m, (steps,).
+        phi: contributions Phi_{i,k}, m, shape (names, steps).
+        base: mean output over the background Phi_{0,k}, m, shape (steps,).
+        output: output of the network, m, shape (steps,).
     """
 
     run: int
@@ -77,9 +77,10 @@ class Agreement:
     """Spearman's rank correlations of two methods; nan where one of them says the same of everything.
 
     Attributes:
-        shares: correlation of the inputs' shares in every run, (runs,).
-        trajectories: correlation of Phi at all inputs and steps of every run, (runs,).
-        all_shares, all_trajectories: the same correlations over all runs together.
+        shares: correlation of the inputs' shares in every run, shape (runs,).
+        trajectories: correlation of Phi at all inputs and steps of every run, shape (runs,).
+        all_shares: the same correlations over all runs together.
+        all_trajectories: the same correlations over all runs together.
     """
 
     shares: Array

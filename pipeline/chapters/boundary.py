@@ -15,8 +15,8 @@ def first_crossing(V: Array, value: Array, level: float) -> float:
     never does.
 
     Args:
-        V: (n,) increasing voltages, V.
-        value: (n,) at these voltages.
+        V: increasing voltages, V, shape (n,).
+        value: at these voltages, shape (n,).
         level: level to cross, in the unit of `value`.
     """
     up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
@@ -49,7 +49,7 @@ def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
 
     Args:
         grid: columns H, beta, m, V: the design points.
-        f_min: (points,) predicted minimal contact force, N.
+        f_min: predicted minimal contact force, N, shape (points,).
 
     Returns:
         Columns H, beta, m, Q (V). A setting that is predicted to jump everywhere gets the lowest voltage of
@@ -77,7 +77,7 @@ def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
         grid: columns V, m, H, beta to predict at.
 
     Returns:
-        (points,) minimal contact force, N; negative beyond the boundary.
+        minimal contact force, N, shape (points,); negative beyond the boundary.
     """
     from sklearn.linear_model import Ridge
     from sklearn.model_selection import GridSearchCV

@@ -33,6 +33,7 @@ class Region:
         states: (samples, 2).
 
     Attributes:
+        states: shape (samples, 2). outline: shape (corners, 2) counterclockwise.
         outline: (corners, 2) counterclockwise.
     """
 

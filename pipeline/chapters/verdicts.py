@@ -37,7 +37,8 @@ def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
     separation would not reach 5 %, as with four pairs, or with three numbers against three.
 
     Args:
-        larger, smaller: (samples,) one number per independent sample.
+        larger: one number per independent sample, shape (samples,).
+        smaller: one number per independent sample, shape (samples,).
         paired: whether the k-th numbers belong to the same held-out run or data set; default: they do not.
     """
     from scipy.stats import mannwhitneyu, wilcoxon
@@ -69,8 +70,8 @@ def falling_verdict(levels: Array, values: Array) -> tuple[str, float]:
     The test is exact, over all orders of the values, one-sided at 5 %.
 
     Args:
-        levels: (samples,) such as shares of the runs trained on.
-        values: (samples,) one number per level: the median of its repeats.
+        levels: such as shares of the runs trained on, shape (samples,).
+        values: one number per level, shape (samples,): the median of its repeats.
     """
     from scipy.stats import permutation_test, spearmanr
 
@@ -96,7 +97,7 @@ def alike_verdict(samples: Sequence[Array]) -> tuple[str, float, list[float]]:
     interval of a median reaches 95 % then.
 
     Args:
-        samples: errors of every model, (repeats,) each.
+        samples: errors of every model, shape (repeats,) each.
     """
     medians = [float(np.median(own)) for own in samples]
     largest, smallest = int(np.argmax(medians)), int(np.argmin(medians))

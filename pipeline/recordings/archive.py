@@ -29,6 +29,8 @@ class Archive:
         variable: environment variable that can give `path`, for the error message.
 
     Attributes:
+        variable: environment variable that can give `path`, for the error message. members: paths of the
+            files inside, sorted.
         members: paths of the files inside, sorted.
 
     Raises:
@@ -146,7 +148,8 @@ def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
 
     Args:
         cells: (n,) text.
-        where, column: file and column that the error message names.
+        where: file and column that the error message names.
+        column: file and column that the error message names.
         first: row of the first cell in the file.
 
     Raises:

@@ -22,7 +22,8 @@ class PublicDataSet:
     """A measured campaign that is published in a git repository.
 
     Attributes:
-        url, revision: address and revision of the repository.
+        url: address and revision of the repository.
+        revision: address and revision of the repository.
         dataset: folder, or downloaded zip file, that is read instead of the network.
     """
 

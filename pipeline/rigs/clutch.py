@@ -163,7 +163,7 @@ class ClutchCampaign:
 
         Args:
             table: rows of `table()`.
-            theta: (n, 2) scales of the spring threshold and the touch point.
+            theta: scales of the spring threshold and the touch point, shape (n, 2).
         """
         t = PERIOD * np.arange(round(DURATION / PERIOD) + 1, dtype=np.float64)
         settings = table[["u1", "u2", "u3"]].itertuples(index=False)

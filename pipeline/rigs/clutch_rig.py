@@ -114,11 +114,11 @@ class ClutchRig:
         """Simulate noise-free engagements from the steady state without current.
 
         Args:
-            current: (N, n) A, every `period` s, straight lines in between; starts at zero.
+            current: A, every `period` s, straight lines in between, shape (N, n); starts at zero.
 
         Returns:
-            p (bar), its slope dp (bar/s), z (mm, truncated), omega_1 and omega_2 (rad/s), each (N, n), and
-            shift (n,): when the shafts first turn together, s, nan if never.
+            p (bar), its slope dp (bar/s), z, shape (mm, truncated), omega_1 and omega_2 (rad/s), each shape
+            (N, n), and shift, shape (n,): when the shafts first turn together, s, nan if never.
         """
         n = current.shape[1]
         rest = np.full(n, self.p_rest)

@@ -66,7 +66,8 @@ class TutorialCampaign:
     Attributes:
         samples: number of measured samples, evenly spread.
         new: number of test samples at random currents.
-        lowest, highest: limits of the current, A.
+        lowest: limits of the current, A.
+        highest: limits of the current, A.
         noise: standard deviation of the noise of an efficiency.
         runs: number of runs of the pendulum with a torque of `small`, N m, group "explored"; `far_runs` with
             `large`, group "unseen".

@@ -52,7 +52,13 @@ def assess_uncertainty(
     method. `response`: the output number `shown` over the first two parameters.
 
     Args:
-        system, logs, event, uncertain, step, response, observations: as for identify_uncertainty.
+        system: as for identify_uncertainty.
+        logs: as for identify_uncertainty.
+        event: as for identify_uncertainty.
+        uncertain: as for identify_uncertainty.
+        step: as for identify_uncertainty.
+        response: as for identify_uncertainty.
+        observations: as for identify_uncertainty.
         uncertainty: as there.
         profile: `data_sets`, `samples` of the Monte Carlo reference, `sampling_repeats`.
         found: folder that identify_uncertainty wrote.
@@ -60,7 +66,8 @@ def assess_uncertainty(
         demo: a distribution whose densities are shown too.
         shown: number of an output, from 1.
         fine: nodes of the response surface whose push-forward counts as exact, one number a parameter.
-        seed: of searches and draws. workers: searches side by side.
+        seed: of searches and draws.
+        workers: searches side by side.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:

@@ -21,7 +21,8 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
 
     Args:
         cases: folder of campaigns of withheld cases, a kind each.
-        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+        diagnoses: folders of diagnose_withheld and refit_withheld.
+        refits: folders of diagnose_withheld and refit_withheld.
         out: file; unmodelled/diagnosis/decide/calibration.json is what diagnoses read.
 
     Raises:

@@ -29,7 +29,8 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, o
     same.
 
     Args:
-        cases: folder of campaigns of withheld cases. diagnoses: of diagnose_withheld, <campaign>/<case>.json.
+        cases: folder of campaigns of withheld cases.
+        diagnoses: of diagnose_withheld, <campaign>/<case>.json.
         horizon: of the free-run windows, s.
         workers: processes, of one thread each.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.

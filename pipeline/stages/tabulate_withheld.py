@@ -29,7 +29,8 @@ def tabulate_withheld(
 
     Args:
         cases: folder of campaigns of withheld cases, a kind each.
-        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+        diagnoses: folders of diagnose_withheld and refit_withheld.
+        refits: folders of diagnose_withheld and refit_withheld.
         profile_name: of the profile that chose the cases.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         reports: folder; its metrics/withheld.json and its tables withheld and withheld_misses are rewritten.

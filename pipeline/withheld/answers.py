@@ -21,7 +21,8 @@ def answers(
 
     Args:
         cases: folder of campaigns of withheld cases, a kind each.
-        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+        diagnoses: folders of diagnose_withheld and refit_withheld.
+        refits: folders of diagnose_withheld and refit_withheld.
 
     Raises:
         BadInput: when an input is missing or damaged.

@@ -177,7 +177,8 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
     """Return a row of the table of cases.
 
     Args:
-        truth, diagnosis: content of truth.json and diagnosis.json.
+        truth: content of truth.json and diagnosis.json.
+        diagnosis: content of truth.json and diagnosis.json.
         refit: `oracle` (see `pipeline.withheld.oracle`: reidentified, floor, shrink, gap_seen, seen) and
             `sparse_regression` (family and channel of the largest term, or null).
         acts_at: see `parameter_channels`.

@@ -53,8 +53,12 @@ class Oracle:
     """What is left of the gap when the effects are known.
 
     Attributes:
-        reidentified, augmented, floor: gaps on the held-out experiments, and the floor of the latter model.
-            Without effects both gaps are the same.
+        reidentified: gaps on the held-out experiments, and the floor of the latter model. Without effects
+            both gaps are the same.
+        augmented: gaps on the held-out experiments, and the floor of the latter model. Without effects both
+            gaps are the same.
+        floor: gaps on the held-out experiments, and the floor of the latter model. Without effects both gaps
+            are the same.
         gap_seen: whether the reidentified model has a gap (`Judged.has_gap`).
         seen: by effect, whether the model without it, the other effects being known, is worse than with it
             (`Judged.is_worse_than`): else no diagnosis can be asked to find it.
@@ -156,8 +160,9 @@ class Judged:
     """How far free runs of a model lie from held-out measurements.
 
     Attributes:
-        square: (windows,) square error, mean over samples and outputs, in variances of the outputs.
-        samples: (windows,) their numbers. floor: of the gap.
+        square: square error, mean over samples and outputs, in variances of the outputs, shape (windows,).
+        samples: their numbers, shape (windows,).
+        floor: of the gap.
     """
 
     square: Array

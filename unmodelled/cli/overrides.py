@@ -220,7 +220,8 @@ def check_kinds(given: Mapping[str, Any], written: Mapping[str, Any], place: str
     a list stays a list of such things. Where null is written anything may stand.
 
     Args:
-        given: the configuration after changes, as plain Python. written: the same before them.
+        given: the configuration after changes, as plain Python.
+        written: the same before them.
         place: dotted name of both.
 
     Raises:

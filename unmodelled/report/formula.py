@@ -26,7 +26,7 @@ def formula(law: str, left: str = "") -> str:
     Args:
         law: expressions, equations such as `x_h*d(z)/dt = v` and conditions such as `abs(r) <= delta`,
             separated by commas; `d(z)/dt` is the derivative of a name by time.
-        left: a name or a phrase that the first part of the law is equal to, none by default.
+        left: name or phrase that the first part of the law is equal to; default: none.
 
     Raises:
         BadInput: when a part of the law is no expression.
@@ -54,7 +54,11 @@ def _parts(law: str) -> Iterator[str]:
 
 
 def name(text: str) -> str:
-    """Return a name with Greek letters, and the part after its first underscore as an index."""
+    """Print a name with Greek letters, and the part after its first underscore as an index.
+
+    Args:
+        text: name of a variable.
+    """
     base, _, index = text.partition("_")
     if not (base and index):
         return f"<mi>{escape(_letter(text))}</mi>"

@@ -91,9 +91,9 @@ class Experiments:
 
     Attributes:
         plan: plan of the runs.
-        t: time, s, (samples,).
-        u: commanded inputs, (samples, n).
-        outputs: logged outputs by name, (samples, n) each.
+        t: time, s, shape (samples,).
+        u: commanded inputs, shape (samples, n).
+        outputs: logged outputs by name, shape (samples, n) each.
         exact: the same without noise and steps, with the sensors' planted faults.
         effects: (channel, effect) of everything that is planted.
     """

@@ -1,4 +1,4 @@
-"""The numbers that say how well a run went, out of the files that its verb left."""
+"""Read the metrics of a run from the files that its verb has written."""
 
 from __future__ import annotations
 
@@ -26,10 +26,13 @@ PREFERRED = (
 
 
 def metrics_of(folder: Path) -> dict[str, float]:
-    """Metrics by name, `<file>.<what>`; none where the folder holds no results.
+    """Return the metrics of a run by name, `<file>.<what>`; none if the folder holds no results.
 
-    Of the tables that judge models: the median over test runs and repeats, in the unit of the table. Of JSON
-    files: every number outside lists.
+    Tables that assess models give the median over test runs and repeats, in the unit of the table. JSON files
+    give every number outside lists.
+
+    Args:
+        folder: folder of one run.
 
     Raises:
         BadInput: when a file cannot be read.

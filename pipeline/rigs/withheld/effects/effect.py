@@ -17,9 +17,11 @@ class Port(NamedTuple):
     """A port of n runs side by side, SI units.
 
     Attributes:
-        position, velocity: (n,).
-        response: (d, n) change of the machine's d velocities per unit of impulse that is taken out here.
-        mobility: (n,) by how much that lowers the port's own velocity.
+        position: shape (n,).
+        velocity: shape (n,).
+        response: change of the machine's d velocities per unit of impulse that is taken out here, shape (d,
+            n).
+        mobility: by how much that lowers the port's own velocity, shape (n,).
     """
 
     position: Array
@@ -37,9 +39,9 @@ class Plan:
         samples: number of samples per run.
         substeps: number of integration steps per sample.
         hold: share of a period that a command is old when the logger reads it, 0 to 1.
-        conditions: operating point of every run, (n,) each.
+        conditions: operating point of every run, shape (n,) each.
         groups: group of every run; empty if there are none.
-        begin: (n,) s since the campaign began at which each run starts.
+        begin: s since the campaign began at which each run starts, shape (n,).
     """
 
     period: float
