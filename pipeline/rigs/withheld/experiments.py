@@ -1,4 +1,4 @@
-"""The logs of a case: motion, then sensors."""
+"""Simulate the logs of a case: motion first, then sensors."""
 
 from __future__ import annotations
 
@@ -20,8 +20,16 @@ _SLOWEST = 0.3  # Hz
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """Return smooth reference signals (samples, runs) at times `t` (samples,), s; each kind in turn, in a
-    drawn order.
+    """Draw smooth reference signals; all kinds of signals occur in turn, in random order.
+
+    Args:
+        t: time, s, shape (samples,).
+        runs: number of signals.
+        extent: range of the signals.
+        rng: random generator.
+
+    Returns:
+        Reference signals, shape (samples, runs).
     """
     order = rng.permutation(np.arange(runs) % len(_KINDS))
     columns = []
@@ -93,9 +101,10 @@ class Experiments:
         plan: plan of the runs.
         t: time, s, shape (samples,).
         u: commanded inputs, shape (samples, n).
-        outputs: logged outputs by name, shape (samples, n) each.
-        exact: the same without noise and steps, with the sensors' planted faults.
-        effects: (channel, effect) of everything that is planted.
+        outputs: logged outputs by name, each of shape (samples, n).
+        exact: outputs by name without noise and resolution steps, but with planted sensor faults, each of
+            shape (samples, n).
+        effects: channel and effect of every planted effect.
     """
 
     plan: Plan
@@ -107,7 +116,12 @@ class Experiments:
 
 
 def run(case: Case, plan: Plan | None = None) -> Experiments:
-    """Simulate and log the runs of `case`, by its own plan unless one is given."""
+    """Simulate and log the runs of a case.
+
+    Args:
+        case: machine and planted effects.
+        plan: runs to simulate; default: the runs of the case.
+    """
     plan = case.plan() if plan is None else plan
     effects = case.built(plan)
     motion = _moved(case, plan, effects)
