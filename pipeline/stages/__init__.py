@@ -1,1 +1,2 @@
-"""The verbs: one file, one function, one DVC stage. Stages never import each other, they meet in files."""
+"""Verbs: one file, one function and one DVC stage each. Stages never import each other; they exchange files.
+"""
