@@ -186,8 +186,9 @@ class Case:
         """Whether verdict and effects are right; the confidence is the probability of this event.
 
         - `no_gap` is right if the oracle sees none of the planted effects.
-        - `effect` is right if every named effect, or an effect reported as indistinguishable from it, is another
-          planted effect in the right experiments, and all planted effects that the oracle sees are among them.
+        - `effect` is right if every named effect, or an effect reported as indistinguishable from it, is
+          another planted effect in the right experiments, and all planted effects that the oracle sees are
+          among them.
         - `unknown` is right for an effect of no family, and wrong for any other effect.
         - `check_logs` is wrong, because the logs of the withheld machines have no fault.
         """
