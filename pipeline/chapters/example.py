@@ -1,4 +1,4 @@
-"""The univariate example of section 3.2.8: polynomial chaos, moments and densities compared with exact ones."""
+"""The univariate example of section 3.2.8: polynomial chaos, moments and densities beside the exact ones."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Verbs: one file, one function and one DVC stage each. Stages never import each other; they exchange files."""
+"""Verbs: one file, one function and one DVC stage each; stages exchange files and never import each other."""

@@ -1,4 +1,4 @@
-"""Friction and drag as set-valued laws, by Moreau's projection: dry friction stops the port within its limit."""
+"""Friction and drag as set-valued laws, by Moreau's projection: friction stops the port within its limit."""
 
 from __future__ import annotations
 
