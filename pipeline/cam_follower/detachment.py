@@ -79,7 +79,7 @@ class DetachmentRecipe(Protocol):
 
         Args:
             campaign: runs with the signals that the model reads.
-            folds: rows of the training runs by the name of the fold, each (runs,).
+            folds: rows of the training runs by the name of the fold, each of shape (runs,).
             repeats: number of models per fold, which differ in their random start.
             seed: seed of the random generators.
             out: folder of the results.

@@ -32,7 +32,8 @@ class DrivetrainRecipe:
 
     Attributes:
         dynamics: constructor of a stack of models.
-        fit: function `fit(dynamics, dataset, folds, seed) -> Dynamics` that trains a stack.
+        fit: function `fit(dynamics, dataset, folds, seed) -> Dynamics` that trains a stack; the training
+            experiments of a model have the shape (experiments,).
         features: store of the runs, written by featurize.
         mechanism: constants of the cam-follower bench.
     """
