@@ -80,7 +80,9 @@ def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
 
 
 def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor:
-    """What `difference` (steps, references, n_tau) adds to s, (steps, references, n_tau, n_s)."""
+    """Return the contributions of `difference`, shape (steps, references, n_tau), to s, shape (steps,
+    references, n_tau, n_s).
+    """
     steps, references, features = difference.shape
     n = network.size
     s = difference.new_zeros((steps, references * features, n))

@@ -90,11 +90,12 @@ def shapley_weights(players: int) -> Tensor:
 
 @dataclass(frozen=True)
 class _Players:
-    """Who plays: first those of signals, then those of settings.
+    """Players of the game: signals first, then settings.
 
     Attributes:
         names: names of the players.
-        signals: (players of signals, n_tau), settings: (players of settings, n_q) what belongs to each.
+        signals: whether each feature belongs to a player, shape (players of signals, n_tau).
+        settings: whether each setting belongs to a player, shape (players of settings, n_q).
     """
 
     names: tuple[str, ...]

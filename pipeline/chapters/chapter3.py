@@ -69,7 +69,7 @@ def numbers(tables: dict[str, pd.DataFrame], simulations: int) -> dict[str, Any]
 
 
 def _reductions(per_set: pd.DataFrame) -> dict[str, Any]:
-    """How much lower than the Gaussian's, data set by data set."""
+    """Return how much lower the errors are than those of the Gaussian, data set by data set."""
     wide = per_set.unstack("method")
     return {
         leaf: mean_leaf((1.0 - wide[column, MAXIMUM_ENTROPY] / wide[column, GAUSSIAN]).to_numpy(), "share")

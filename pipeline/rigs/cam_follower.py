@@ -78,7 +78,7 @@ def _step(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> State
 
 @kept()
 def _margin(contact: bool, s: State, spline: Array, p: _Plant) -> float:
-    """What must stay positive: the force (N) in contact, the gap (m) in flight."""
+    """Return the quantity that must stay positive: the force (N) in contact, the gap (m) in flight."""
     force: float = _rates(True, s, spline, p)[1]
     return force if contact else s[3] - profile(s[0], spline)[0]
 

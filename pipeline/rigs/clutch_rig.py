@@ -208,7 +208,9 @@ class ClutchRig:
         return run | {"z": np.clip(run["z"], 0.0, self.z_M), "shift": shift}
 
     def _lock(self, x: Array, u: Array, du: Array, h: float, setting: Setting) -> tuple[float, Array]:
-        """When within a step of `h` the shafts meet (s after its start), and the state at its end."""
+        """Return the time within a step of `h` at which the shafts have equal speeds, s, and the state at its
+        end.
+        """
         slipping, turning = np.array([False]), np.array([True])
 
         def slip(after: float) -> float:

@@ -65,6 +65,6 @@ def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) ->
 
 
 def _memory() -> float:
-    """Of this process at most, MB."""
+    """Return the largest memory of this process so far, MB."""
     unit = 1 if sys.platform == "darwin" else 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

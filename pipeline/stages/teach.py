@@ -123,7 +123,7 @@ def _rms(values: Array) -> float:
 
 
 def _curves(motor: Tables, hidden: int, penalty: float) -> pd.DataFrame:
-    """What physics and networks say, beside the truth: model, seed, current, efficiency, truth."""
+    """Return the predictions and the truth: columns model, seed, current, efficiency, truth."""
     networks = motor["networks"]
     shown = networks[(networks["hidden"] == hidden) & (networks["penalty"] == penalty)]
     both = [motor["physics"].assign(model="physics", seed=0), shown.assign(model="network")]

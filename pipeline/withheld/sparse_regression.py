@@ -79,7 +79,7 @@ def largest_term(study: Study) -> Term | None:
 
 
 def _rest(columns: Array, others: Array) -> Array:
-    """What is left of columns (samples, k) when `others` (samples, j) explain what they can."""
+    """Return the residual of columns, shape (samples, k), after regression on `others`, (samples, j)."""
     return np.asarray(columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0])
 
 
@@ -88,8 +88,12 @@ class _Problem:
     """Rates of the k velocities, each in units of its standard deviation, one after the other.
 
     Attributes:
-        rows: (n,) samples that are looked at. states: numbers of the velocities. scale: (k,) of their rates.
-        owner: (k n,) experiments. target: (k n,) what the known physics leaves of the rates.
+        study: known physics, logs and held-out experiments.
+        rows: numbers of the used samples, shape (n,).
+        states: numbers of the velocities.
+        scale: standard deviations of the rates, shape (k,).
+        owner: experiment of every rate, shape (k n,).
+        target: rates that the known physics does not explain, shape (k n,).
     """
 
     study: Study

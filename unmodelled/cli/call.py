@@ -80,7 +80,7 @@ def _called(program: Program, config: DictConfig) -> Any:
 
 
 def _cause(error: InstantiationException) -> BaseException:
-    """What the verb raised, which Hydra wraps."""
+    """Return the exception of the verb, which Hydra wraps."""
     cause: BaseException = error
     while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
         cause = cause.__cause__

@@ -182,7 +182,7 @@ def _sweeps(rest: list[str]) -> bool:
 
 
 def _hydra_settings(verb: str, rest: list[str]) -> list[str]:
-    """What is set unless the command line says otherwise."""
+    """Return the default settings of Hydra, which the command line can override."""
     if not _sweeps(rest):
         # a stage writes where `out` says and nowhere else; without `out` a folder of its own
         own = "." if any(r.startswith("out=") for r in rest) else "outputs/${hydra.job.config_name}/last"

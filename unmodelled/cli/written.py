@@ -50,7 +50,7 @@ def written(program: str, verb: str, arguments: Mapping[str, Any], since: float,
 
 
 def _near(path: Path) -> Path:
-    """As a user in this folder would write it."""
+    """Return a path as a user in the working directory would write it."""
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 

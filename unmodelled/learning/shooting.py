@@ -288,7 +288,7 @@ def _stage(problem: Problem, shooting: Shooting, state: Progress, member: int, c
 def _minimize(
     objective: Objective, start: Array, iterations: int
 ) -> tuple[Array, list[tuple[float, Array, float]]]:
-    """Where L-BFGS leads, and loss, xi and seconds of every iteration."""
+    """Minimise by L-BFGS, and return the result with loss, xi and seconds of every iteration."""
     rows: list[tuple[float, Array, float]] = []
     last = time.perf_counter()
 

@@ -132,7 +132,7 @@ def _summary(content: Mapping[str, Any]) -> str:
 
 
 def _error(output: str, entry: Mapping[str, Any], content: Mapping[str, Any]) -> str:
-    """How far an output is off, in its unit: as given, and with the effects found."""
+    """Return the error of an output in its unit as a sentence: as given, and with the effects found."""
 
     def said(model: str) -> str:
         near, far = (

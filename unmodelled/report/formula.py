@@ -43,7 +43,7 @@ def _tree(text: str) -> ast.expr:
 
 
 def _parts(law: str) -> Iterator[str]:
-    """What stands between the commas that are in no parentheses."""
+    """Yield the parts of a law between commas outside parentheses."""
     depth, start = 0, 0
     for place, letter in enumerate(law):
         depth += (letter == "(") - (letter == ")")
@@ -131,7 +131,7 @@ def _call(function: str, arguments: list[ast.expr]) -> Printed:
 
 
 def _inside(node: ast.expr, least: int) -> str:
-    """In parentheses where it binds less strongly than `least`."""
+    """Print an operand, in parentheses if it binds less strongly than `least`."""
     text, binds = _printed(node)
     return text if binds >= least else f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
 

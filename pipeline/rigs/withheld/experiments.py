@@ -54,7 +54,7 @@ def _sweep(t: Array, band: float, rng: np.random.Generator) -> Array:
 
 
 def _moves(t: Array, band: float, rng: np.random.Generator) -> Array:
-    """From rest to rest, with pauses."""
+    """Return moves from rest to rest, with pauses."""
     stops, rise = max(3, round(1.2 * t[-1])), 0.6 / band
     begin = (np.arange(stops) + rng.uniform(0.0, 0.3, stops)) * t[-1] / stops
     levels = rng.uniform(0.4, 1.0, stops) * (-1.0) ** np.arange(stops)
@@ -85,7 +85,7 @@ _KINDS: tuple[Callable[[Array, float, np.random.Generator], Array], ...] = (
 
 
 def _smooth(s: Array) -> Array:
-    """From 0 to 1 with a continuous third derivative."""
+    """Return a transition from 0 to 1 with a continuous third derivative."""
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
 

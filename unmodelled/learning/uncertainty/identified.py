@@ -1,4 +1,4 @@
-"""Which parameter distribution explains measured event times, as a result with tables and advice."""
+"""Identify the parameter distribution that explains measured event times: a result with tables and advice."""
 
 from __future__ import annotations
 
