@@ -172,7 +172,7 @@ class Recurrent:
             hidden: inputs of the ReLU units, shape (..., n_eta).
 
         Returns:
-            Detachment, m, of the leading shape.
+            Detachment, m, shape (...,).
         """
         return hidden.relu() @ self.W6 + self.b6
 

@@ -1,6 +1,4 @@
-"""Combine the bounce simulation with a network: eps = gate * (eps_bounce + network), with gate = 0 in
-contact.
-"""
+"""Combine the bounce simulation with a network: eps = gate * (eps_bounce + network), gate = 0 in contact."""
 
 from __future__ import annotations
 

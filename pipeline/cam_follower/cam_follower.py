@@ -1,5 +1,4 @@
-"""Symbolic equations of the cam-follower mechanism (sections 5.3 and 6.2.1), the only source of all
-functions.
+"""Symbolic equations of the cam-follower mechanism (sections 5.3 and 6.2.1), the source of all functions.
 
 `pipeline.cam_follower.kernels` generates every function that simulates or differentiates the mechanism from
 these expressions. The bench of the dissertation has no return spring (k = 0).

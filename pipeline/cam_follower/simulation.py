@@ -188,8 +188,8 @@ class BounceRecipe:
 
 
 def _identified(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> BounceParameters:
-    """Identified on the runs in `rows`; where a few of them hold no flight, the values that identification
-    starts from.
+    """Identify the simulation on training runs; with hardly any flight in these runs, return the starting
+    values.
     """
     t = campaign.signals["t"]
     last = round(STRETCH / float(t[1] - t[0]))

@@ -1,6 +1,4 @@
-"""Measurements of the drivetrain of the cam-follower bench, in runs in which the follower never leaves the
-cam.
-"""
+"""Measurements of the drivetrain of the cam-follower bench, in runs without follower jumps."""
 
 from __future__ import annotations
 

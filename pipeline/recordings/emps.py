@@ -1,5 +1,4 @@
-"""Measurements of EMPS, a prismatic axis of a positioning system and a public benchmark of system
-identification.
+"""Measurements of EMPS, a prismatic positioning axis and a public benchmark of system identification.
 
 A. Janot, M. Gautier and M. Brunot, "Data set and reference models of EMPS", Workshop on nonlinear system
 identification benchmarks, 2019.

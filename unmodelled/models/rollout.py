@@ -172,8 +172,7 @@ class CompiledRollout(torch.autograd.Function):
         """Return the gradients by first states, scaled trained parameters and weights.
 
         Args:
-            ctx: context of torch. *gradients: gradients by the trajectories, shape (windows, steps + 1,
-                states), and by the efforts, shape (windows, steps, networks).
+            ctx: context of torch.
             *gradients: gradients by the trajectories, shape (windows, steps + 1, states), and by the efforts,
                 shape (windows, steps, networks).
 

@@ -52,8 +52,9 @@ class Range:
 
 
 class Machine(ABC):
-    """Base class of the machines; n runs are side by side, with positions q and velocities v of shape (d, n),
-    SI units.
+    """Base class of the virtual machines, with n runs side by side.
+
+    Positions q and velocities v have the shape (d, n), in SI units.
 
     Class attributes: `name` of the system file; `input`; `periods` of the logger (s) and numbers of `runs` to
     choose from; `duration` of a run (s); `range` of the references; `sensors`, of which those in `optional`

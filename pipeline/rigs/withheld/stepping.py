@@ -1,6 +1,4 @@
-"""Integrate by the scheme of Moreau and Jean: impulses change velocities, projected velocities change
-positions.
-"""
+"""Integrate by the scheme of Moreau and Jean: impulses change velocities, and velocities change positions."""
 
 from __future__ import annotations
 
