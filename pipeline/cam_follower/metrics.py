@@ -42,11 +42,3 @@ def time_mse(speed: Array, simulated_speed: Array) -> float:
     """Mean squared error of the speed over time, (rad/s)^2, which also counts drift."""
     n = min(len(speed), len(simulated_speed))
     return float(np.mean((simulated_speed[:n] - speed[:n]) ** 2))
-
-
-def median_interval(values: Array, seed: int = 0, draws: int = 2000) -> tuple[float, float]:
-    """95 % bootstrap interval of the median of `values` (n,)."""
-    generator = np.random.default_rng(seed)
-    medians = np.median(generator.choice(values, (draws, len(values))), axis=1)
-    low, high = np.quantile(medians, [0.025, 0.975])
-    return float(low), float(high)
