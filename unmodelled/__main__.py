@@ -1,4 +1,4 @@
-"""The command `unmodelled`: `unmodelled <verb> key=value ...`, the same as `python -m unmodelled`."""
+"""Run the command `unmodelled <verb> key=value ...`, the same as `python -m unmodelled`."""
 
 from __future__ import annotations
 

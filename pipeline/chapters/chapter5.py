@@ -1,4 +1,4 @@
-"""Numbers of chapter 5: prediction of follower jumps, and what its networks go by."""
+"""Numbers of chapter 5: prediction of follower jumps, and contributions of the inputs."""
 
 from __future__ import annotations
 
@@ -42,13 +42,15 @@ COMMON = (
 
 
 def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
-    """Return the experiment of the text for every row: uniform, factors, or scarce for the models without
+    """Return the experiment of the dissertation for every row: uniform, factors, or scarce for models without
     q_s.
 
     Args:
-        trained: name of the split in conf/split/, which may join several.
-        folds: named by a share, or by a
-            factor.
+        trained: name of the split in conf/split/, which may contain several experiments.
+        folds: name of the fold, a share or a factor.
+
+    Returns:
+        Names of the experiments, shape (rows,).
     """
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
     return np.where(trained == WITHOUT, WITHOUT, experiment)
@@ -58,7 +60,7 @@ def scores(runs: pd.DataFrame) -> dict[str, Any]:
     """Return mse_jump, mse_all and accuracy of one model on one fold.
 
     Args:
-        runs: label, mse (mm^2), jumps; a row a test run.
+        runs: table with one row per test run and the columns label, mse (mm^2) and jumps.
     """
     jump = runs["label"] == "jump"
     found = {"mse_all": leaf(runs["mse"].to_numpy(), "mm^2")}
@@ -68,7 +70,7 @@ def scores(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def predictions(runs: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves uniform, split, baseline.bounce and hybrid.
+    """Return the numbers of the predictions: uniform, split, baseline.bounce and hybrid.
 
     Args:
         runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
@@ -99,10 +101,10 @@ def force_accuracy(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the leaves of section 5.5.
+    """Return the numbers of section 5.5.
 
     Args:
-        tables: `overall`, `accuracy` and `agreement` as attribute writes them.
+        tables: tables `overall`, `accuracy` and `agreement` of the verb `attribute`.
     """
     accuracy = tables["accuracy"]
     worst = {"value": 1e3 * float(accuracy["error"].max()), "unit": "mm", "n": int(accuracy["steps"].sum())}
@@ -126,7 +128,11 @@ def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def readable(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per split, fold and model: the scores with their intervals."""
+    """Return one row per split, fold and model: the scores with their intervals.
+
+    Args:
+        runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
+    """
     rows = []
     for (split, fold, model), group in runs.groupby(["split", "fold", "model"], sort=False):
         row = {"split": split, "fold": fold, "model": model}
