@@ -18,13 +18,13 @@ from omegaconf import OmegaConf
 from pipeline.__main__ import CONF
 from pipeline.stages.tune import tune
 from tests.conftest import stages
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import MARKER
 from unmodelled.cli.command_line import _options_last
 from unmodelled.cli.sweep.runs import FAILURE, OVERRIDES
 from unmodelled.cli.verbs.compare import compare
-from unmodelled.logs.trajectory import Campaign
 
 ROOT = CONF.parent
 SYSTEM = """
