@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import os
 import string
@@ -219,6 +220,9 @@ def test_a_very_long_message_shows_its_start_and_its_end() -> None:
 def test_a_full_memory_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    from unmodelled.cli.verbs.simulate import simulate
+
+    @functools.wraps(simulate)
     def full(**_: object) -> None:
         raise MemoryError
 

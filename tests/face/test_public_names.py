@@ -86,19 +86,21 @@ def test_results_are_csv_files_without_pyarrow(tmp_path: Path) -> None:
 def test_a_missing_library_is_named_with_the_command_that_installs_it(library: str, tmp_path: Path) -> None:
     system, logs = um.example("pendulum")
     frames = dict(iter(logs.table().groupby("experiment")))
+    folder = tmp_path / "logs"
+    folder.mkdir()
     for name, rows in frames.items():
-        rows.to_parquet(tmp_path / f"{name}.parquet")
+        rows.to_parquet(folder / f"{name}.parquet")
     table = [f"{name},{name}.parquet" for name in frames]
-    (tmp_path / "experiments.csv").write_text("\n".join(["id,file", *table]))
-    verb, folder = ("simulate", tmp_path) if library == "pyarrow" else ("train", logs.source)
-    words = [verb, f"system={system.source}", f"logs={folder}", f"out={tmp_path}/out"]
+    (folder / "experiments.csv").write_text("\n".join(["id,file", *table]))
+    verb, given = ("simulate", str(folder)) if library == "pyarrow" else ("train", logs.source)
+    words = [verb, f"system={system.source}", f"logs={given}", f"out={tmp_path}/out"]
     program = REFUSING.replace(str(FOREIGN), str((library,)))
     program += f"sys.argv[1:] = {words}\nfrom unmodelled.__main__ import console\nconsole()"
     found = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
     lines = found.stderr.splitlines()
     assert found.returncode == 2, found.stderr
     assert lines[0].startswith("error: ")
-    assert all(f'{library} is not installed: pip install "{library}' in line for line in lines)
+    assert all(f'{library} is not installed: pip install "{library}' in line for line in lines), found.stderr
     assert not (tmp_path / "out").exists()
 
 
