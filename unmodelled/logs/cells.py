@@ -26,6 +26,9 @@ def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
         name: name of the column.
         column: column of the frame.
 
+    Returns:
+        Numbers of the column, shape (rows,).
+
     Raises:
         BadInput: when a cell is no number, or beyond any measurement; it names the row of the first one,
             counted from 1, and how many there are.
