@@ -94,7 +94,7 @@ def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
     assert failed.startswith("without metrics: run 1 horizon=-1: horizon: must be a number from 0 up")
     files = "comparison.csv, comparison.svg"
     assert last == f"wrote compared: {files}; open compared/comparison.svg"
-    table = pd.read_csv(cart / "compared" / "comparison.csv")
+    table = pd.read_csv(cart / "compared" / "comparison.csv", dtype={"run": str})
     assert table["run"].tolist() == ["0", "1", "2"] and table["horizon"].tolist() == [0.05, -1.0, 0.1]
     gaps = [json.loads((runs / n / "simulation.json").read_text())["gap"]["known"] for n in ("0", "2")]
     assert table["simulation.gap.known"].dropna().tolist() == gaps
