@@ -9,7 +9,7 @@ import unmodelled
 from unmodelled.cli.program import version
 
 assert "site-packages" in unmodelled.__file__, unmodelled.__file__
-installed = [name for name in ("torch", "dvc", "shap", "mujoco", "pipeline") if find_spec(name)]
+installed = [name for name in ("torch", "dvc", "shap", "mujoco", "pyarrow", "pipeline") if find_spec(name)]
 assert not installed, installed
 found = json.loads(Path(sys.argv[1]).read_text())
 assert found["verdict"] == "effect", found["verdict"]

@@ -92,13 +92,13 @@ def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
     assert said[1].startswith("smallest simulation.gap.known: ") and said[1].endswith("run 0 horizon=0.05")
     failed, last = result.stderr.splitlines()
     assert failed.startswith("without metrics: run 1 horizon=-1: horizon: must be a number from 0 up")
-    files = "comparison.csv, comparison.parquet, comparison.svg"
+    files = "comparison.csv, comparison.svg"
     assert last == f"wrote compared: {files}; open compared/comparison.svg"
-    table = pd.read_parquet(cart / "compared" / "comparison.parquet")
+    table = pd.read_csv(cart / "compared" / "comparison.csv", dtype={"run": str})
     assert table["run"].tolist() == ["0", "1", "2"] and table["horizon"].tolist() == [0.05, -1.0, 0.1]
     gaps = [json.loads((runs / n / "simulation.json").read_text())["gap"]["known"] for n in ("0", "2")]
     assert table["simulation.gap.known"].dropna().tolist() == gaps
-    names = [MARKER, *(f"comparison.{kind}" for kind in ("csv", "parquet", "svg"))]
+    names = [MARKER, *(f"comparison.{kind}" for kind in ("csv", "svg"))]
     assert sorted(p.name for p in (cart / "compared").iterdir()) == names
     assert {p.name for p in cart.iterdir()} == {"cart.yaml", "logs", "outputs", "compared"}
 

@@ -17,7 +17,7 @@ NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
 def simulate(
     system: Path, logs: Path, horizon: float, out: Path, only: Sequence[str] | str | None = None
 ) -> None:
-    """Write `simulation.parquet` and `simulation.json`, and print the gap.
+    """Write `simulation.parquet` (`simulation.csv` without pyarrow) and `simulation.json`, print the gap.
 
     The gap, its noise floor and the scale of every output are those of `diagnose`: standard deviations within
     runs, over all experiments of the logs, whichever are simulated. Beside them stand the root mean square
