@@ -16,23 +16,26 @@ report: CHOOSE = $(call choose,virtual,quick,)
 measured: repro  ## the same on the measured data: DATASET=<folder or zip>, EMPS=<folder>, PROFILE=full|quick
 measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
 
-# `dvc repro` does all that is out of date, one stage after the other. So that both cores are at work, two parts of the
-# graph that share no stage run side by side before it, once what they start from is there
+# `dvc repro` runs one stage after the other. Before it, parts of the graph that share no stage run two at a time, so
+# that both cores work. A core that is free takes the next part; the longest parts of the full profile come first.
 DVC := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/dvc
 REPRO := $(DVC) --wait-for-lock repro
 logs := acquire acquire_withheld ingest featurize
+jumps := train_jumps evaluate_jumps attribute
+diagnoses := diagnose diagnose_withheld refit_withheld
 slider_crank := train_slider_crank train_recurrent train_others evaluate_slider_crank
-others := train tune train_jumps evaluate evaluate_jumps attribute identify_uncertainty assess_uncertainty teach \
-	identifiability simulate diagnose diagnose_withheld refit_withheld
-.PHONY: repro slider_crank others
-slider_crank others:
+drivetrain := train tune evaluate
+others := identify_uncertainty assess_uncertainty teach identifiability simulate
+PARTS := jumps diagnoses slider_crank drivetrain others
+.PHONY: repro $(PARTS)
+$(PARTS):
 	@$(REPRO) --single-item $($@)
 
 CHOOSE := true
 repro: $(VENV)/ready
 	@$(BIN)/python -m pipeline.mend && $(CHOOSE)
 	@$(REPRO) $(logs)
-	@$(MAKE) --no-print-directory --jobs=2 slider_crank others
+	@$(MAKE) --no-print-directory --jobs=2 $(PARTS)
 	@$(REPRO)
 	@echo "open file://$(CURDIR)/reports/index.html"
 
