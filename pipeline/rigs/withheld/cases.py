@@ -72,10 +72,15 @@ class Case:
 
     def plan(self) -> Plan:
         """Return the plan of the campaign's runs; a logger without some of the outputs is a fast one."""
+        return self.planned(None, whole=len(self.logged) == len(self.machine.sensors))
+
+    def planned(self, runs: int | None, whole: bool) -> Plan:
+        """Return a plan of `runs` runs, or of as many as the seed draws; with the fastest logger unless
+        `whole`.
+        """
         machine, rng = self.machine, np.random.default_rng([self.seed, 0])
-        whole = len(self.logged) == len(machine.sensors)
         period = float(rng.choice(machine.periods)) if whole else min(machine.periods)
-        runs = int(rng.choice(machine.runs))
+        runs = int(rng.choice(machine.runs)) if runs is None else runs
         # steps of about a quarter of a millisecond, an even number of them
         substeps = 2 * max(1, round(period / 5e-4))
         return Plan(
@@ -88,6 +93,10 @@ class Case:
             begin=1.25 * machine.duration * np.arange(runs, dtype=np.float64),
         )
 
+    def size(self, rng: np.random.Generator) -> float:
+        """Draw the size of an effect, in typical ones."""
+        return self.level * float(rng.uniform(0.8, 1.25))
+
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
         """Return (channel, effect) of every planted effect; the objects are new, since effects have a
         memory.
@@ -95,8 +104,7 @@ class Case:
         found = []
         for k, planted in enumerate(self.effects):
             rng = np.random.default_rng([self.seed, 1, k])
-            size = self.level * float(rng.uniform(0.8, 1.25))
-            effect = self.offered(planted).make(max(size, 1e-9), plan, rng)
+            effect = self.offered(planted).make(max(self.size(rng), 1e-9), plan, rng)
             if planted.factor is not None:
                 assert isinstance(effect, PortEffect)
                 effect = Only(effect, _where(plan, planted))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,8 @@ from pipeline.rigs.withheld.stepping import Motion, move
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 _SLOWEST = 0.3  # Hz
+#: Times, s, and the highest frequency, Hz -> a signal between -1 and 1.
+Kind = Callable[[Array, float, np.random.Generator], Array]
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
@@ -24,65 +26,61 @@ def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> 
     drawn order.
     """
     order = rng.permutation(np.arange(runs) % len(_KINDS))
+    return along(t, [_KINDS[kind] for kind in order.tolist()], extent, rng)
+
+
+def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generator) -> Array:
+    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s."""
     columns = []
-    for kind in order.tolist():
-        wave = _KINDS[kind](t, extent.band, rng)
+    for kind in kinds:
+        wave = kind(t, extent.band, rng)
         size = extent.amplitude * rng.uniform(0.55, 1.0) * rng.choice([-1.0, 1.0])
-        columns.append(size * wave * _smooth(t / min(0.25, 0.2 * t[-1])))
+        columns.append(size * wave * smooth(t / min(0.25, 0.2 * t[-1])))
     return extent.centre + np.stack(columns, axis=1)
 
 
-def _waves(t: Array, band: float, rng: np.random.Generator) -> Array:
+def waves(t: Array, band: float, rng: np.random.Generator) -> Array:
     frequencies = np.geomspace(_SLOWEST, band, 5) * rng.uniform(0.85, 1.15, 5)
     waves = np.sin(TURN * np.multiply.outer(t, frequencies) + rng.uniform(0.0, TURN, 5))
     total = waves @ (frequencies / _SLOWEST) ** -0.7
     return np.asarray(total / np.max(np.abs(total)))
 
 
-def _sweep(t: Array, band: float, rng: np.random.Generator) -> Array:
+def sweep(t: Array, band: float, rng: np.random.Generator) -> Array:
     growth = np.log(band / _SLOWEST) / t[-1]
     phase = TURN * _SLOWEST * np.expm1(growth * t) / growth
     return np.asarray(np.sin(phase + rng.uniform(-0.5, 0.5)) * np.exp(-0.6 * growth * t))
 
 
-def _moves(t: Array, band: float, rng: np.random.Generator) -> Array:
+def moves(t: Array, band: float, rng: np.random.Generator) -> Array:
     """From rest to rest, with pauses."""
     stops, rise = max(3, round(1.2 * t[-1])), 0.6 / band
     begin = (np.arange(stops) + rng.uniform(0.0, 0.3, stops)) * t[-1] / stops
     levels = rng.uniform(0.4, 1.0, stops) * (-1.0) ** np.arange(stops)
     steps = np.diff(levels, prepend=0.0)
-    return sum((s * _smooth((t - b) / rise) for s, b in zip(steps, begin, strict=True)), np.zeros_like(t))
+    return sum((s * smooth((t - b) / rise) for s, b in zip(steps, begin, strict=True)), np.zeros_like(t))
 
 
-def _reversals(t: Array, band: float, rng: np.random.Generator) -> Array:
+def reversals(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Ramps at an even speed that turn round sharply, but not at once."""
     phase = TURN * 0.4 * band * t + rng.uniform(0.0, TURN)
     return np.asarray(np.arcsin(0.97 * np.sin(phase)) / np.arcsin(0.97))
 
 
-def _pauses(t: Array, band: float, rng: np.random.Generator) -> Array:
+def pauses(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Waves that die down, a pause, and waves again."""
     middle, half, edge = rng.uniform(0.45, 0.65) * t[-1], 0.12 * t[-1], 0.08 * t[-1]
     away = np.abs(t - middle) - half
-    return _waves(t, band, rng) * _smooth(away / edge)
+    return waves(t, band, rng) * smooth(away / edge)
 
 
-_KINDS: tuple[Callable[[Array, float, np.random.Generator], Array], ...] = (
-    _waves,
-    _sweep,
-    _moves,
-    _reversals,
-    _pauses,
-)
+_KINDS: tuple[Kind, ...] = (waves, sweep, moves, reversals, pauses)
 
 
-def _smooth(s: Array) -> Array:
+def smooth(s: Array) -> Array:
     """From 0 to 1 with a continuous third derivative."""
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
-
-
-TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -91,7 +89,7 @@ class Experiments:
 
     Attributes:
         plan: plan of the runs.
-        t: time, s, (samples,).
+        t: time, s, (samples, n).
         u: commanded inputs, (samples, n).
         outputs: logged outputs by name, (samples, n) each.
         exact: the same without noise and steps, with the sensors' planted faults.
@@ -122,7 +120,7 @@ def run(case: Case, plan: Plan | None = None) -> Experiments:
         shown = _shown(sensor, y, noise)
         if sensor.output in case.logged:
             exact[sensor.output], outputs[sensor.output] = y, shown
-    t = plan.period * np.arange(plan.samples, dtype=np.float64)
+    t = np.tile(plan.period * np.arange(plan.samples, dtype=np.float64)[:, None], plan.runs)
     return Experiments(plan, t, motion.u, outputs, exact, effects)
 
 

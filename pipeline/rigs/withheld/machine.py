@@ -41,7 +41,9 @@ class Machine(ABC):
 
     Class attributes: `name` of the system file; `input`; `periods` of the logger, s, and numbers of `runs` to
     choose from; `duration` of a run, s; `range` of the references; `sensors`, those of `optional` are not
-    always logged; `factors` with their levels; `groups`; what is `plantable`.
+    always logged; `factors` with their levels; `groups`; `friction`: ports by name of their known damping;
+    `doubtful`: constants that a user may know badly, each with the families that a wrong value resembles;
+    what is `plantable`.
     """
 
     name: ClassVar[str]
@@ -54,6 +56,8 @@ class Machine(ABC):
     optional: ClassVar[tuple[str, ...]] = ()
     factors: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     groups: ClassVar[tuple[str, ...]] = ()
+    friction: ClassVar[Mapping[str, str]]
+    doubtful: ClassVar[Mapping[str, tuple[str, ...]]]
     plantable: ClassVar[tuple[Plantable, ...]]
 
     @abstractmethod
@@ -63,6 +67,10 @@ class Machine(ABC):
     @abstractmethod
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         """Return the controller's command to the drive, (n,), at a reference (n,) of slope `slope` (n,)."""
+
+    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        """Return the command of a controller with feedback; `reference` is its set point."""
+        return self.command(reference, slope, q, v, c)
 
     @abstractmethod
     def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
