@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 
 from pipeline.revision import PACKAGE
-from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, campaigns_in, cases_in
+from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, VALIDATION, campaigns_in, cases_in
+from pipeline.withheld.validation import validated
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
@@ -27,9 +28,11 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
 
     Of several campaigns these are `out`/<campaign>/<case>.json and `out`/<campaign>/costs/<case>.json.
 
-    A diagnosis sees system.yaml and logs/ of its case and nothing else. `costs` tell seconds, and the largest
-    memory (MB) that the process took until then. A run that was killed goes on after the cases that are done,
-    as long as cases, arguments and program are the same.
+    A diagnosis sees system.yaml and logs/ of its case and nothing else. If the case has validation/, then
+    `out`/validation/<case>.json holds the errors of the diagnosed models on these experiments.
+
+    `costs` tell seconds, and the largest memory (MB) that the process took until then. A run that was killed
+    goes on after the cases that are done, as long as cases, arguments and program are the same.
 
     Args:
         cases: folder of a campaign of withheld cases, as acquire writes it, or of several such campaigns.
@@ -60,6 +63,8 @@ def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) ->
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}
     write_json(out.parent / COSTS / out.name, cost)
+    if (case / VALIDATION).exists():
+        write_json(out.parent / VALIDATION / out.name, validated(found, case / VALIDATION))
     write_json(out, content)  # last: it says that the case is done
 
 

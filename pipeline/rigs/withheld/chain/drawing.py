@@ -10,6 +10,7 @@ import numpy as np
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.drawing import LEVELS, Effects, cases, named, of_families
+from pipeline.rigs.withheld.effects.effect import Plantable
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.machines import MACHINES
 from unmodelled.base.errors import BadInput
@@ -83,7 +84,7 @@ def _on_machines(
 def _some(machine: Machine, rng: np.random.Generator) -> Effects:
     """Three or four effects of different families of which none is like another one."""
     offered, many = of_families(machine), int(rng.integers(3, 5))
-    chosen = []
+    chosen: list[Plantable] = []
     for k in rng.permutation(len(offered)).tolist():
         one = offered[k]
         apart = all(
