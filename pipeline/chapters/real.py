@@ -1,4 +1,4 @@
-"""What diagnoses of measured machines say, as numbers and tables, by what their known physics withholds."""
+"""Numbers and tables of the diagnoses of measured machines, by what their known physics withholds."""
 
 from __future__ import annotations
 
@@ -26,10 +26,13 @@ PROTOCOL = (
 
 
 def read_diagnoses(folder: Path) -> Diagnoses:
-    """Read `folder`/<machine>/<what>_withheld/diagnosis.json, by machine and by what is withheld.
+    """Read <machine>/<what>_withheld/diagnosis.json, by machine and by what is withheld.
+
+    Args:
+        folder: folder of all diagnoses.
 
     Raises:
-        BadInput: when there is none, or one is no diagnosis.
+        BadInput: when there is no diagnosis, or a file is no diagnosis.
     """
     found: Diagnoses = {}
     for path in sorted(folder.glob(f"[!.]*/[!.]*{SUFFIX}/diagnosis.json")):
@@ -44,7 +47,11 @@ def read_diagnoses(folder: Path) -> Diagnoses:
 
 
 def leaves(report: Report) -> dict[str, Any]:
-    """Return the numbers of one diagnosis."""
+    """Return the numbers of one diagnosis.
+
+    Args:
+        report: content of diagnosis.json.
+    """
     gap = report["gap"]
     n = len(gap["held_out"])
     return {
@@ -66,7 +73,11 @@ def _limits(interval: Sequence[float | None]) -> dict[str, Any]:
 
 
 def verdicts(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Return a row for everything that was withheld from one machine."""
+    """Return one row per withheld effect of one machine.
+
+    Args:
+        reports: content of diagnosis.json, by what the known physics withholds.
+    """
     rows = []
     for withheld, report in reports.items():
         gap, effects = report["gap"], report["effects"]
@@ -89,7 +100,11 @@ def verdicts(reports: Mapping[str, Report]) -> pd.DataFrame:
 
 
 def numbers(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Return the identified numbers: parameters of the known physics and of the effects."""
+    """Return the identified parameters of the known physics and of the effects.
+
+    Args:
+        reports: content of diagnosis.json, by what the known physics withholds.
+    """
     rows = []
     for withheld, report in reports.items():
         own = {name: ("known physics", values) for name, values in report["parameters"].items()}
@@ -116,8 +131,11 @@ def numbers(reports: Mapping[str, Report]) -> pd.DataFrame:
 
 
 def left_over(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Return where the gap lies, its remainder beside the named effects in every experiment, and the
+    """Return the location of the gap, the remaining gap of every experiment with the named effects, and the
     notes.
+
+    Args:
+        reports: content of diagnosis.json, by what the known physics withholds.
     """
     rows = [
         {"withheld": withheld, "kind": kind, "where": where, "share": share, "left": left}

@@ -19,8 +19,8 @@ from unmodelled.systems.reader import read_system
 def diagnose_systems(systems: Path, logs: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
     """Write diagnosis.json, augmented_system.yaml and tables to `out`/<system file> for every system file.
 
-    A run that was killed goes on after the system files that are done, as long as system files, logs,
-    arguments and program are the same.
+    An interrupted run continues with the next system file, as long as system files, logs, arguments and
+    program are the same.
 
     Args:
         systems: system file, or folder of system files that describe the same machine.

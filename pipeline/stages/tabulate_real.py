@@ -1,4 +1,4 @@
-"""Tabulate the diagnoses of measured machines: effects that were found, and remaining errors."""
+"""Tabulate the diagnoses of measured machines: identified effects and remaining errors."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def tabulate_real(diagnoses: Path, raw: Path, profile_name: str, reports: Path) 
     Args:
         diagnoses: folder with <machine>/<what>_withheld/diagnosis.json as written by diagnose.
         raw: folder with <machine>/provenance.json.
-        profile_name: of the graph; a diagnosis is the same in all profiles.
-        reports: folder; these files in it are rewritten.
+        profile_name: name of the profile of the graph; a diagnosis is the same in all profiles.
+        reports: folder in which these files are rewritten.
 
     Raises:
         BadInput: when there is no diagnosis, or a machine's provenance is missing.

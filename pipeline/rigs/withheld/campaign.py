@@ -1,4 +1,4 @@
-"""Many cases of one kind, as `acquire` writes them."""
+"""Write many cases of one kind, for the verb `acquire`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ from unmodelled.base.progress import track
 
 @dataclass(frozen=True)
 class WithheldCampaign:
-    """The first `count` cases of `kind` (see `cases`) drawn with `seed`; all of them if `count` is None.
+    """The first cases of a kind.
+
+    Attributes:
+        kind: kind of the cases, see `cases`.
+        count: number of cases; None: all cases.
+        seed: seed of the drawn cases.
 
     Raises:
         BadInput: when there is no such kind, or not as many cases.
@@ -39,10 +44,10 @@ class WithheldCampaign:
             raise BadInput(f"source.count: must be 1 to {many} for {self.kind} cases, got {self.count}")
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by one folder per case (see `write`), and return the provenance.
+        """Replace a folder by one folder per case (see `write`), and return the provenance.
 
         Args:
-            folder: folder in which <kind>_001 and so on are made.
+            folder: folder in which the folders <kind>_001 and so on are made.
             seed: second seed of the random generator, for inputs, sensors and noise.
 
         Raises:
@@ -66,10 +71,15 @@ WRONG = 0.05, 0.30  # by which share an uncertain parameter is off
 
 
 def write(case: Case, folder: Path, plan: Plan | None = None) -> dict[str, Any]:
-    """Replace `folder` by system.yaml, logs/ (a log folder) and truth.json; return the truth.
+    """Replace a folder by system.yaml, logs/ (a log folder) and truth.json, and return the truth.
 
-    The system file has its `identify: true` parameters 5 to 30 % off. Nothing in system.yaml or logs/ tells
-    what is planted. The runs are those of the case unless `plan` is given.
+    The parameters of the system file with `identify: true` are 5 to 30 % off. Neither system.yaml nor logs/
+    tells which effects are planted.
+
+    Args:
+        case: machine and planted effects.
+        folder: folder that is replaced as a whole.
+        plan: runs to simulate; default: the runs of the case.
 
     Raises:
         BadInput: when the folder cannot be written.
@@ -112,7 +122,14 @@ def known_system(
 
 
 def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None:
-    """Write some of the runs as a log folder."""
+    """Write some of the runs as a log folder.
+
+    Args:
+        case: case with its machine.
+        made: logs of all runs.
+        folder: folder that is made.
+        runs: numbers of the runs that are written.
+    """
     folder.mkdir()
     plan, rng = made.plan, np.random.default_rng([case.seed, 6])
     packed = bool(rng.uniform() < 0.5)
@@ -135,7 +152,13 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
 
 
 def known_truth(case: Case, made: Experiments, parameters: dict[str, dict[str, float]]) -> dict[str, Any]:
-    """Return the content of truth.json."""
+    """Return the content of truth.json.
+
+    Args:
+        case: case with its planted effects.
+        made: logs of the case.
+        parameters: true and given value of every uncertain parameter, by name.
+    """
     rows = []
     for planted, (channel, effect) in zip(case.effects, made.effects, strict=True):
         form = getattr(effect, "inner", effect)

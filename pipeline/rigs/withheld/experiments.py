@@ -1,8 +1,8 @@
-"""The logs of a case: motion, then sensors."""
+"""Simulate the logs of a case: motion first, then sensors."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,15 +22,34 @@ Kind = Callable[[Array, float, np.random.Generator], Array]
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """Return smooth reference signals (samples, runs) at times `t` (samples,), s; each kind in turn, in a
-    drawn order.
+    """Draw smooth reference signals; all kinds of signals occur in turn, in random order.
+
+    Args:
+        t: time, s, shape (samples,).
+        runs: number of signals.
+        extent: range of the signals.
+        rng: random generator.
+
+    Returns:
+        Reference signals, shape (samples, runs).
     """
-    order = rng.permutation(np.arange(runs) % len(_KINDS))
-    return along(t, [_KINDS[kind] for kind in order.tolist()], extent, rng)
+    order = rng.permutation(np.arange(runs) % len(KINDS))
+    kinds = [*KINDS.values()]
+    return along(t, [kinds[kind] for kind in order.tolist()], extent, rng)
 
 
 def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generator) -> Array:
-    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s."""
+    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s.
+
+    Args:
+        t: time, s, shape (samples,).
+        kinds: kind of every signal.
+        extent: range of the signals.
+        rng: random generator.
+
+    Returns:
+        Reference signals, shape (samples, kinds).
+    """
     columns = []
     for kind in kinds:
         wave = kind(t, extent.band, rng)
@@ -39,21 +58,21 @@ def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generat
     return extent.centre + np.stack(columns, axis=1)
 
 
-def waves(t: Array, band: float, rng: np.random.Generator) -> Array:
+def _waves(t: Array, band: float, rng: np.random.Generator) -> Array:
     frequencies = np.geomspace(_SLOWEST, band, 5) * rng.uniform(0.85, 1.15, 5)
     waves = np.sin(TURN * np.multiply.outer(t, frequencies) + rng.uniform(0.0, TURN, 5))
     total = waves @ (frequencies / _SLOWEST) ** -0.7
     return np.asarray(total / np.max(np.abs(total)))
 
 
-def sweep(t: Array, band: float, rng: np.random.Generator) -> Array:
+def _sweep(t: Array, band: float, rng: np.random.Generator) -> Array:
     growth = np.log(band / _SLOWEST) / t[-1]
     phase = TURN * _SLOWEST * np.expm1(growth * t) / growth
     return np.asarray(np.sin(phase + rng.uniform(-0.5, 0.5)) * np.exp(-0.6 * growth * t))
 
 
-def moves(t: Array, band: float, rng: np.random.Generator) -> Array:
-    """From rest to rest, with pauses."""
+def _moves(t: Array, band: float, rng: np.random.Generator) -> Array:
+    """Return moves from rest to rest, with pauses."""
     stops, rise = max(3, round(1.2 * t[-1])), 0.6 / band
     begin = (np.arange(stops) + rng.uniform(0.0, 0.3, stops)) * t[-1] / stops
     levels = rng.uniform(0.4, 1.0, stops) * (-1.0) ** np.arange(stops)
@@ -61,24 +80,38 @@ def moves(t: Array, band: float, rng: np.random.Generator) -> Array:
     return sum((s * smooth((t - b) / rise) for s, b in zip(steps, begin, strict=True)), np.zeros_like(t))
 
 
-def reversals(t: Array, band: float, rng: np.random.Generator) -> Array:
+def _reversals(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Ramps at an even speed that turn round sharply, but not at once."""
     phase = TURN * 0.4 * band * t + rng.uniform(0.0, TURN)
     return np.asarray(np.arcsin(0.97 * np.sin(phase)) / np.arcsin(0.97))
 
 
-def pauses(t: Array, band: float, rng: np.random.Generator) -> Array:
+def _pauses(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Waves that die down, a pause, and waves again."""
     middle, half, edge = rng.uniform(0.45, 0.65) * t[-1], 0.12 * t[-1], 0.08 * t[-1]
     away = np.abs(t - middle) - half
-    return waves(t, band, rng) * smooth(away / edge)
+    return _waves(t, band, rng) * smooth(away / edge)
 
 
-_KINDS: tuple[Kind, ...] = (waves, sweep, moves, reversals, pauses)
+#: Kinds of motion by name.
+KINDS: Mapping[str, Kind] = {
+    "waves": _waves,
+    "sweep": _sweep,
+    "moves": _moves,
+    "reversals": _reversals,
+    "pauses": _pauses,
+}
 
 
 def smooth(s: Array) -> Array:
-    """From 0 to 1 with a continuous third derivative."""
+    """Return a transition from 0 to 1 with a continuous third derivative.
+
+    Args:
+        s: argument, any shape; 0 and less gives 0, 1 and more gives 1.
+
+    Returns:
+        Values from 0 to 1, in the shape of `s`.
+    """
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
 
@@ -89,11 +122,12 @@ class Experiments:
 
     Attributes:
         plan: plan of the runs.
-        t: time, s, (samples, n).
-        u: commanded inputs, (samples, n).
-        outputs: logged outputs by name, (samples, n) each.
-        exact: the same without noise and steps, with the sensors' planted faults.
-        effects: (channel, effect) of everything that is planted.
+        t: time, s, shape (samples, n).
+        u: commanded inputs, shape (samples, n).
+        outputs: logged outputs by name, each of shape (samples, n).
+        exact: outputs by name without noise and resolution steps, but with planted sensor faults, each of
+            shape (samples, n).
+        effects: channel and effect of every planted effect.
     """
 
     plan: Plan
@@ -105,7 +139,12 @@ class Experiments:
 
 
 def run(case: Case, plan: Plan | None = None) -> Experiments:
-    """Simulate and log the runs of `case`, by its own plan unless one is given."""
+    """Simulate and log the runs of a case.
+
+    Args:
+        case: machine and planted effects.
+        plan: runs to simulate; default: the runs of the case.
+    """
     plan = case.plan() if plan is None else plan
     effects = case.built(plan)
     motion = _moved(case, plan, effects)

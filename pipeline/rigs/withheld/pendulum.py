@@ -25,9 +25,15 @@ _COUNT = 2.0 * np.pi / 8192
 
 @dataclass(frozen=True)
 class Pendulum(Machine):
-    """Inertia `J` (kg m^2), damping `b` (N m s/rad), weight times distance of its centre `mgl` (N m);
-    `stiffness` (N m/rad) and `damping` (N m s/rad) of a controller of the angle, which gives at most `supply`
-    (N m).
+    """Constants of the pendulum.
+
+    Attributes:
+        J: moment of inertia, kg m^2.
+        b: damping, N m s/rad.
+        mgl: weight times distance of the centre of mass from the joint, N m.
+        stiffness: stiffness of the controller of the angle, N m/rad.
+        damping: damping of this controller, N m s/rad.
+        supply: largest torque of this controller, N m.
     """
 
     J: float = 0.02

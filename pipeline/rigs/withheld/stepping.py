@@ -1,4 +1,4 @@
-"""The scheme of Moreau and Jean: velocities jump by impulses, positions follow the projected velocities."""
+"""Integrate by the scheme of Moreau and Jean: impulses change velocities, and velocities change positions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,13 @@ Control = Callable[[Array, Array, Array, Array, Conditions], Array]
 
 
 class Motion(NamedTuple):
-    """Positions q and velocities v (samples, d, n) when the logger reads them, commands u (samples, n)."""
+    """Simulated motion at the samples of the logger.
+
+    Attributes:
+        q: positions, shape (samples, d, n).
+        v: velocities, shape (samples, d, n).
+        u: commands, shape (samples, n).
+    """
 
     q: Array
     v: Array
@@ -33,16 +39,21 @@ def move(
     drive: Sequence[ActuatorEffect],
     control: Control | None = None,
 ) -> Motion:
-    """Run the machine from rest at `q` (d, n) along `reference` (samples, n).
+    """Simulate a machine from rest along a reference.
 
-    Where nothing sticks or hits the scheme is of second order: forces are those in the middle of a step,
-    positions follow by the trapezoidal rule. Dry friction that suffices leaves exactly no velocity. A command
-    holds for a period.
+    The scheme is of second order where nothing sticks or hits: forces are evaluated at the centre of a step,
+    and positions follow by the trapezoidal rule. Sticking friction makes the velocity exactly zero. A command
+    is held for one sampling period.
 
     Args:
-        forces: port and effect; smooth ones before those that project velocities.
-        drive: what happens to the command, in this order.
-        control: command once per sample; `machine.command` unless given.
+        machine: machine with its built-in effects.
+        plan: plan of the n runs.
+        reference: reference signal, shape (samples, n).
+        q: positions at the start, shape (d, n).
+        forces: port and force of every planted force; smooth forces come before forces that project
+            velocities.
+        drive: distortions of the command, in the order of the signal.
+        control: function that returns the command once per sample; default `machine.command`.
     """
     command = machine.command if control is None else control
     slope = np.gradient(reference, plan.period, axis=0)
@@ -65,6 +76,15 @@ def follow(
 
     The rows are those of the windows' ends and insides; a window starts after the row that ends the last one.
     Effects keep their memory from window to window.
+
+    Args:
+        machine: machine without planted effects.
+        plan: plan of the n runs.
+        motion: motion with commands and states.
+        steps: number of samples of a window.
+        forces: port and force of every planted force; smooth forces come before forces that project
+            velocities.
+        drive: distortions of the command, in the order of the signal.
     """
 
     def commanded(k: int, q: Array, v: Array) -> Array:

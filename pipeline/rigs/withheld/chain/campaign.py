@@ -38,6 +38,11 @@ MATERIAL = 0.1
 class MeasuredCampaign:
     """The first `counts[kind]` cases of `kind` (see `measured_cases`) drawn with `seed`.
 
+    Attributes:
+        kind: kind of the cases.
+        counts: number of cases by kind.
+        seed: seed of the cases.
+
     Raises:
         BadInput: when there is no such kind, or not as many cases.
     """
@@ -78,6 +83,11 @@ def write_measured(case: MeasuredCase, folder: Path, plan: Plan | None = None) -
 
     The system file has its uncertain parameters 5 to 20 % off. A diagnosis reads system.yaml and logs/ only.
     The folder validation/ holds experiments of other kinds of motion, which tell whether an answer predicts.
+
+    Args:
+        case: case with its measurement chain.
+        folder: folder that is replaced.
+        plan: plan of the runs; default: the plan of the case.
 
     Raises:
         BadInput: when the folder cannot be written.

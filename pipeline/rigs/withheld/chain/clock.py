@@ -18,6 +18,11 @@ class Clock(Part):
     """Samples are taken `jitter` (rms, periods) beside the grid; time runs fast by the share `fast`.
 
     `stamped`: whether the log has the instants of the samples; otherwise it has the grid.
+
+    Attributes:
+        jitter: standard deviation of the sampling instants, periods.
+        fast: share by which the time stamps run fast.
+        stamped: whether the log has the instants of the samples; otherwise it has the uniform grid.
     """
 
     jitter: float
@@ -26,7 +31,11 @@ class Clock(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Clock:
-        """Draw a clock."""
+        """Draw a clock.
+
+        Args:
+            rng: random generator.
+        """
         return cls(float(rng.uniform(*JITTER)), float(rng.uniform(0.0, FASTEST)), bool(rng.uniform() < 0.5))
 
     def read(self, readings: Readings, rng: np.random.Generator) -> Readings:

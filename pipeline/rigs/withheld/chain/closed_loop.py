@@ -19,18 +19,31 @@ class ClosedLoop(Part):
 
     The speed is the difference of two positions after a low-pass of first order with the time constant
     `filter` (s), so that counts reach the input.
+
+    Attributes:
+        filter: time constant of the low-pass of the speed, s.
     """
 
     filter: float
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> ClosedLoop:
-        """Draw the filter of the speed."""
+        """Draw the filter of the speed.
+
+        Args:
+            rng: random generator.
+        """
         return cls(float(rng.uniform(*FILTER)))
 
 
 class Controller:
-    """Calls `machine.regulated` once per sample of `period` s; it remembers one simulation."""
+    """Calls `machine.regulated` once per sample of `period` s; it remembers one simulation.
+
+    Args:
+        machine: machine with its constants.
+        loop: part of the measurement chain with the filter.
+        period: sampling period, s.
+    """
 
     def __init__(self, machine: Machine, loop: ClosedLoop, period: float) -> None:
         self.machine, self.period = machine, period

@@ -29,13 +29,21 @@ class _FirstOrder(ActuatorEffect):
 
 @dataclass(frozen=True)
 class DriveLag(Part):
-    """The log holds the command; the drive follows it with a lag of first order, `time` s."""
+    """The log holds the command; the drive follows it with a lag of first order, `time` s.
+
+    Attributes:
+        time: time constant of the lag, s.
+    """
 
     time: float
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> DriveLag:
-        """Draw a drive."""
+        """Draw a drive.
+
+        Args:
+            rng: random generator.
+        """
         return cls(float(rng.uniform(*LAG)))
 
     def drive(self) -> tuple[ActuatorEffect, ...]:
@@ -47,13 +55,22 @@ class DriveLag(Part):
 
 @dataclass(frozen=True)
 class VaryingSupply(Part):
-    """The drive is stronger by the share `excess`[i] in run i, with mean zero."""
+    """The drive is stronger by the share `excess`[i] in run i, with mean zero.
+
+    Attributes:
+        excess: excess of every run, share of the mean, shape (n,).
+    """
 
     excess: tuple[float, ...]
 
     @classmethod
     def drawn(cls, runs: int, rng: np.random.Generator) -> VaryingSupply:
-        """Draw the strength of the drive in every run."""
+        """Draw the strength of the drive in every run.
+
+        Args:
+            runs: number of runs.
+            rng: random generator.
+        """
         return cls(tuple((float(rng.uniform(*VARIATION)) * spread(runs, rng)).tolist()))
 
     def drive(self) -> tuple[ActuatorEffect, ...]:

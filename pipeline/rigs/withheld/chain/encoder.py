@@ -16,13 +16,21 @@ EDGE = 0.05
 
 @dataclass(frozen=True)
 class CoarseEncoder(Part):
-    """Positions in counts that are `factor` times as wide as those of the machine's encoder."""
+    """Positions in counts that are `factor` times as wide as those of the machine's encoder.
+
+    Attributes:
+        factor: width of a count relative to the encoder of the machine.
+    """
 
     factor: float
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> CoarseEncoder:
-        """Draw an encoder."""
+        """Draw an encoder.
+
+        Args:
+            rng: random generator.
+        """
         return cls(float(np.exp(rng.uniform(*np.log(COARSER)))))
 
     def sensor(self, sensor: Sensor) -> Sensor:

@@ -18,14 +18,23 @@ HIGHEST = 0.4
 
 @dataclass(frozen=True)
 class LowPass(Part):
-    """Outputs pass a Butterworth filter of second order at `cut_off` Hz; the input, too, if `whole`."""
+    """Outputs pass a Butterworth filter of second order at `cut_off` Hz; the input, too, if `whole`.
+
+    Attributes:
+        cut_off: cut-off frequency, Hz.
+        whole: whether the input passes the filter, too.
+    """
 
     cut_off: float
     whole: bool
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> LowPass:
-        """Draw a filter."""
+        """Draw a filter.
+
+        Args:
+            rng: random generator.
+        """
         return cls(float(np.exp(rng.uniform(*np.log(CUT_OFF)))), bool(rng.uniform() < 0.5))
 
     def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
@@ -34,7 +43,15 @@ class LowPass(Part):
         return replace(readings, u=u, outputs=outputs)
 
     def filtered(self, y: Array, period: float) -> Array:
-        """Return signals (samples, n) after the filter, which was at rest at their first value."""
+        """Return signals (samples, n) after the filter, which was at rest at their first value.
+
+        Args:
+            y: signals, shape (samples, n).
+            period: sampling period, s.
+
+        Returns:
+            Filtered signals, shape (samples, n).
+        """
         sections = butter(2, min(self.cut_off, HIGHEST / period), fs=1.0 / period, output="sos")
         start = sosfilt_zi(sections)[:, :, None] * y[:1][None]
         return np.asarray(sosfilt(sections, y, axis=0, zi=start)[0])

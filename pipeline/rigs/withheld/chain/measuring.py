@@ -29,7 +29,14 @@ Placed = Sequence[tuple[str, Effect]]
 
 @dataclass(frozen=True)
 class Built:
-    """A machine with what acts on it; the effects are new objects, which remember one simulation."""
+    """A machine with what acts on it; the effects are new objects, which remember one simulation.
+
+    Attributes:
+        machine: machine with its built-in effects.
+        forces: port and force of every planted force; smooth forces come before forces that project
+            velocities.
+        drive: distortions of the command, in the order of the signal.
+    """
 
     machine: Machine
     forces: list[tuple[str, PortEffect]]
@@ -37,7 +44,14 @@ class Built:
 
 
 def built(case: MeasuredCase, plan: Plan, effects: Placed, parts: Sequence[Part]) -> Built:
-    """Return the machine of `case` with `effects` (channel, effect) and the `parts` of a chain."""
+    """Return the machine of `case` with `effects` (channel, effect) and the `parts` of a chain.
+
+    Args:
+        case: case with its measurement chain.
+        plan: plan of the n runs.
+        effects: channel and effect of every planted effect.
+        parts: parts of the measurement chain.
+    """
     machine = case.machine
     for part in parts:
         machine = part.machine(machine)
@@ -50,7 +64,13 @@ def built(case: MeasuredCase, plan: Plan, effects: Placed, parts: Sequence[Part]
 
 
 def planted(case: MeasuredCase, plan: Plan, without: Collection[int] = ()) -> list[tuple[str, Effect]]:
-    """Return new objects of the planted effects as they are in this campaign, but for some by number."""
+    """Return new objects of the planted effects as they are in this campaign, but for some by number.
+
+    Args:
+        case: case with its measurement chain.
+        plan: plan of the n runs.
+        without: numbers of the effects that are left out.
+    """
     found = []
     for k, (channel, effect) in enumerate(case.built(plan)):
         for part in case.chain:
@@ -61,7 +81,12 @@ def planted(case: MeasuredCase, plan: Plan, without: Collection[int] = ()) -> li
 
 
 def moved(case: MeasuredCase, plan: Plan) -> Motion:
-    """Simulate the runs of `case`."""
+    """Simulate the runs of `case`.
+
+    Args:
+        case: case with its measurement chain.
+        plan: plan of the n runs.
+    """
     rng = np.random.default_rng([case.seed, 2])
     t = plan.period * np.arange(plan.samples, dtype=np.float64)
     start = case.machine.start(plan.runs, rng)
@@ -73,7 +98,17 @@ def moved(case: MeasuredCase, plan: Plan) -> Motion:
 
 
 def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[str, Array]:
-    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise."""
+    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
+
+    Args:
+        machine: machine without planted effects.
+        plan: plan of the n runs.
+        motion: motion of the n runs.
+        effects: channel and effect of every planted effect.
+
+    Returns:
+        Outputs by name, shape (samples, n) each.
+    """
     shown = {}
     for sensor in machine.sensors:
         y = (motion.v if sensor.rate else motion.q)[:, sensor.row]
@@ -85,7 +120,13 @@ def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[
 
 
 def measured(case: MeasuredCase, plan: Plan, motion: Motion) -> Experiments:
-    """Return the logs of a motion: exact outputs are those of the sensors, on the grid of the commands."""
+    """Return the logs of a motion: exact outputs are those of the sensors, on the grid of the commands.
+
+    Args:
+        case: case with its measurement chain.
+        plan: plan of the n runs.
+        motion: motion of the n runs.
+    """
     machine, effects = case.machine, planted(case, plan)
     t = np.tile(plan.period * np.arange(plan.samples, dtype=np.float64)[:, None], plan.runs)
     exact = seen(machine, plan, motion, effects)

@@ -8,13 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.rigs.withheld.effects.effect import Array
-from pipeline.rigs.withheld.experiments import TURN, Kind, moves, pauses, reversals, smooth, sweep, waves
+from pipeline.rigs.withheld.experiments import KINDS as SMOOTH
+from pipeline.rigs.withheld.experiments import TURN, Kind, smooth
 
 LEARNED = 3  # kinds
 LINES = 12  # frequencies of a multisine
 
 
-def multisine(t: Array, band: float, rng: np.random.Generator) -> Array:
+def _multisine(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Return a sum of equally strong harmonics of the run with random phases."""
     frequencies = np.linspace(band / LINES, band, LINES)
     phases = rng.uniform(0.0, TURN, LINES)
@@ -22,7 +23,7 @@ def multisine(t: Array, band: float, rng: np.random.Generator) -> Array:
     return np.asarray(total / np.max(np.abs(total)))
 
 
-def steps(t: Array, band: float, rng: np.random.Generator) -> Array:
+def _steps(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Return steps between random levels at random times."""
     count, rise = max(4, round(1.5 * t[-1])), 0.15 / band
     begin = (np.arange(count) + rng.uniform(0.0, 0.6, count)) * t[-1] / count
@@ -30,19 +31,17 @@ def steps(t: Array, band: float, rng: np.random.Generator) -> Array:
     return sum((j * smooth((t - b) / rise) for j, b in zip(jumps, begin, strict=True)), np.zeros_like(t))
 
 
-KINDS: Mapping[str, Kind] = {
-    "waves": waves,
-    "sweep": sweep,
-    "moves": moves,
-    "reversals": reversals,
-    "pauses": pauses,
-    "multisine": multisine,
-    "steps": steps,
-}
+#: Kinds of motion by name.
+KINDS: Mapping[str, Kind] = {**SMOOTH, "multisine": _multisine, "steps": _steps}
 
 
 class Motions(NamedTuple):
-    """Names of the kind of every run, in `KINDS`: those of the logs, then those of the validation."""
+    """Names of the kind of every run, in `KINDS`: those of the logs, then those of the validation.
+
+    Attributes:
+        learned: kind of every run of the logs.
+        validation: kind of every validation run.
+    """
 
     learned: tuple[str, ...]
     validation: tuple[str, ...]
@@ -54,7 +53,13 @@ class Motions(NamedTuple):
 
 
 def drawn_motions(learned: int, validation: int, rng: np.random.Generator) -> Motions:
-    """Draw kinds for `learned` runs, and others for `validation` runs."""
+    """Draw kinds for `learned` runs, and others for `validation` runs.
+
+    Args:
+        learned: number of runs of the logs.
+        validation: number of validation runs.
+        rng: random generator.
+    """
     order = [list(KINDS)[k] for k in rng.permutation(len(KINDS)).tolist()]
     mine, others = order[:LEARNED], order[LEARNED:]
     return Motions(

@@ -20,9 +20,9 @@ class Readings:
     """Signals of n runs, (samples, n) each.
 
     Attributes:
-        t: time stamps, s.
-        u: logged input.
-        outputs: outputs by name, in SI units.
+        t: time stamps, s, shape (samples, n).
+        u: logged input, shape (samples, n).
+        outputs: outputs by name, in SI units, shape (samples, n) each.
     """
 
     t: Array
@@ -35,11 +35,19 @@ class Part:
     """Does nothing, unless a subclass says so; its fields are its numbers in SI units."""
 
     def machine(self, machine: Machine) -> Machine:
-        """Return the machine as it is built in this campaign."""
+        """Return the machine as it is built in this campaign.
+
+        Args:
+            machine: machine without planted effects.
+        """
         return machine
 
     def effect(self, effect: Effect) -> Effect:
-        """Return a planted effect as it is in this campaign."""
+        """Return a planted effect as it is in this campaign.
+
+        Args:
+            effect: planted effect.
+        """
         return effect
 
     def drive(self) -> tuple[ActuatorEffect, ...]:
@@ -47,19 +55,39 @@ class Part:
         return ()
 
     def sensor(self, sensor: Sensor) -> Sensor:
-        """Return a sensor as it is in this campaign."""
+        """Return a sensor as it is in this campaign.
+
+        Args:
+            sensor: sensor of the machine.
+        """
         return sensor
 
     def read(self, readings: Readings, rng: np.random.Generator) -> Readings:
-        """Return the readings without noise and counts at the instants of the logger's clock."""
+        """Return the readings without noise and counts at the instants of the logger's clock.
+
+        Args:
+            readings: readings of the logger.
+            rng: random generator.
+        """
         return readings
 
     def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
-        """Return the readings after a calculation, from those with noise and counts."""
+        """Return the readings after a calculation, from those with noise and counts.
+
+        Args:
+            readings: readings of the logger.
+            machine: machine without planted effects.
+            period: sampling period, s.
+        """
         return readings
 
     def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
-        """Return families and channels that a diagnosis of the logged outputs may name for this part."""
+        """Return families and channels that a diagnosis of the logged outputs may name for this part.
+
+        Args:
+            machine: machine without planted effects.
+            logged: names of the logged outputs.
+        """
         return ()
 
     @property
@@ -70,5 +98,10 @@ class Part:
 
 
 def sensor_of(machine: Machine, output: str) -> Sensor:
-    """Return the sensor of an output."""
+    """Return the sensor of an output.
+
+    Args:
+        machine: machine without planted effects.
+        output: name of the output.
+    """
     return next(sensor for sensor in machine.sensors if sensor.output == output)

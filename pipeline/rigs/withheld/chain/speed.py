@@ -19,6 +19,15 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
     """Return the mean speed over `window` periods, (samples, n), from positions (samples, n).
 
     The window ends at the sample, or lies around it if `centred`; it is shorter at the ends of a run.
+
+    Args:
+        position: positions, shape (samples, n).
+        period: sampling period, s.
+        window: width of the difference, periods.
+        centred: whether the window lies around the sample; otherwise it ends there.
+
+    Returns:
+        Speeds, shape (samples, n).
     """
     last = len(position) - 1
     k = np.arange(last + 1)
@@ -32,6 +41,11 @@ def differenced(position: Array, period: float, window: int, centred: bool) -> A
 class DifferencedSpeed(Part):
     """Speeds are differences of the logged positions over `window` s, then a low-pass of first order at
     `cut_off` Hz (0: none). `centred`: computed after the run, without latency.
+
+    Attributes:
+        window: width of the difference, s.
+        cut_off: cut-off frequency of the low-pass of first order, Hz; 0: no low-pass.
+        centred: whether the window lies around the sample; otherwise it ends there.
     """
 
     window: float
@@ -40,7 +54,11 @@ class DifferencedSpeed(Part):
 
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> DifferencedSpeed:
-        """Draw window and cut-off; a speed of the drive's controller has a latency."""
+        """Draw window and cut-off; a speed of the drive's controller has a latency.
+
+        Args:
+            rng: random generator.
+        """
         window = float(np.exp(rng.uniform(*np.log(WINDOW))))
         centred = bool(rng.uniform() < 0.5)
         filtered = not centred and rng.uniform() < 0.5

@@ -34,13 +34,22 @@ class _Varied(DryFriction):
 
 @dataclass(frozen=True)
 class VaryingFriction(Part):
-    """Known damping, and planted dry friction, are larger by the share `excess`[i] in run i, mean zero."""
+    """Known damping, and planted dry friction, are larger by the share `excess`[i] in run i, mean zero.
+
+    Attributes:
+        excess: excess of every run, share of the mean, shape (n,).
+    """
 
     excess: tuple[float, ...]
 
     @classmethod
     def drawn(cls, runs: int, rng: np.random.Generator) -> VaryingFriction:
-        """Draw the friction of every run."""
+        """Draw the friction of every run.
+
+        Args:
+            runs: number of runs.
+            rng: random generator.
+        """
         return cls(tuple((float(rng.uniform(*VARIATION)) * spread(runs, rng)).tolist()))
 
     @property
