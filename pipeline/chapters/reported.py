@@ -12,7 +12,7 @@ _NUMBER = (float, None)  # null where it is not finite
 
 #: What everyone who reads a diagnosis needs of it.
 _CORE = {
-    "verdict": frozenset({"effect", "no_gap", "unknown", "check_logs"}),
+    "verdict": frozenset({"effect", "main_effect", "no_gap", "unknown", "check_logs"}),
     "confidence": float,
     "effects": [_NAMED | {"indistinguishable": [_NAMED]}],
 }
@@ -52,6 +52,7 @@ _TRUTH = {
     "level": (float, None),
     "effects": [{"family": str, "channel": str, "alike": [{"family": str, "channel": str}]}],
 }
+_VALIDATION = {"reidentified": _NUMBER, "augmented": _NUMBER}
 _REFIT = {
     "oracle": {"seen": [bool], "gap_seen": bool, "shrink": float},
     "sparse_regression": ({"family": str, "channel": str}, None),
@@ -117,6 +118,18 @@ def read_refit(path: Path) -> dict[str, Any]:
         BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
     """
     return _read(path, _REFIT)
+
+
+def read_validation(path: Path) -> dict[str, Any]:
+    """Read the errors of a diagnosis on validation experiments.
+
+    Args:
+        path: path of the file.
+
+    Raises:
+        BadInput: naming the place that is missing or wrong.
+    """
+    return _read(path, _VALIDATION)
 
 
 def _read(path: Path, shape: Shape) -> dict[str, Any]:

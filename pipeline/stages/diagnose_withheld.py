@@ -9,7 +9,8 @@ from functools import partial
 from pathlib import Path
 
 from pipeline.revision import PACKAGE
-from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, campaigns_in, cases_in
+from pipeline.withheld.folders import COSTS, LOGS, PROVENANCE, SYSTEM, VALIDATION, campaigns_in, cases_in
+from pipeline.withheld.validation import validated
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
@@ -28,7 +29,10 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
     For several campaigns, these files are `out`/<campaign>/<case>.json and
     `out`/<campaign>/costs/<case>.json.
 
-    A diagnosis reads only system.yaml and logs/ of its case. `costs` contain the duration (s) and the largest
+    A diagnosis reads only system.yaml and logs/ of its case. If the case has validation/, then
+    `out`/validation/<case>.json contains the errors of the diagnosed models on these experiments.
+
+    `costs` contain the duration (s) and the largest
     memory (MB) of the process so far. An interrupted run continues with the next case, as long as cases,
     arguments and program are the same.
 
@@ -61,6 +65,8 @@ def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) ->
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}
     write_json(out.parent / COSTS / out.name, cost)
+    if (case / VALIDATION).exists():
+        write_json(out.parent / VALIDATION / out.name, validated(found, case / VALIDATION))
     write_json(out, content)  # last: it says that the case is done
 
 

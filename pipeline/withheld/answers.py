@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from pipeline.chapters.reported import read_judged, read_refit, read_truth
+from pipeline.chapters.reported import read_judged, read_refit, read_truth, read_validation
 from pipeline.withheld.channels import parameter_channels
-from pipeline.withheld.folders import SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.withheld.folders import SYSTEM, TRUTH, VALIDATION, campaigns_in, cases_in
 from pipeline.withheld.judging import judged
 from unmodelled.base.errors import BadInput
 from unmodelled.systems.reader import read_system
@@ -37,4 +37,7 @@ def answers(
             raise BadInput(
                 f"{path}: oracle.seen: must have {len(truth['effects'])} entries, as many as planted"
             )
-        yield place, said, judged(truth, said, refit, parameter_channels(read_system(case / SYSTEM)))
+        acts_at = parameter_channels(read_system(case / SYSTEM))
+        errors = diagnoses / place.parent / VALIDATION / f"{case.name}.json"
+        validation = read_validation(errors) if (case / VALIDATION).exists() else None
+        yield place, said, judged(truth, said, refit, acts_at, validation)

@@ -8,8 +8,9 @@ from unmodelled.base.errors import BadInput
 
 #: In the folder of a case: what a user hands over, and the truth.
 SYSTEM, LOGS, TRUTH = "system.yaml", "logs", "truth.json"
-#: Of a folder of diagnoses: what they cost.
-COSTS = "costs"
+#: Of a folder of diagnoses: what they cost, and errors on validation experiments. In the folder of a case
+#: the latter holds the experiments.
+COSTS, VALIDATION = "costs", "validation"
 #: Of a campaign: where it comes from.
 PROVENANCE = "provenance.json"
 

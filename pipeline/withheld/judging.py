@@ -2,8 +2,9 @@
 
 An answer is right if it names family and channel of the planted effect, or of an effect that the logs of this
 machine cannot distinguish from it (`alike` in truth.json). A drifting or scattering parameter has the
-channels at which it acts (`parameter_channels`). Only the verdict `effect` names effects; an effect beside
-the verdict `unknown` is a partial explanation.
+channels at which it acts (`parameter_channels`). Only the verdicts `effect` and `main_effect` name effects;
+an effect beside the verdict `unknown` is a partial explanation. Effects that describe the measurement chain
+(`tolerated` in truth.json) are neither right nor wrong.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ ActsAt = Mapping[str, Collection[str]]
 CONFIDENT = 0.8
 #: Of `Case`, all true or false.
 ANSWERS = ("first", "all_reported", "exact", "placed", "one", "channel")
+#: Verdicts that name effects.
+NAMING = ("effect", "main_effect")
 OUTSIDE = "unknown"  # what truth.json has as verdict where an effect is of no family
 
 
@@ -37,6 +40,8 @@ class Planted:
             all experiments.
         level: level of the factor.
         seen: whether the oracle sees the effect.
+        share: share of the squared gap of the case.
+        material: whether this share is at least a tenth.
     """
 
     family: str
@@ -45,6 +50,8 @@ class Planted:
     factor: str | None
     level: float | str | None
     seen: bool
+    share: float = 1.0
+    material: bool = True
 
     @classmethod
     def of(cls, row: Content, seen: bool) -> Planted:
@@ -56,7 +63,10 @@ class Planted:
         """
         own = (row["family"], row["channel"])
         alike = {(other["family"], other["channel"]) for other in row["alike"]}
-        return cls(*own, frozenset({own, *alike}), row.get("factor"), row.get("level"), seen)
+        part = row.get("factor"), row.get("level")
+        return cls(
+            *own, frozenset({own, *alike}), *part, seen, row.get("share", 1.0), row.get("material", True)
+        )
 
     def __str__(self) -> str:
         return f"{self.family} at {self.channel}{_part(self.factor, self.level)}"
@@ -106,6 +116,7 @@ class Case:
         gap_seen: whether the oracle sees a gap.
         diagnosis: content of diagnosis.json.
         acts_at: channels at which each parameter acts, see `parameter_channels`.
+        tolerated: families and channels that describe parts of the measurement chain.
     """
 
     planted: tuple[Planted, ...]
@@ -113,6 +124,7 @@ class Case:
     gap_seen: bool
     diagnosis: Content
     acts_at: ActsAt
+    tolerated: frozenset[tuple[str, str]] = frozenset()
 
     @property
     def verdict(self) -> str:
@@ -121,9 +133,14 @@ class Case:
 
     @property
     def named(self) -> Sequence[Content]:
-        """Named effects, the strongest first."""
-        effects: Sequence[Content] = self.diagnosis["effects"]
-        return effects if self.verdict == "effect" else ()
+        """Named effects, the strongest first, without those that describe the measurement chain."""
+        effects: Sequence[Content] = self.diagnosis["effects"] if self.verdict in NAMING else ()
+        return [effect for effect in effects if not self._is_tolerated(effect)]
+
+    def _is_tolerated(self, effect: Content) -> bool:
+        said = {(effect["family"], channel) for channel in channels(effect["port"], self.acts_at)}
+        is_planted = any(p.is_named(effect, self.acts_at) for p in self.planted)
+        return bool(said & self.tolerated) and not is_planted
 
     @property
     def reported(self) -> list[list[Content]]:
@@ -167,6 +184,12 @@ class Case:
         return any(p.is_named(effect, self.acts_at) for p in self.planted for effect in self.named)
 
     @property
+    def material(self) -> list[bool]:
+        """Whether each material planted effect, or an effect indistinguishable from it, is named."""
+        said = [effect for effects in self.reported for effect in effects]
+        return [any(p.is_named(e, self.acts_at) for e in said) for p in self.planted if p.material]
+
+    @property
     def channel(self) -> bool:
         """Whether the diagnosis attributes the gap to a channel with a planted effect.
 
@@ -186,6 +209,8 @@ class Case:
         """Whether verdict and effects are right; the confidence is the probability of this event.
 
         - `no_gap` is right if the oracle sees none of the planted effects.
+        - `main_effect` is right if every named effect is another planted effect, and the largest planted
+          effect is among them.
         - `effect` is right if every named effect, or an effect reported as indistinguishable from it, is
           another planted effect in the right experiments, and all planted effects that the oracle sees are
           among them.
@@ -198,6 +223,8 @@ class Case:
             return not self.gap_seen if self.outside else not any(p.seen for p in self.planted)
         if self.verdict == OUTSIDE:
             return self.outside
+        if not self.named:  # all named effects describe the measurement chain
+            return not any(p.seen for p in self.planted) and not (self.outside and self.gap_seen)
         return any(self._told(dict(pairs)) for pairs in self._sets())
 
     def _sets(self) -> Iterator[list[tuple[Planted, list[Content]]]]:
@@ -210,10 +237,14 @@ class Case:
             any(p.is_named(effect, self.acts_at) and p.is_placed(effect) for effect in effects)
             for p, effects in said.items()
         )
+        if self.verdict == "main_effect":
+            return named and max(self.planted, key=lambda p: p.share) in said
         return named and all(p in said for p in self.planted if p.seen)
 
 
-def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) -> dict[str, Any]:
+def judged(
+    truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt, validation: Content | None = None
+) -> dict[str, Any]:
     """Return a row of the table of cases.
 
     Args:
@@ -222,17 +253,23 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
         refit: entries `oracle` (see `pipeline.withheld.oracle`: reidentified, floor, shrink, gap_seen, seen)
             and `sparse_regression` (family and channel of the largest term, or null).
         acts_at: channels at which each parameter acts, see `parameter_channels`.
+        validation: errors of the models on experiments that no diagnosis reads, see `validated`; None: there
+            are no such experiments.
 
     Returns:
         Columns system, level, truth and said (texts), verdict and confidence; seen (whether the oracle sees
         all planted effects, or the gap of an effect of no family); the answers of `Case` by name; set_size
         (number of reported effects per named effect); shrink, oracle_shrink and network_shrink; sparse_first
-        (whether the largest term of a sparse regression is planted).
+        (whether the largest term of a sparse regression is planted); material and material_named (numbers of
+        material effects, planted and named); intervals and covered (numbers of identified parameters with an
+        interval, and with an interval that contains the true value); harmful (whether the named effects do
+        not lower the error on the validation experiments; None if there is no such comparison).
     """
     best = refit["oracle"]
     planted = tuple(Planted.of(row, seen) for row, seen in zip(truth["effects"], best["seen"], strict=True))
     outside = truth["verdict"] == OUTSIDE
-    case = Case(planted, outside, best["gap_seen"], diagnosis, acts_at)
+    tolerated = frozenset((row["family"], row["channel"]) for row in truth.get("tolerated", ()))
+    case = Case(planted, outside, best["gap_seen"], diagnosis, acts_at, tolerated)
     gap = diagnosis["gap"]
     return {
         "system": truth["system"],
@@ -253,6 +290,10 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
         "oracle_shrink": best["shrink"],
         "network_shrink": shrink(gap["reidentified"], gap["neural"], gap["floor"]),
         "sparse_first": _sparse(planted, refit["sparse_regression"]),
+        "material": len(case.material),
+        "material_named": sum(case.material),
+        **_coverage(truth.get("parameters", {}), diagnosis.get("parameters", {})),
+        "harmful": _harmful(diagnosis, validation),
     }
 
 
@@ -263,6 +304,22 @@ def _said(case: Case) -> str:
         for e in case.named
     )
     return text or case.verdict
+
+
+def _coverage(true: Content, identified: Content) -> dict[str, int]:
+    intervals = [
+        (values["true"], identified[name]["interval"])
+        for name, values in true.items()
+        if identified.get(name, {}).get("interval") and None not in identified[name]["interval"]
+    ]
+    covered = sum(low <= value <= high for value, (low, high) in intervals)
+    return {"intervals": len(intervals), "covered": covered}
+
+
+def _harmful(diagnosis: Content, validation: Content | None) -> bool | None:
+    if validation is None or diagnosis["verdict"] not in NAMING or validation["augmented"] is None:
+        return None
+    return bool(validation["augmented"] >= validation["reidentified"])
 
 
 def _part(factor: str | None, level: float | str | None) -> str:

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from pipeline.chapters.leaves import SAMPLES, mean_leaf
 from pipeline.chapters.summary import share
-from pipeline.withheld.judging import CONFIDENT
+from pipeline.withheld.judging import CONFIDENT, NAMING
 
 Array = NDArray[np.float64]
 
 #: Of the confidence, from 0 to 1.
 BINS = 10
+#: Kinds of cases with effects of the library.
+KINDS = ("single", "local", "pair", "several")
 #: Who finds an effect -> column of the table.
 FOUND = {"oracle": "seen", "in_set": "all_reported", "top1": "first", "sparse_regression": "sparse_first"}
 #: What a list of misses shows.
@@ -42,10 +44,16 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
     - pair: exact: both and nothing else; one: at least one of them.
     - null: correct: no gap. outside: of the cases with a gap; flagged: verdict unknown; wrong: another
       verdict that is not right, with a confidence of at least 0.8.
+    - several: three or four effects; exact and one as for pair, of the cases that the oracle sees.
+    - null.no_gap: verdict no_gap; correct counts a verdict that names parts of the measurement chain, too.
+    - material: share of the material planted effects that are named; whole: share of the cases with all.
+    - harmful: share of the answers with named effects that do not lower the error on validation experiments.
+    - coverage: share of the intervals of identified parameters that contain the true value, by verdict.
     - set_size, channel: of single, local and pair together, channel of outside besides.
     - shrink_of_oracle: the shrink of the diagnosis as a share of that of the oracle, at most 1; of the cases
       with effects that it sees.
-    - calibration_error: expected calibration error of the confidence over ten bins, of all cases.
+    - calibration_error: expected calibration error of the confidence over ten bins, of all cases;
+      calibration: by verdict.
     - cost: seconds of a diagnosis, and the largest memory.
     - sparse_regression, network: the yardsticks; the latter: a network in every port, which names nothing.
 
@@ -55,18 +63,26 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
     kinds = {str(kind): group for kind, group in cases.groupby("kind")}
     seen = {kind: group[group["seen"]] for kind, group in kinds.items()}
     empty = cases.iloc[:0]
-    named = pd.concat([seen.get(kind, empty) for kind in ("single", "local", "pair")])
+    named = pd.concat([seen.get(kind, empty) for kind in KINDS])
     placed = pd.concat([named, seen.get("outside", empty)])
     found: dict[str, Any] = {
         "single": _single(kinds.get("single", empty)),
         "local": _single(kinds.get("local", empty)) | _shares(seen.get("local", empty), placed="placed"),
         "pair": _seen(kinds.get("pair", empty)) | _shares(seen.get("pair", empty), exact="exact", one="one"),
-        "null": _shares(kinds.get("null", empty), correct="right"),
+        "several": _seen(kinds.get("several", empty))
+        | _shares(seen.get("several", empty), exact="exact", one="one"),
+        "null": _nulls(kinds.get("null", empty)),
         "outside": _seen(kinds.get("outside", empty)) | _outside(seen.get("outside", empty)),
-        "set_size": _mean(named.loc[named["verdict"] == "effect", "set_size"], "effects"),
+        "set_size": _mean(named.loc[named["verdict"].isin(NAMING), "set_size"], "effects"),
         **_shares(placed, channel="channel"),
         "shrink_of_oracle": _of_oracle(named, "shrink"),
         "calibration_error": calibration_error(cases) if len(cases) else {},
+        "calibration": {
+            str(verdict): calibration_error(group) for verdict, group in cases.groupby("verdict")
+        },
+        "material": _material(pd.concat([kinds.get(kind, empty) for kind in KINDS])),
+        "harmful": _harmful(cases),
+        "coverage": _coverage(cases),
         "cost": {"seconds": _mean(cases["seconds"], "s"), "memory": _largest(cases["memory"], "MB")},
         "sparse_regression": _sparse(seen, kinds),
         "network": {"shrink_of_oracle": _of_oracle(named, "network_shrink")},
@@ -101,12 +117,37 @@ def _leaves(content: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, di
 
 def _single(cases: pd.DataFrame) -> dict[str, Any]:
     seen = cases[cases["seen"]]
-    sizes = seen.loc[seen["verdict"] == "effect", "set_size"]
+    sizes = seen.loc[seen["verdict"].isin(NAMING), "set_size"]
     return {
         **_seen(cases),
         **_shares(seen, top1="first", in_set="all_reported", channel="channel"),
         "set_size": _mean(sizes, "effects"),
     }
+
+
+def _nulls(cases: pd.DataFrame) -> dict[str, Any]:
+    silent = cases.assign(silent=cases["verdict"] == "no_gap")
+    return _shares(silent, correct="right", no_gap="silent")
+
+
+def _material(cases: pd.DataFrame) -> dict[str, Any]:
+    some = cases[cases["material"] > 0]
+    if not len(some):
+        return {}
+    whole = int((some["material_named"] == some["material"]).sum())
+    named = share(int(some["material_named"].sum()), int(some["material"].sum()))
+    return {"named": named, "whole": share(whole, len(some))}
+
+
+def _harmful(cases: pd.DataFrame) -> dict[str, Any]:
+    known = cases["harmful"].dropna().astype(bool)
+    return share(int(known.sum()), len(known)) if len(known) else {}
+
+
+def _coverage(cases: pd.DataFrame) -> dict[str, Any]:
+    some = cases[cases["intervals"] > 0].groupby("verdict")[["covered", "intervals"]].sum()
+    counts = zip(some.index, some["covered"], some["intervals"], strict=True)
+    return {str(verdict): share(int(covered), int(many)) for verdict, covered, many in counts}
 
 
 def _seen(cases: pd.DataFrame) -> dict[str, Any]:

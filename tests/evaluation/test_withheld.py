@@ -222,3 +222,41 @@ def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
         cases_in(tmp_path)
     with pytest.raises(BadInput, match="holds no campaign"):
         campaigns_in(tmp_path / "nowhere")
+
+
+def test_a_part_of_the_measurement_chain_is_no_false_alarm_and_no_answer() -> None:
+    chain = {"tolerated": [{"family": LAG[0], "channel": LAG[1]}]}
+    nothing = truth(verdict="no_gap") | chain
+    assert row(nothing, diagnosis(effect(*LAG)))["right"]
+    assert not row(nothing, diagnosis(effect(*LAG), effect(*DRAG)))["right"]
+    assert row(truth(COULOMB) | chain, diagnosis(effect(*LAG), effect(*COULOMB)), True)["first"]
+    assert not row(truth(COULOMB) | chain, diagnosis(effect(*LAG)), True)["right"]
+
+
+def test_a_main_effect_is_the_largest_of_the_planted() -> None:
+    real = truth(COULOMB, LAG)
+    real["effects"][0] |= {"share": 0.8, "material": True}
+    real["effects"][1] |= {"share": 0.05, "material": False}
+    found = row(real, diagnosis(effect(*COULOMB), verdict="main_effect"), True, True)
+    assert found["right"] and found["first"] and (found["material"], found["material_named"]) == (1, 1)
+    assert not row(real, diagnosis(effect(*LAG), verdict="main_effect"), True, True)["right"]
+    assert not row(real, diagnosis(effect(*COULOMB)), True, True)["right"]
+
+
+def test_harm_and_coverage_are_counted() -> None:
+    real = truth(COULOMB) | {
+        "parameters": {"b": {"true": 31.0, "given": 28.0}, "M": {"true": 8.5, "given": 9.0}}
+    }
+    said = diagnosis(effect(*COULOMB)) | {
+        "parameters": {"b": {"interval": [30.0, 32.0]}, "M": {"interval": [8.6, 9.0]}}
+    }
+    rows = []
+    for augmented in (0.1, 0.5):
+        errors = {"reidentified": 0.4, "augmented": augmented}
+        rows.append(judged(real, said, refit(True), ACTS_AT, errors))
+    assert [found["harmful"] for found in rows] == [False, True]
+    assert (rows[0]["intervals"], rows[0]["covered"]) == (2, 1)
+    cases = pd.DataFrame([{"kind": "single", "case": "a", **r, "seconds": 1.0, "memory": 1.0} for r in rows])
+    found = scored.scores(cases)
+    assert found["harmful"]["value"] == 0.5 and found["coverage"]["effect"]["value"] == 0.5
+    assert found["material"]["named"]["value"] == 1.0 and found["calibration"]["effect"]["n"] == 2

@@ -63,6 +63,8 @@ class BeltAxis(Machine):
     )
     optional = ("v_c",)
     groups = ("A", "B")
+    friction = {"b_m": "motor", "b_c": "rail"}  # noqa: RUF012
+    doubtful = {"m_m": ("inertia_error",), "m_c": ("inertia_error",)}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return np.tile(rng.uniform(-0.003, 0.003, runs), (2, 1))

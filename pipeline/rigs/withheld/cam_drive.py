@@ -41,6 +41,8 @@ class CamDrive(Machine):
         y_0: compression of the spring at the lowest position, m.
         lift: amplitude of the groove, m.
         skew: share of the second harmonic in the groove.
+        gain: gain of the controller of the speed, s/rad.
+        fastest: set point of the speed at the reference 1, rad/s.
     """
 
     J: float = 0.004
@@ -52,6 +54,8 @@ class CamDrive(Machine):
     y_0: float = 0.04
     lift: float = 0.04
     skew: float = 0.15
+    gain: float = 0.03
+    fastest: float = 25.0
 
     name = "cam_drive"
     input = "duty"
@@ -62,12 +66,19 @@ class CamDrive(Machine):
     sensors = (Sensor("theta", 0, False, _COUNT, 1.5e-3), Sensor("omega", 0, True, 0.0, 0.08))
     optional = ("omega",)
     factors = {"m": (0.4, 0.9, 1.5), "V": (9.0, 13.0)}  # noqa: RUF012
+    friction = {"b": "shaft"}  # noqa: RUF012
+    doubtful = {"m_0": ("inertia_error",), "k_s": ("linear_spring", "nonlinear_spring")}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(-0.5, 0.5, (1, runs))
 
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         return reference
+
+    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        speed = self.fastest * reference
+        u = self.kt * speed / c["V"] + self.gain * (speed - v[0])
+        return np.asarray(np.clip(u, -1.0, 1.0))
 
     def groove(self, theta: Array) -> tuple[Array, Array, Array]:
         """Return the height of the follower, and its first and second derivative by the angle.

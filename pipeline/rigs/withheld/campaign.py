@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -85,52 +85,80 @@ def write(case: Case, folder: Path, plan: Plan | None = None) -> dict[str, Any]:
         BadInput: when the folder cannot be written.
     """
     made = run(case, plan)
-    system, parameters = _system(case, list(made.outputs))
-    truth = _truth(case, made, parameters)
+    system, parameters = known_system(case, list(made.outputs))
+    truth = known_truth(case, made, parameters)
     with replacing_folder(folder) as out:
         (out / SYSTEM).write_text(yaml.safe_dump(system, sort_keys=False, width=110))
-        _write_logs(case, made, out / LOGS)
+        write_logs(case, made, out / LOGS, range(made.plan.runs))
         write_json(out / TRUTH, truth)
     return truth
 
 
-def _system(case: Case, outputs: list[str]) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
-    """The document that is handed over, and true and given values of what it has wrong."""
+def known_system(
+    case: Case, outputs: list[str], doubtful: Collection[str] = (), wrong: tuple[float, float] = WRONG
+) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
+    """Return the system file that is handed over, and true and given values of what it has wrong.
+
+    Args:
+        case: case with the system and the seed of the errors.
+        outputs: names of the logged outputs.
+        doubtful: names of parameters that are marked as uncertain, beside those of the file.
+        wrong: least and largest share by which an uncertain parameter is off.
+    """
     document: dict[str, Any] = yaml.safe_load((SYSTEMS / f"{case.system}.yaml").read_text())
     rng = np.random.default_rng([case.seed, 5])
     document["outputs"] = {name: document["outputs"][name] for name in outputs}
     changed = {}
     for name, parameter in document["parameters"].items():
+        if name in doubtful:
+            bounds = [0.4 * parameter["value"], 2.5 * parameter["value"]]
+            parameter |= {"identify": True, "bounds": [float(f"{bound:.2g}") for bound in bounds]}
         if parameter.get("identify"):
             true = float(parameter["value"])
-            off = float(rng.uniform(*WRONG) * rng.choice([-1.0, 1.0]))
+            off = float(rng.uniform(*wrong) * rng.choice([-1.0, 1.0]))
             parameter["value"] = float(f"{true * (1.0 + off):.3g}")
             changed[name] = {"true": true, "given": parameter["value"]}
     return document, changed
 
 
-def _write_logs(case: Case, made: Experiments, folder: Path) -> None:
+def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None:
+    """Write some of the runs as a log folder.
+
+    Args:
+        case: case with its machine.
+        made: logs of all runs.
+        folder: folder that is made.
+        runs: numbers of the runs that are written.
+    """
     folder.mkdir()
     plan, rng = made.plan, np.random.default_rng([case.seed, 6])
     packed = bool(rng.uniform() < 0.5)
-    ids = [f"run{i + 1:02d}" for i in range(plan.runs)]
+    ids = [f"run{i + 1:02d}" for i in runs]
     files = [f"{name}.{'parquet' if packed else 'csv'}" for name in ids]
-    for i, file in enumerate(files):
-        columns: Mapping[str, Any] = {"t": made.t, case.machine.input: made.u[:, i]}
+    for i, file in zip(runs, files, strict=True):
+        columns: Mapping[str, Any] = {"t": made.t[:, i], case.machine.input: made.u[:, i]}
         log = pd.DataFrame({**columns, **{name: y[:, i] for name, y in made.outputs.items()}})
         if packed:
             write_parquet(log, folder / file)
         else:
             log.to_csv(folder / file, index=False, float_format="%.9g", lineterminator="\n")
-    table = pd.DataFrame({"id": ids, "file": files, **plan.conditions})
+    conditions = {name: values[runs.start : runs.stop] for name, values in plan.conditions.items()}
+    table = pd.DataFrame({"id": ids, "file": files, **conditions})
     if plan.groups:
-        table[GROUP] = plan.groups
+        table[GROUP] = plan.groups[runs.start : runs.stop]
     table.to_csv(folder / "experiments.csv", index=False, lineterminator="\n")
     description = f"simulated logs of a virtual {case.system.replace('_', ' ')}, not measurements"
     write_json(folder / "provenance.json", {"data": "virtual", "description": description})
 
 
-def _truth(case: Case, made: Experiments, parameters: dict[str, dict[str, float]]) -> dict[str, Any]:
+def known_truth(case: Case, made: Experiments, parameters: dict[str, dict[str, float]]) -> dict[str, Any]:
+    """Return the content of truth.json.
+
+    Args:
+        case: case with its planted effects.
+        made: logs of the case.
+        parameters: true and given value of every uncertain parameter, by name.
+    """
     rows = []
     for planted, (channel, effect) in zip(case.effects, made.effects, strict=True):
         form = getattr(effect, "inner", effect)

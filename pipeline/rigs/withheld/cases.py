@@ -91,10 +91,18 @@ class Case:
 
     def plan(self) -> Plan:
         """Return the plan of the runs; a logger without some of the outputs has a short sampling period."""
+        return self.planned(None, whole=len(self.logged) == len(self.machine.sensors))
+
+    def planned(self, runs: int | None, whole: bool) -> Plan:
+        """Return the plan of the runs.
+
+        Args:
+            runs: number of runs; None: drawn from the numbers that the machine offers.
+            whole: whether the sampling period is drawn; otherwise it is the shortest one of the machine.
+        """
         machine, rng = self.machine, np.random.default_rng([self.seed, 0])
-        whole = len(self.logged) == len(machine.sensors)
         period = float(rng.choice(machine.periods)) if whole else min(machine.periods)
-        runs = int(rng.choice(machine.runs))
+        runs = int(rng.choice(machine.runs)) if runs is None else runs
         # steps of about a quarter of a millisecond, an even number of them
         substeps = 2 * max(1, round(period / 5e-4))
         return Plan(
@@ -107,6 +115,14 @@ class Case:
             begin=1.25 * machine.duration * np.arange(runs, dtype=np.float64),
         )
 
+    def size(self, rng: np.random.Generator) -> float:
+        """Draw the size of an effect, in typical sizes.
+
+        Args:
+            rng: random generator.
+        """
+        return self.level * float(rng.uniform(0.8, 1.25))
+
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
         """Return channel and effect of every planted effect; the objects are new, because effects have a
         memory.
@@ -117,8 +133,7 @@ class Case:
         found = []
         for k, planted in enumerate(self.effects):
             rng = np.random.default_rng([self.seed, 1, k])
-            size = self.level * float(rng.uniform(0.8, 1.25))
-            effect = self.offered(planted).make(max(size, 1e-9), plan, rng)
+            effect = self.offered(planted).make(max(self.size(rng), 1e-9), plan, rng)
             if planted.factor is not None:
                 assert isinstance(effect, PortEffect)
                 effect = Only(effect, _where(plan, planted))

@@ -81,28 +81,38 @@ def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
     return found
 
 
-def _named(one: Plantable) -> Planted:
+def named(one: Plantable) -> Planted:
+    """Return the planted effect that a machine's entry offers.
+
+    Args:
+        one: entry of the machine.
+    """
     return Planted(one.family, one.channel)
 
 
-def _of_families(machine: Machine) -> list[Plantable]:
+def of_families(machine: Machine) -> list[Plantable]:
+    """Return the effects of a machine that belong to a family.
+
+    Args:
+        machine: machine without planted effects.
+    """
     return [one for one in machine.plantable if one.family in FAMILIES]
 
 
 def _singles(machine: Machine, rng: np.random.Generator) -> Iterator[Effects]:
-    for one in _of_families(machine):
-        yield (_named(one),)
+    for one in of_families(machine):
+        yield (named(one),)
 
 
 def _pairs(machine: Machine, rng: np.random.Generator) -> Iterator[Effects]:
     """Two effects of different families that are not alike."""
     every = [
         (one, other)
-        for one, other in combinations(_of_families(machine), 2)
+        for one, other in combinations(of_families(machine), 2)
         if one.family != other.family and (other.family, other.channel) not in one.alike
     ]
     for k in rng.choice(len(every), _PAIRS, replace=False).tolist():
-        yield tuple(_named(one) for one in every[k])
+        yield tuple(named(one) for one in every[k])
 
 
 def _nulls(machine: Machine, rng: np.random.Generator) -> Iterator[Effects]:
@@ -113,7 +123,7 @@ def _nulls(machine: Machine, rng: np.random.Generator) -> Iterator[Effects]:
 def _outside(machine: Machine, rng: np.random.Generator) -> Iterator[Effects]:
     for one in machine.plantable:
         if one.family not in FAMILIES:
-            yield (_named(one),)
+            yield (named(one),)
 
 
 def _locals(machine: Machine, rng: np.random.Generator) -> Iterator[Effects]:

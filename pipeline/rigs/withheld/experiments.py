@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,8 @@ from pipeline.rigs.withheld.stepping import Motion, move
 Array = NDArray[np.float64]
 TURN = 2.0 * np.pi
 _SLOWEST = 0.3  # Hz
+#: Times, s, and the highest frequency, Hz -> a signal between -1 and 1.
+Kind = Callable[[Array, float, np.random.Generator], Array]
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
@@ -31,12 +33,28 @@ def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> 
     Returns:
         Reference signals, shape (samples, runs).
     """
-    order = rng.permutation(np.arange(runs) % len(_KINDS))
+    order = rng.permutation(np.arange(runs) % len(KINDS))
+    kinds = [*KINDS.values()]
+    return along(t, [kinds[kind] for kind in order.tolist()], extent, rng)
+
+
+def along(t: Array, kinds: Sequence[Kind], extent: Range, rng: np.random.Generator) -> Array:
+    """Return a reference signal of every kind, (samples, kinds), from rest at times `t` (samples,), s.
+
+    Args:
+        t: time, s, shape (samples,).
+        kinds: kind of every signal.
+        extent: range of the signals.
+        rng: random generator.
+
+    Returns:
+        Reference signals, shape (samples, kinds).
+    """
     columns = []
-    for kind in order.tolist():
-        wave = _KINDS[kind](t, extent.band, rng)
+    for kind in kinds:
+        wave = kind(t, extent.band, rng)
         size = extent.amplitude * rng.uniform(0.55, 1.0) * rng.choice([-1.0, 1.0])
-        columns.append(size * wave * _smooth(t / min(0.25, 0.2 * t[-1])))
+        columns.append(size * wave * smooth(t / min(0.25, 0.2 * t[-1])))
     return extent.centre + np.stack(columns, axis=1)
 
 
@@ -59,7 +77,7 @@ def _moves(t: Array, band: float, rng: np.random.Generator) -> Array:
     begin = (np.arange(stops) + rng.uniform(0.0, 0.3, stops)) * t[-1] / stops
     levels = rng.uniform(0.4, 1.0, stops) * (-1.0) ** np.arange(stops)
     steps = np.diff(levels, prepend=0.0)
-    return sum((s * _smooth((t - b) / rise) for s, b in zip(steps, begin, strict=True)), np.zeros_like(t))
+    return sum((s * smooth((t - b) / rise) for s, b in zip(steps, begin, strict=True)), np.zeros_like(t))
 
 
 def _reversals(t: Array, band: float, rng: np.random.Generator) -> Array:
@@ -72,25 +90,30 @@ def _pauses(t: Array, band: float, rng: np.random.Generator) -> Array:
     """Waves that die down, a pause, and waves again."""
     middle, half, edge = rng.uniform(0.45, 0.65) * t[-1], 0.12 * t[-1], 0.08 * t[-1]
     away = np.abs(t - middle) - half
-    return _waves(t, band, rng) * _smooth(away / edge)
+    return _waves(t, band, rng) * smooth(away / edge)
 
 
-_KINDS: tuple[Callable[[Array, float, np.random.Generator], Array], ...] = (
-    _waves,
-    _sweep,
-    _moves,
-    _reversals,
-    _pauses,
-)
+#: Kinds of motion by name.
+KINDS: Mapping[str, Kind] = {
+    "waves": _waves,
+    "sweep": _sweep,
+    "moves": _moves,
+    "reversals": _reversals,
+    "pauses": _pauses,
+}
 
 
-def _smooth(s: Array) -> Array:
-    """Return a transition from 0 to 1 with a continuous third derivative."""
+def smooth(s: Array) -> Array:
+    """Return a transition from 0 to 1 with a continuous third derivative.
+
+    Args:
+        s: argument, any shape; 0 and less gives 0, 1 and more gives 1.
+
+    Returns:
+        Values from 0 to 1, in the shape of `s`.
+    """
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
-
-
-TURN = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -99,7 +122,7 @@ class Experiments:
 
     Attributes:
         plan: plan of the runs.
-        t: time, s, shape (samples,).
+        t: time, s, shape (samples, n).
         u: commanded inputs, shape (samples, n).
         outputs: logged outputs by name, each of shape (samples, n).
         exact: outputs by name without noise and resolution steps, but with planted sensor faults, each of
@@ -136,7 +159,7 @@ def run(case: Case, plan: Plan | None = None) -> Experiments:
         shown = _shown(sensor, y, noise)
         if sensor.output in case.logged:
             exact[sensor.output], outputs[sensor.output] = y, shown
-    t = plan.period * np.arange(plan.samples, dtype=np.float64)
+    t = np.tile(plan.period * np.arange(plan.samples, dtype=np.float64)[:, None], plan.runs)
     return Experiments(plan, t, motion.u, outputs, exact, effects)
 
 

@@ -52,6 +52,8 @@ class Hoist(Machine):
     sensors = (Sensor("x", 0, False, 5e-5, 1e-4), Sensor("v", 0, True, 0.0, 0.004))
     optional = ("v",)
     factors = {"m": (0.5, 1.5, 3.0)}  # noqa: RUF012
+    friction = {"b": "rail"}  # noqa: RUF012
+    doubtful = {"M": ("inertia_error",)}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(0.495, 0.505, (1, runs))

@@ -58,8 +58,9 @@ class Machine(ABC):
 
     Class attributes: `name` of the system file; `input`; `periods` of the logger (s) and numbers of `runs` to
     choose from; `duration` of a run (s); `range` of the references; `sensors`, of which those in `optional`
-    are not always logged; `factors` with their levels; `groups`; and `plantable`, the effects that can be
-    planted.
+    are not always logged; `factors` with their levels; `groups`; `friction`, the ports of the known
+    damping by name of its constant; `doubtful`, constants that a user may know badly, each with the families
+    that a wrong value resembles; and `plantable`, the effects that can be planted.
     """
 
     name: ClassVar[str]
@@ -72,6 +73,8 @@ class Machine(ABC):
     optional: ClassVar[tuple[str, ...]] = ()
     factors: ClassVar[Mapping[str, tuple[float, ...]]] = {}
     groups: ClassVar[tuple[str, ...]] = ()
+    friction: ClassVar[Mapping[str, str]]
+    doubtful: ClassVar[Mapping[str, tuple[str, ...]]]
     plantable: ClassVar[tuple[Plantable, ...]]
 
     @abstractmethod
@@ -100,6 +103,21 @@ class Machine(ABC):
         Returns:
             Command, shape (n,).
         """
+
+    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        """Return the command of a controller with feedback; `reference` is its set point.
+
+        Args:
+            reference: set point, shape (n,).
+            slope: rate of the set point, shape (n,).
+            q: positions, shape (d, n).
+            v: velocities, shape (d, n).
+            c: conditions of the runs, shape (n,) each.
+
+        Returns:
+            Commands, shape (n,).
+        """
+        return self.command(reference, slope, q, v, c)
 
     @abstractmethod
     def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:

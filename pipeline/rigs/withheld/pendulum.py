@@ -31,11 +31,17 @@ class Pendulum(Machine):
         J: moment of inertia, kg m^2.
         b: damping, N m s/rad.
         mgl: weight times distance of the centre of mass from the joint, N m.
+        stiffness: stiffness of the controller of the angle, N m/rad.
+        damping: damping of this controller, N m s/rad.
+        supply: largest torque of this controller, N m.
     """
 
     J: float = 0.02
     b: float = 0.03
     mgl: float = 1.2
+    stiffness: float = 6.0
+    damping: float = 0.4
+    supply: float = 3.0
 
     name = "pendulum"
     input = "torque"
@@ -46,12 +52,18 @@ class Pendulum(Machine):
     sensors = (Sensor("theta", 0, False, _COUNT, 6e-4), Sensor("omega", 0, True, 0.0, 0.02))
     optional = ("omega",)
     groups = ("left", "right")
+    friction = {"b": "joint"}  # noqa: RUF012
+    doubtful = {"mgl": ("gravity_load",)}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(-0.8, 0.8, (1, runs))
 
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         return reference
+
+    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        u = self.mgl * np.sin(reference) + self.stiffness * (reference - q[0]) + self.damping * (slope - v[0])
+        return np.asarray(np.clip(u, -self.supply, self.supply))
 
     def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         return (u - self.b * v - self.mgl * np.sin(q)) / self.J

@@ -78,6 +78,8 @@ class SliderCrank(Machine):
     sensors = (Sensor("theta", 0, False, _COUNT, 1.5e-3, wraps=True), Sensor("omega", 0, True, 0.0, 0.08))
     optional = ("omega",)
     groups = ("first", "second")
+    friction = {"B_m": "shaft"}  # noqa: RUF012
+    doubtful = {"m3": ("inertia_error",), "m2": ("inertia_error",)}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(0.0, 2.0 * np.pi, (1, runs))

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Plan, PortEffect
-from pipeline.rigs.withheld.machine import Machine
+from pipeline.rigs.withheld.machine import Conditions, Machine
 
 Array = NDArray[np.float64]
+#: Reference, its slope, positions, velocities and conditions -> command.
+Control = Callable[[Array, Array, Array, Array, Conditions], Array]
 
 
 class Motion(NamedTuple):
@@ -35,6 +37,7 @@ def move(
     q: Array,
     forces: Sequence[tuple[str, PortEffect]],
     drive: Sequence[ActuatorEffect],
+    control: Control | None = None,
 ) -> Motion:
     """Simulate a machine from rest along a reference.
 
@@ -50,22 +53,78 @@ def move(
         forces: port and force of every planted force; smooth forces come before forces that project
             velocities.
         drive: distortions of the command, in the order of the signal.
+        control: function that returns the command once per sample; default `machine.command`.
     """
+    command = machine.command if control is None else control
+    slope = np.gradient(reference, plan.period, axis=0)
+
+    def commanded(k: int, q: Array, v: Array) -> Array:
+        return command(reference[k], slope[k], q, v, plan.conditions)
+
+    return _run(machine, plan, commanded, q, forces, drive, None, 1)
+
+
+def follow(
+    machine: Machine,
+    plan: Plan,
+    motion: Motion,
+    steps: int,
+    forces: Sequence[tuple[str, PortEffect]],
+    drive: Sequence[ActuatorEffect],
+) -> Motion:
+    """Run the machine with the commands of `motion`, in windows of `steps` samples from its states.
+
+    The rows are those of the windows' ends and insides; a window starts after the row that ends the last one.
+    Effects keep their memory from window to window.
+
+    Args:
+        machine: machine without planted effects.
+        plan: plan of the n runs.
+        motion: motion with commands and states.
+        steps: number of samples of a window.
+        forces: port and force of every planted force; smooth forces come before forces that project
+            velocities.
+        drive: distortions of the command, in the order of the signal.
+    """
+
+    def commanded(k: int, q: Array, v: Array) -> Array:
+        return np.asarray(motion.u[k])
+
+    return _run(machine, plan, commanded, motion.q[0], forces, drive, motion, steps)
+
+
+def _run(
+    machine: Machine,
+    plan: Plan,
+    commanded: Callable[[int, Array, Array], Array],
+    q: Array,
+    forces: Sequence[tuple[str, PortEffect]],
+    drive: Sequence[ActuatorEffect],
+    restarts: Motion | None,
+    steps: int,
+) -> Motion:
     v = before = np.zeros_like(q)
     dt, read = plan.step, round(plan.hold * plan.substeps)
-    slope = np.gradient(reference, plan.period, axis=0)
     rows: list[tuple[Array, Array, Array]] = []
+
+    def logged() -> tuple[Array, Array, Array]:
+        rows.append((q, v, u))
+        k = len(rows) - 1
+        if restarts is None or k % steps:
+            return q, v, before
+        return restarts.q[k], restarts.v[k], restarts.v[k]
+
     for k in range(plan.samples):
-        u = machine.command(reference[k], slope[k], q, v, plan.conditions)
+        u = commanded(k, q, v)
         for s in range(plan.substeps):
             if s == read:
-                rows.append((q, v, u))
+                q, v, before = logged()
             t, acting = k * plan.period + s * dt, u
             for actuator in drive:
                 acting = actuator.applied(dt, t, acting)
             q, v, before = _step(machine, plan, dt, t, q, v, before, acting, forces)
         if read == plan.substeps:
-            rows.append((q, v, u))
+            q, v, before = logged()
     return Motion(*(np.array(column) for column in zip(*rows, strict=True)))
 
 

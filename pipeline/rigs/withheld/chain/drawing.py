@@ -1,0 +1,98 @@
+"""Drawing cases with measurement chains: nothing planted, one effect, two, more, and effects of no family."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+
+from pipeline.rigs.withheld.cases import Case
+from pipeline.rigs.withheld.chain.case import MeasuredCase
+from pipeline.rigs.withheld.drawing import LEVELS, Effects, cases, named, of_families
+from pipeline.rigs.withheld.effects.effect import Plantable
+from pipeline.rigs.withheld.machine import Machine
+from pipeline.rigs.withheld.machines import MACHINES
+from unmodelled.base.errors import BadInput
+
+Draw = Callable[[int, int], list[MeasuredCase]]
+
+
+def measured_cases(kind: str, count: int, seed: int) -> list[MeasuredCase]:
+    """Return cases of a kind; the first of them are a fair sample of machines and families.
+
+    Args:
+        kind: `null` (nothing planted), `single`, `pair`, `several` (three or four effects) or `outside` (an
+            effect of no family).
+        count: number of cases, 1 or more.
+        seed: seed of the random generator.
+
+    Raises:
+        BadInput: when there is no such kind, or there are not as many cases.
+    """
+    kinds: dict[str, Draw] = {
+        "null": _nulls,
+        "single": _singles,
+        "pair": lambda count, seed: _measured(cases("pair", seed)),
+        "several": _several,
+        "outside": lambda count, seed: _measured(cases("outside", seed)),
+    }
+    if kind not in kinds:
+        raise BadInput(f"kind: {kind!r} is not one of {', '.join(kinds)}")
+    found = kinds[kind](count, seed)
+    if not 1 <= count <= len(found):
+        raise BadInput(f"counts.{kind}: must be 1 to {len(found)}, got {count}")
+    return found[:count]
+
+
+def _measured(drawn: list[Case]) -> list[MeasuredCase]:
+    return [MeasuredCase(case.system, case.effects, case.level, case.seed) for case in drawn]
+
+
+def _singles(count: int, seed: int) -> list[MeasuredCase]:
+    """Every family once, then every family a second time, and so on."""
+    before: Counter[str] = Counter()
+    rounds = []
+    for case in _measured(cases("single", seed)):
+        (planted,) = case.effects
+        rounds.append((before[planted.family], case))
+        before[planted.family] += 1
+    return [case for _, case in sorted(rounds, key=lambda each: each[0])]
+
+
+def _nulls(count: int, seed: int) -> list[MeasuredCase]:
+    return _on_machines(count, np.random.default_rng([seed, 20]), lambda machine, rng: ())
+
+
+def _several(count: int, seed: int) -> list[MeasuredCase]:
+    return _on_machines(count, np.random.default_rng([seed, 21]), _some)
+
+
+def _on_machines(
+    count: int, rng: np.random.Generator, draw: Callable[[Machine, np.random.Generator], Effects]
+) -> list[MeasuredCase]:
+    """Cases on every machine in turn, in a drawn order of machines."""
+    order = rng.permutation(len(MACHINES)).tolist()
+    found = []
+    for k in range(count):
+        machine = MACHINES[order[k % len(order)]]
+        level = round(float(np.exp(rng.uniform(*np.log(LEVELS)))), 3)
+        found.append(MeasuredCase(machine.name, draw(machine, rng), level, int(rng.integers(2**31))))
+    return found
+
+
+def _some(machine: Machine, rng: np.random.Generator) -> Effects:
+    """Three or four effects of different families of which none is like another one."""
+    offered, many = of_families(machine), int(rng.integers(3, 5))
+    chosen: list[Plantable] = []
+    for k in rng.permutation(len(offered)).tolist():
+        one = offered[k]
+        apart = all(
+            one.family != other.family
+            and (one.family, one.channel) not in other.alike
+            and (other.family, other.channel) not in one.alike
+            for other in chosen
+        )
+        if apart and len(chosen) < many:
+            chosen.append(one)
+    return tuple(named(one) for one in chosen)

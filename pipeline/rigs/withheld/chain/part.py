@@ -1,0 +1,107 @@
+"""A part of the measurement chain, and what the logger has read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Effect
+from pipeline.rigs.withheld.machine import Machine, Sensor
+
+#: Families and channels that describe a part in the words of a diagnosis.
+Names = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Signals of n runs, (samples, n) each.
+
+    Attributes:
+        t: time stamps, s, shape (samples, n).
+        u: logged input, shape (samples, n).
+        outputs: outputs by name, in SI units, shape (samples, n) each.
+    """
+
+    t: Array
+    u: Array
+    outputs: Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Does nothing, unless a subclass says so; its fields are its numbers in SI units."""
+
+    def machine(self, machine: Machine) -> Machine:
+        """Return the machine as it is built in this campaign.
+
+        Args:
+            machine: machine without planted effects.
+        """
+        return machine
+
+    def effect(self, effect: Effect) -> Effect:
+        """Return a planted effect as it is in this campaign.
+
+        Args:
+            effect: planted effect.
+        """
+        return effect
+
+    def drive(self) -> tuple[ActuatorEffect, ...]:
+        """Return what happens to the command on its way to the machine; new objects, which may remember."""
+        return ()
+
+    def sensor(self, sensor: Sensor) -> Sensor:
+        """Return a sensor as it is in this campaign.
+
+        Args:
+            sensor: sensor of the machine.
+        """
+        return sensor
+
+    def read(self, readings: Readings, rng: np.random.Generator) -> Readings:
+        """Return the readings without noise and counts at the instants of the logger's clock.
+
+        Args:
+            readings: readings of the logger.
+            rng: random generator.
+        """
+        return readings
+
+    def processed(self, readings: Readings, machine: Machine, period: float) -> Readings:
+        """Return the readings after a calculation, from those with noise and counts.
+
+        Args:
+            readings: readings of the logger.
+            machine: machine without planted effects.
+            period: sampling period, s.
+        """
+        return readings
+
+    def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
+        """Return families and channels that a diagnosis of the logged outputs may name for this part.
+
+        Args:
+            machine: machine without planted effects.
+            logged: names of the logged outputs.
+        """
+        return ()
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """The part in truth.json."""
+        numbers = {name: np.asarray(value).tolist() for name, value in asdict(self).items()}
+        return {"part": type(self).__name__, "parameters": numbers}
+
+
+def sensor_of(machine: Machine, output: str) -> Sensor:
+    """Return the sensor of an output.
+
+    Args:
+        machine: machine without planted effects.
+        output: name of the output.
+    """
+    return next(sensor for sensor in machine.sensors if sensor.output == output)

@@ -1,0 +1,35 @@
+"""Errors of diagnosed models on experiments that the diagnosis did not read."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.answer.augmented import augmented_system
+from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.model import System
+
+
+def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
+    """Return the gaps of the `reidentified` and the `augmented` model on the experiments of a log folder.
+
+    A gap is None where the model cannot be used for new experiments, as with an effect that depends on the
+    order of the experiments.
+
+    Args:
+        diagnosis: diagnosis of other experiments of the same system.
+        folder: log folder with the columns of the diagnosed logs.
+    """
+    models = {"reidentified": diagnosis.reidentified.system, "augmented": augmented_system(diagnosis)}
+    return {name: _gap(system, folder, diagnosis.horizon) for name, system in models.items()}
+
+
+def _gap(system: System, folder: Path, horizon: float) -> float | None:
+    try:
+        value = free_runs(system, read_logs(folder, system), horizon).value
+    except BadInput:
+        return None
+    return value if math.isfinite(value) else None

@@ -1,0 +1,179 @@
+"""Measurement chains of the withheld check: every part does what it says, and cases follow their seed."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.rigs.withheld.campaign import write
+from pipeline.rigs.withheld.cases import Planted
+from pipeline.rigs.withheld.chain.campaign import MATERIAL, write_measured
+from pipeline.rigs.withheld.chain.case import VALIDATION, MeasuredCase
+from pipeline.rigs.withheld.chain.clock import Clock
+from pipeline.rigs.withheld.chain.closed_loop import ClosedLoop
+from pipeline.rigs.withheld.chain.drawing import measured_cases
+from pipeline.rigs.withheld.chain.drive import DriveLag, VaryingSupply
+from pipeline.rigs.withheld.chain.encoder import CoarseEncoder
+from pipeline.rigs.withheld.chain.low_pass import LowPass
+from pipeline.rigs.withheld.chain.measuring import moved
+from pipeline.rigs.withheld.chain.part import Readings
+from pipeline.rigs.withheld.chain.shares import shares
+from pipeline.rigs.withheld.chain.speed import DifferencedSpeed, PositionOnly, differenced
+from pipeline.rigs.withheld.chain.varying_friction import VaryingFriction
+from pipeline.rigs.withheld.drawing import FAMILIES, cases
+from pipeline.rigs.withheld.effects.effect import Plan
+from pipeline.rigs.withheld.hoist import Hoist
+from pipeline.rigs.withheld.pendulum import Pendulum
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
+
+T = 0.001 * np.arange(2000.0)
+
+
+def sine(hertz: float) -> Readings:
+    y = np.sin(2.0 * np.pi * hertz * T)[:, None]
+    return Readings(
+        T[:, None], y, {"x": y, "v": 2.0 * np.pi * hertz * np.cos(2.0 * np.pi * hertz * T)[:, None]}
+    )
+
+
+def short(case: MeasuredCase, seconds: float = 0.4) -> Plan:
+    plan = case.plan()
+    return replace(plan, samples=round(seconds / plan.period))
+
+
+def test_a_clock_jitters_and_runs_fast() -> None:
+    read = Clock(0.05, 1e-3, True).read(sine(5.0), np.random.default_rng(0))
+    off = read.t[1:-1, 0] / (1.0 + 1e-3) - T[1:-1]
+    assert np.std(off) == pytest.approx(0.05 * 0.001, rel=0.1)
+    np.testing.assert_allclose(
+        read.outputs["x"][:, 0], np.sin(10.0 * np.pi * read.t[:, 0] / 1.001), atol=1e-6
+    )
+    grid = Clock(0.05, 1e-3, False).read(sine(5.0), np.random.default_rng(0))
+    np.testing.assert_allclose(grid.t[:, 0], T * 1.001)
+    np.testing.assert_array_equal(grid.outputs["x"], read.outputs["x"])
+
+
+def test_a_low_pass_attenuates_its_cut_off_by_3_db() -> None:
+    passed = LowPass(20.0, True).processed(sine(20.0), Hoist(), 0.001)
+    assert np.std(passed.outputs["x"][1000:]) / np.std(sine(20.0).u[1000:]) == pytest.approx(
+        0.5**0.5, rel=0.01
+    )
+    np.testing.assert_array_equal(passed.u, passed.outputs["x"])
+    assert LowPass(20.0, False).processed(sine(20.0), Hoist(), 0.001).u is not passed.u
+
+
+def test_a_differenced_speed_is_late_by_half_its_window_unless_it_is_centred() -> None:
+    ramp = (0.5 * T**2)[:, None]  # the speed is the time
+    np.testing.assert_allclose(differenced(ramp, 0.001, 10, False)[50:, 0], T[50:] - 0.005, atol=1e-9)
+    np.testing.assert_allclose(differenced(ramp, 0.001, 10, True)[50:-50, 0], T[50:-50], atol=1e-9)
+    readings = DifferencedSpeed(0.01, 0.0, True).processed(sine(2.0), Hoist(), 0.001)
+    np.testing.assert_allclose(readings.outputs["v"][20:-20], sine(2.0).outputs["v"][20:-20], atol=0.05)
+    filtered = DifferencedSpeed(0.01, 15.0, False).processed(sine(15.0), Hoist(), 0.001).outputs["v"]
+    assert np.std(filtered[500:]) < 0.75 * np.std(sine(15.0).outputs["v"])
+    assert set(PositionOnly().processed(sine(2.0), Hoist(), 0.001).outputs) == {"x"}
+
+
+def test_a_coarse_encoder_has_plateaus() -> None:
+    fine = Hoist.sensors[0]
+    coarse = CoarseEncoder(8.0).sensor(fine)
+    assert coarse.quantum == 8.0 * fine.quantum and coarse.noise < coarse.quantum
+    assert CoarseEncoder(8.0).sensor(Hoist.sensors[1]) == Hoist.sensors[1]
+
+
+def test_a_drive_lags_and_its_strength_varies() -> None:
+    (lag,) = DriveLag(0.004).drive()
+    start = lag.applied(1e-4, 0.0, np.zeros(1))
+    for _ in range(40):
+        start = lag.applied(1e-4, 0.0, np.ones(1))
+    assert start[0] == pytest.approx(1.0 - np.exp(-1.0))
+    supply = VaryingSupply.drawn(8, np.random.default_rng(0))
+    assert 0.05 < np.std(supply.excess) < 0.15 and np.mean(supply.excess) == pytest.approx(0.0, abs=1e-12)
+    (gain,) = supply.drive()
+    np.testing.assert_allclose(gain.applied(1e-4, 0.0, np.ones(8)), 1.0 + np.array(supply.excess))
+    damping = VaryingFriction((0.1, -0.1)).machine(Hoist())
+    np.testing.assert_allclose(vars(damping)["b"], np.array([34.1, 27.9]))
+
+
+def with_part(part: type, system: str) -> MeasuredCase:
+    drawn = (MeasuredCase(system, (), 1.0, seed) for seed in range(100))
+    return next(case for case in drawn if any(isinstance(p, part) for p in case.chain))
+
+
+def test_a_closed_loop_follows_its_set_point() -> None:
+    case = with_part(ClosedLoop, "pendulum")
+    plan = short(case, 2.0)
+    without = replace(
+        case,
+        seed=next(
+            s
+            for s in range(100)
+            if not any(isinstance(p, ClosedLoop) for p in MeasuredCase("pendulum", (), 1.0, s).chain)
+        ),
+    )
+    closed, opened = moved(case, plan), moved(without, short(without, 2.0))
+    assert np.max(np.abs(closed.u)) <= Pendulum().supply
+    assert np.std(np.diff(closed.u, axis=0)) > 3.0 * np.std(
+        np.diff(opened.u, axis=0)
+    )  # counts reach the input
+
+
+def test_cases_follow_their_seed_and_validation_has_other_motions(tmp_path: Path) -> None:
+    case = MeasuredCase(
+        "hoist", (Planted("coulomb_friction", "rail"), Planted("actuator_offset", "actuator:u")), 1.0, 3
+    )
+    for name, seed in (("one", 3), ("two", 3), ("other", 4)):
+        truth = write_measured(replace(case, seed=seed), tmp_path / name, short(replace(case, seed=seed)))
+    one = {
+        p.relative_to(tmp_path / "one"): p.read_bytes() for p in (tmp_path / "one").rglob("*") if p.is_file()
+    }
+    assert all((tmp_path / "two" / name).read_bytes() == content for name, content in one.items())
+    assert (tmp_path / "other" / "system.yaml").read_bytes() != one[Path("system.yaml")]
+    assert not set(truth["motions"]["logs"]) & set(truth["motions"]["validation"])
+    system = read_system(tmp_path / "one" / "system.yaml")
+    assert 6 <= len(read_logs(tmp_path / "one" / "logs", system)) <= 16
+    assert len(read_logs(tmp_path / "one" / "validation", system)) == VALIDATION
+    assert all(0.04 < abs(v["given"] / v["true"] - 1.0) < 0.21 for v in truth["parameters"].values())
+
+
+def test_shares_tell_a_large_effect_from_a_small_one() -> None:
+    effects = Planted("coulomb_friction", "rail"), Planted("actuator_offset", "actuator:u")
+    seed = next(s for s in range(20) if 1 <= len(MeasuredCase("hoist", effects, 1.0, s).chain) <= 4)
+    alone = MeasuredCase("hoist", effects[:1], 1.0, seed)
+    found = shares(alone, short(alone, 1.0), moved(alone, short(alone, 1.0)))
+    assert found.shares == (1.0,) and found.effects > 1e-3
+    nothing = MeasuredCase("hoist", (), 1.0, seed)
+    assert shares(nothing, short(nothing), moved(nothing, short(nothing))).effects < 1e-5
+    both = MeasuredCase("hoist", effects, 1.0, seed)
+    parts = shares(both, short(both, 1.0), moved(both, short(both, 1.0))).shares
+    assert max(parts) >= MATERIAL and all(part > 0.0 for part in parts)
+
+
+def test_kinds_of_cases() -> None:
+    assert len(measured_cases("null", 60, 2000)) == 60
+    singles = measured_cases("single", 80, 2000)
+    assert {case.effects[0].family for case in singles[: len(FAMILIES)]} == FAMILIES
+    assert all(3 <= len(case.effects) <= 4 for case in measured_cases("several", 20, 2000))
+    assert len(measured_cases("pair", 30, 2000)) == 30
+    assert not {case.effects[0].family for case in measured_cases("outside", 20, 2000)} & FAMILIES
+    assert (
+        measured_cases("several", 5, 1) == measured_cases("several", 5, 1) != measured_cases("several", 5, 2)
+    )
+    with pytest.raises(BadInput, match=r"counts\.outside: must be 1 to 20"):
+        measured_cases("outside", 21, 0)
+
+
+def test_cases_without_a_chain_keep_their_bytes(tmp_path: Path) -> None:
+    """The digest was computed before there were measurement chains."""
+    case = cases("single", 0)[0]
+    write(case, tmp_path / "case", replace(case.plan(), samples=300))
+    digest = hashlib.sha256()
+    for path in sorted((tmp_path / "case").rglob("*")):
+        if path.is_file():
+            digest.update(path.relative_to(tmp_path / "case").as_posix().encode() + path.read_bytes())
+    assert digest.hexdigest() == "1a3bfead8bb4726d95f135d754cbfa18f050d90cb78e6f9f65f9d25d9604b33e"
