@@ -12,7 +12,7 @@ _NUMBER = (float, None)  # null where it is not finite
 
 #: What everyone who reads a diagnosis needs of it.
 _CORE = {
-    "verdict": frozenset({"effect", "no_gap", "unknown", "check_logs"}),
+    "verdict": frozenset({"effect", "main_effect", "no_gap", "unknown", "check_logs"}),
     "confidence": float,
     "effects": [_NAMED | {"indistinguishable": [_NAMED]}],
 }
@@ -44,6 +44,7 @@ _TOLD = {
         **{"neural": _NUMBER, "shrink": _NUMBER, "interval": [_NUMBER], "held_out": [str]},
     },
     "parameters": {"*": {"known": _NUMBER, "identified": _NUMBER, "interval": ([_NUMBER], None)}},
+    "candidates": [{"family": (str, None), "port": (str, None), "evidence": float}],
     "notes": [str],
 }
 _TRUTH = {
