@@ -5,7 +5,8 @@ The numbers of docs/decisions/0011-a-library-and-a-pipeline.md come from this pr
 - A room is a folder or a module directly below a package. An arrow is a pair of rooms of which one imports
   the other.
 - An ambiguous name is a public function or class that is defined in at least two modules.
-- An array function is a public function or method whose annotations name an array or a tensor.
+- An array function is a public function or method whose annotations name an array or a tensor. An override
+  without a docstring has the docstring of the method that it overrides.
 - Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of
   a file if it depends on the file, on a folder above it, on a digest of code (data/digests) that changes, or
   on a result of a stale stage. The stage that writes the digests is not counted. Run `make report` before: a
@@ -28,6 +29,8 @@ from typing import Any
 
 import grimp
 import yaml
+
+from docs.inherited import classes, docstring
 
 PACKAGES = "unmodelled", "pipeline"
 ARRAY = re.compile(r"Array|Tensor|ndarray")
@@ -108,10 +111,11 @@ class Checkout:
     def docstrings(self, package: str) -> dict[str, int]:
         """Return counts of docstrings with examples, and of array functions without docstring or shape."""
         found: Counter[str] = Counter()
+        known = classes(self.trees.values())
         for path in self._files(package):
-            for node in _public(self.trees[path]):
-                text = ast.get_docstring(node) or ""
-                found["with an example"] += ">>>" in text
+            for node, owner in _public(self.trees[path]):
+                text = docstring(node, owner, known)
+                found["with an example"] += ">>>" in (ast.get_docstring(node) or "")
                 if isinstance(node, ast.FunctionDef) and ARRAY.search(
                     ast.unparse(node.args) + _returns(node)
                 ):
@@ -195,14 +199,16 @@ def _touched(deps: set[str], changed: set[str]) -> bool:
     return bool(deps & above or below & changed)
 
 
-def _public(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.ClassDef]:
-    bodies = [tree.body]
+def _public(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef | ast.ClassDef, ast.ClassDef | None]]:
+    """Yield the public functions and classes with the class that each is defined in."""
+    bodies: list[tuple[list[ast.stmt], ast.ClassDef | None]] = [(tree.body, None)]
     while bodies:
-        for node in bodies.pop():
+        body, owner = bodies.pop()
+        for node in body:
             if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
-                yield node
+                yield node, owner
                 if isinstance(node, ast.ClassDef):
-                    bodies.append(node.body)
+                    bodies.append((node.body, node))
 
 
 def _returns(node: ast.FunctionDef) -> str:

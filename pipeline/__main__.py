@@ -1,4 +1,4 @@
-"""The command `python -m pipeline <verb> ...`: the library's verbs and those of the dissertation."""
+"""Run the command `python -m pipeline <verb> ...`: verbs of the library and of the dissertation."""
 
 from __future__ import annotations
 
@@ -29,7 +29,14 @@ PROGRAM = Program("python -m pipeline", (DISSERTATION, LIBRARY), _version, _note
 
 
 def main(arguments: list[str]) -> int:
-    """Run one verb; return the exit code."""
+    """Run one verb.
+
+    Args:
+        arguments: words of the command line after the name of the program.
+
+    Returns:
+        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted.
+    """
     return command_line.main(PROGRAM, arguments)
 
 

@@ -91,7 +91,14 @@ def _run(stage: str, name: str, words: Words) -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run all cells of the command line; return the exit code, of a failed one if any."""
+    """Run all cells of a command line.
+
+    Args:
+        arguments: words of the commands, with `+` between two of them.
+
+    Returns:
+        Exit code; the code of a failed cell if there is one.
+    """
     params = yaml.safe_load(Path("params.yaml").read_text())
     found = cells(arguments, params)
     if not found:

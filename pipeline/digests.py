@@ -36,7 +36,14 @@ Digests = dict[str, str]
 
 @cache
 def source(module: str) -> Path | None:
-    """Return the file of a module or package of `PACKAGES`; None if there is none of that name."""
+    """Return the file of a module or package of `PACKAGES`.
+
+    Args:
+        module: dotted name of the module.
+
+    Returns:
+        Path of the file; None if there is no such module.
+    """
     if module.partition(".")[0] not in PACKAGES:
         return None
     path = Path(*module.split("."))
@@ -46,7 +53,11 @@ def source(module: str) -> Path | None:
 
 @cache
 def tree(module: str) -> ast.Module:
-    """Parse a module."""
+    """Parse a module.
+
+    Args:
+        module: dotted name of the module.
+    """
     file = source(module)
     assert file is not None, module
     return ast.parse(file.read_bytes(), str(file))
@@ -71,11 +82,14 @@ def _statements(node: ast.AST, functions: bool) -> Iterator[ast.AST]:
 
 @cache
 def imported(module: str) -> frozenset[str]:
-    """Return the modules of `PACKAGES` that a module imports, within its functions too.
+    """Return the modules of `PACKAGES` that a module imports, also within its functions.
 
-    Of a package, what functions of its `__init__` import is not followed: that is what a user may ask of the
-    package, and modules of this program import from modules. A module that uses pkgutil imports all others of
-    its package.
+    Imports within functions of a package's `__init__` are not followed: these functions serve users of the
+    package, and modules of this program import from modules. A module that uses pkgutil imports all other
+    modules of its package.
+
+    Args:
+        module: dotted name of the module.
     """
     file = source(module)
     assert file is not None, module
@@ -94,7 +108,11 @@ def imported(module: str) -> frozenset[str]:
 
 
 def closure(modules: Iterable[str]) -> list[str]:
-    """Return the modules and all that they import, directly or not, with the packages around each, sorted."""
+    """Return modules with all their direct and indirect imports and the packages around them, sorted.
+
+    Args:
+        modules: dotted names of the modules.
+    """
     found, left = set[str](), {module for module in modules if source(module)}
     while left:
         module = left.pop()
@@ -106,7 +124,11 @@ def closure(modules: Iterable[str]) -> list[str]:
 
 @cache
 def code_digest(module: str) -> str:
-    """Digest the syntax tree of a module without its docstrings."""
+    """Digest the syntax tree of a module without its docstrings.
+
+    Args:
+        module: dotted name of the module.
+    """
     nodes = tree(module)
     if CAPTIONED not in module.split("."):
         for node in ast.walk(nodes):
@@ -130,7 +152,12 @@ def _digest(content: bytes) -> str:
 
 @cache
 def data_files(module: str) -> tuple[Path, ...]:
-    """Return the files that a module which names `__file__` may read: those beside it that are not Python."""
+    """Return the data files that a module may read: if it names `__file__`, all files beside it except Python
+    files.
+
+    Args:
+        module: dotted name of the module.
+    """
     file = source(module)
     assert file is not None, module
     if b"__file__" not in file.read_bytes():
@@ -141,7 +168,14 @@ def data_files(module: str) -> tuple[Path, ...]:
 
 
 def of_code(modules: Iterable[str]) -> Digests:
-    """Digest all that some modules run: module or data file -> digest."""
+    """Digest all code and data that some modules use.
+
+    Args:
+        modules: dotted names of the modules.
+
+    Returns:
+        Digest by module or data file.
+    """
     found = closure(modules)
     data = {str(path): _digest(path.read_bytes()) for module in found for path in data_files(module)}
     return {**{module: code_digest(module) for module in found}, **data}
@@ -149,18 +183,31 @@ def of_code(modules: Iterable[str]) -> Digests:
 
 @cache
 def configuration(file: Path) -> Any:
-    """Read a config file."""
+    """Read a configuration file.
+
+    Args:
+        file: path of the file.
+    """
     return yaml.safe_load(file.read_bytes()) or {}
 
 
 def config_files(pattern: str) -> Iterator[Path]:
-    """Yield the config files below the folders of config files that match a pattern."""
+    """Yield the configuration files that match a pattern.
+
+    Args:
+        pattern: path with wildcards, relative to the folders `CONF`.
+    """
     for folder in CONF:
         yield from folder.glob(pattern)
 
 
 def built_on(group: str, name: str) -> Iterator[Path]:
-    """Yield the config files of one choice of a group, those of their `defaults`, and theirs."""
+    """Yield the configuration files of a choice, and those of its `defaults`.
+
+    Args:
+        group: group of the choice.
+        name: name of the choice.
+    """
     for file in config_files(f"{group}/{name}.yaml"):
         yield file
         for entry in configuration(file).get("defaults", []):
@@ -172,7 +219,11 @@ def built_on(group: str, name: str) -> Iterator[Path]:
 
 
 def targets(node: Any) -> Iterator[str]:
-    """Yield the modules that hold the functions and classes that a configuration names."""
+    """Yield the modules of the functions and classes that a configuration names.
+
+    Args:
+        node: configuration, or a part of it.
+    """
     if isinstance(node, dict):
         if isinstance(target := node.get("_target_"), str):
             parts = target.split(".")
@@ -186,7 +237,11 @@ def targets(node: Any) -> Iterator[str]:
 
 
 def of_files(files: Iterable[Path]) -> dict[str, Digests]:
-    """Digest files of conf/ and the code that they name."""
+    """Digest configuration files and the code that they name.
+
+    Args:
+        files: paths of the files.
+    """
     chosen = sorted(set(files))
     content = {
         str(file): _digest(json.dumps(configuration(file), sort_keys=True).encode()) for file in chosen
@@ -196,14 +251,18 @@ def of_files(files: Iterable[Path]) -> dict[str, Digests]:
 
 
 def of_list(values: Any) -> dict[str, Any]:
-    """Digest a list of params.yaml and the config files that it names, such as models or splits."""
+    """Digest a list of params.yaml with the configuration files that it names, such as models or splits.
+
+    Args:
+        values: entries of the list, or a mapping of entries.
+    """
     names = [*values, *values.values()] if isinstance(values, dict) else values
     chosen = [(file.parent.name, file.stem) for name in names for file in config_files(f"*/{name}.yaml")]
     return {"list": values, **of_files(file for choice in chosen for file in built_on(*choice))}
 
 
 def all_digests() -> dict[str, Any]:
-    """Return the content of all files that are written, by their names below `OUT`."""
+    """Return the content of all digest files, by their names below `OUT`."""
     found = {file.stem: of_files([file]) for file in config_files("*.yaml")}
     for group, name in {(file.parent.name, file.stem) for file in config_files("*/*.yaml")}:
         found[f"{group}/{name}"] = of_files(built_on(group, name))

@@ -1,4 +1,4 @@
-"""What is noted of a stage of the graph once it is done: its time, configuration, seed and versions."""
+"""Record executed stages of the graph: time, configuration, seed and versions."""
 
 from __future__ import annotations
 
@@ -34,14 +34,16 @@ PACKAGES = (
 
 
 def note(command: str, configuration: str, seed: int | None, seconds: float) -> None:
-    """Write `FOLDER`/<stage>.json if DVC runs this command as a stage; nothing if a user does.
+    """Write `FOLDER`/<stage>.json if DVC runs the command as a stage; a command of a user is not recorded.
 
-    The file is renamed into place after the stage has written its outputs, so that a killed stage leaves the
-    note of its last complete execution.
+    The file gets its name after the stage has written its outputs, so that a killed stage keeps the record of
+    its last complete execution.
 
     Args:
-        command: as a user would type it. configuration: as YAML, everything resolved.
-        seed: of everything random, if there is one. seconds: wall time.
+        command: command line of the stage.
+        configuration: resolved configuration as YAML.
+        seed: seed of all random numbers; None if there is none.
+        seconds: wall time, s.
 
     Raises:
         BadInput: when the file cannot be written.

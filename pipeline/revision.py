@@ -1,4 +1,4 @@
-"""Which revision of the code made a result."""
+"""Determine the revision of the code that made a result."""
 
 from __future__ import annotations
 

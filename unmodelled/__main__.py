@@ -1,4 +1,4 @@
-"""The command `unmodelled`: `unmodelled <verb> key=value ...`, the same as `python -m unmodelled`."""
+"""Run the command `unmodelled <verb> key=value ...`, the same as `python -m unmodelled`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LIBRARY = Source("unmodelled.cli.verbs", PACKAGE / "cli" / "verbs", PACKAGE / "c
 
 
 def version() -> str:
-    """The version of the library and of Python."""
+    """Return the version of the library and of Python."""
     from importlib.metadata import version as installed
 
     return f"unmodelled {installed('unmodelled')} (Python {'.'.join(map(str, sys.version_info[:3]))})"

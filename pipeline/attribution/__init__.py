@@ -1,1 +1,1 @@
-"""How much each input of the recurrent network adds to a predicted follower jump (section 5.5)."""
+"""Compute the contribution of each input of a network to a predicted follower jump (section 5.5)."""

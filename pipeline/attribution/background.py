@@ -1,4 +1,4 @@
-"""The runs that an explanation is a contrast to (the background set of section 5.5.1)."""
+"""Reference runs that an explanation compares with (the background set of section 5.5.1)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,20 @@ from unmodelled.base.errors import BadInput
 
 
 def shares_of_references(background: Sequences, steps: int) -> Tensor:
-    """Return the share of every reference in the background of every step, (steps, references); each row sums
-    to one.
+    """Return the share of every reference in the background of every step; each row sums to one.
 
-    B_k holds the references that last at least k steps, all alike: none is stretched or padded. So Phi may
-    jump a little where a reference ends.
+    The background B_k contains all references with at least k steps, with equal shares. References are
+    neither stretched nor padded, so that Phi may have a small jump where a reference ends.
+
+    Args:
+        background: reference runs.
+        steps: number of steps of the longest explained run.
+
+    Returns:
+        Shares, shape (steps, references).
 
     Raises:
-        BadInput: when the background is empty, or no reference lasts `steps` steps.
+        BadInput: when the background is empty, or no reference has `steps` steps.
     """
     if not len(background):
         raise BadInput("background: it holds no run")
@@ -29,10 +35,15 @@ def shares_of_references(background: Sequences, steps: int) -> Tensor:
 
 
 def check_inputs(expected: SequenceInputs, runs: Sequences, background: Sequences) -> None:
-    """Refuse no runs at all, and runs or a background that hold other inputs than the network reads.
+    """Refuse an empty set of runs, and runs or a background with other inputs than those of the network.
+
+    Args:
+        expected: inputs of the network.
+        runs: runs to explain.
+        background: reference runs.
 
     Raises:
-        BadInput: names what the network reads and what it got.
+        BadInput: when the inputs differ; the message names the expected and the given inputs.
     """
     if not len(runs):
         raise BadInput("runs: there is none to explain")

@@ -1,4 +1,4 @@
-"""Which runs are explained, and what they are a contrast to."""
+"""Choose the explained runs and the reference runs."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Choice:
-    """Rows of the experiments table, drawn at random.
+    """Randomly chosen rows of the table of experiments.
 
     Attributes:
-        runs: jump runs to explain, that were not trained on.
-        references: contact runs that were trained on; first the longest, since every step of a run needs a
-            reference that lasts as long.
-        exact_runs, exact_references: subsets of the two that are explained exactly too.
+        runs: jump runs to explain, which were not trained on, shape (runs,).
+        references: contact runs that were trained on, the longest first, because every step of a run needs a
+            reference of this length, shape (references,).
+        exact_runs: subset of `runs` that is also explained exactly, shape (exact runs,).
+        exact_references: subset of `references` for the exact explanation, shape (exact references,).
     """
 
     runs: Indices
@@ -35,15 +36,18 @@ class Choice:
     def of(
         cls, experiments: pd.DataFrame, train: Indices, test: Indices, sizes: Mapping[str, Any], seed: int
     ) -> Choice:
-        """Draw them.
+        """Draw runs and references.
 
         Args:
             experiments: table of the experiments, with columns `label` and `samples`.
-            train, test: rows of the experiments that a fold trains on, and that it tests on.
-            sizes: `explained_runs`, `references`, `exact_runs` and `exact_references`: at most so many.
+            train: rows of the training experiments of a fold, shape (training experiments,).
+            test: rows of the test experiments of the fold, shape (test experiments,).
+            sizes: largest numbers `explained_runs`, `references`, `exact_runs` and `exact_references`.
+            seed: seed of the random generator.
 
         Raises:
-            BadInput: when there is no such run.
+            BadInput: when there is no jump run among the test runs, or no contact run among the training
+                runs.
         """
         label = experiments["label"].to_numpy()
         jumps, contact = test[label[test] == "jump"], train[label[train] == "contact"]

@@ -1,8 +1,9 @@
 """DeepSHAP through the LSTM: DeepLIFT attributions, averaged over the background (section 5.5.1).
 
-`shap.DeepExplainer` knows no LSTM. Phi_{i,k} is a sum over all steps j <= k (eq. 5.22), so the contributions
-of all features to the states are carried forward in time: that gives Phi at every step k in one sweep, where
-going backward takes one sweep per k. Both are one product of matrices, multiplied from either end.
+`shap.DeepExplainer` does not support LSTMs. Phi_{i,k} is a sum over all steps j <= k (eq. 5.22). Therefore
+the contributions of all features to the states are propagated forward in time, which gives Phi at every step
+k in one sweep; backward propagation needs one sweep per step k. Both are the same product of matrices,
+multiplied from either end.
 """
 
 from __future__ import annotations
@@ -26,20 +27,20 @@ PART = 32
 
 @one_thread()
 def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences) -> list[Attribution]:
-    """Attribute the output of every run at every step to its features and settings, against the background's
-    mean output.
+    """Attribute the output of every run and step to its features and settings, relative to the background's
+    mean.
 
-    At step k the background is B_k of `shares_of_references`. The time grows with runs x steps x references x
-    features.
+    At step k the background is B_k of `shares_of_references`. The computing time grows with runs x steps x
+    references x features.
 
     Args:
         network: network to explain, without dropout.
         runs: runs to explain.
-        background: references, runs in contact (section 5.5.1).
+        background: reference runs in contact (section 5.5.1).
 
     Raises:
-        BadInput: when the background is empty or shorter than a run, holds other inputs than the network
-            reads (as may the runs), or the network's output is not finite.
+        BadInput: when the background is empty or shorter than a run, runs or background have other inputs
+            than the network, or the output of the network is not finite.
     """
     recurrent = Recurrent.of(network)
     check_inputs(recurrent.inputs, runs, background)
@@ -62,11 +63,15 @@ def deep_shap(network: DetachmentNetwork, runs: Sequences, background: Sequences
 
 
 def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
-    """Return Phi_{i,k} against each reference, m, (steps, references, n_tau + n_q).
+    """Return the contributions Phi_{i,k} relative to each reference.
 
     Args:
+        network: matrices of the network.
         x: trace of the run.
-        r: trace of the references, with as many steps.
+        r: trace of the references, with the same number of steps.
+
+    Returns:
+        Contributions, m, shape (steps, references, n_tau + n_q).
     """
     m = multipliers(network, x, r)
     to_state = _to_states(network, m, x.tau - r.tau)
@@ -75,7 +80,9 @@ def contributions(network: Recurrent, x: Trace, r: Trace) -> Tensor:
 
 
 def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor:
-    """What `difference` (steps, references, n_tau) adds to s, (steps, references, n_tau, n_s)."""
+    """Return the contributions of `difference`, shape (steps, references, n_tau), to s, shape (steps,
+    references, n_tau, n_s).
+    """
     steps, references, features = difference.shape
     n = network.size
     s = difference.new_zeros((steps, references * features, n))
@@ -94,16 +101,19 @@ def _to_states(network: Recurrent, m: Multipliers, difference: Tensor) -> Tensor
 
 @dataclass(frozen=True)
 class Multipliers:
-    """The linear network, its weights per step and reference: (steps, references, ...).
+    """Weights of the linearised network per step and reference.
 
-    With dz = (i, f, o, g) the differences of what enters the gates, and the parts of gates * dz likewise,
-    dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, d output = state . ds_k + settings . dq.
+    dz = (i, f, o, g) is the difference of the inputs of the gates; gates * dz has the parts i, f, o and g.
+    Then dc_k = keep * dc_{k-1} + i + f + g, ds_k = show * dc_k + o, and d output = state . ds_k + settings .
+    dq.
 
     Attributes:
-        gates: weights of what enters the gates, (..., 4 n_s).
-        keep, show: weights of the last cell state and of the new one, (..., n_s).
-        state: weights of the hidden state in the output, m, (..., n_s).
-        settings: weights of the settings in the output, m per unit of the setting, (..., n_q).
+        gates: weights of the inputs of the gates, shape (steps, references, 4 n_s).
+        keep: weights of the last cell state in the new cell state, shape (steps, references, n_s).
+        show: weights of the cell state in the hidden state, shape (steps, references, n_s).
+        state: weights of the hidden state in the output, m, shape (steps, references, n_s).
+        settings: weights of the settings in the output, m per unit of the setting, shape (steps, references,
+            n_q).
     """
 
     gates: Tensor
@@ -114,8 +124,12 @@ class Multipliers:
 
 
 def multipliers(network: Recurrent, x: Trace, r: Trace) -> Multipliers:
-    """Return the multipliers between a run `x` (one run in its trace) and references `r`, of as many
-    steps.
+    """Linearise the network between a run and references.
+
+    Args:
+        network: matrices of the network.
+        x: trace of one run.
+        r: trace of the references, with the same number of steps.
     """
     n = network.size
     i, f, o, g = torch.split(0.5 * (x.a + r.a), n, -1)

@@ -1,8 +1,8 @@
-"""Exact Shapley values of whole signals and settings (eq. 5.20), by enumerating all coalitions.
+"""Exact Shapley values of whole signals and settings (eq. 5.20), by enumeration of all coalitions.
 
-A player is a signal over all time or a setting, or a group of them. What is absent takes the values of a
-reference, and the value of a coalition is the mean over the background: the interventional reading of
-eq. 5.21, the one that DeepSHAP approximates.
+A player is a signal over all time, a setting, or a group of these. An absent player has the values of a
+reference, and the value of a coalition is the mean over the background. This is the interventional form of
+eq. 5.21, which DeepSHAP approximates.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ def exact_shapley(
     background: Sequences,
     groups: Mapping[str, Sequence[str]] | None = None,
 ) -> list[Attribution]:
-    """Return Shapley values of every run at every step, against the background B_k of `shares_of_references`.
+    """Return Shapley values of every run and step, relative to the background B_k of `shares_of_references`.
 
-    Settings enter after the LSTM, so it runs once per coalition of signals. The time grows with
-    runs x steps x references x coalitions.
+    Settings enter after the LSTM, so that the LSTM is evaluated once per coalition of signals. The computing
+    time grows with runs x steps x references x coalitions.
 
     Args:
         network: network to explain, without dropout.
         runs: runs to explain.
-        background: references, runs in contact (section 5.5.1).
-        groups: name -> features or settings (not both) that count as one player, each in one group; none:
-            every feature and every setting is a player.
+        background: reference runs in contact (section 5.5.1).
+        groups: names of the features or settings (not both) of every player; default: every feature and every
+            setting is a player.
 
     Raises:
-        BadInput: when there are more than 13 players, a group names what the network does not read, a name is
-            in no group or in two; and as `deep_shap` does.
+        BadInput: when there are more than 13 players, a group contains an unknown name, or a name is in no
+            group or in two; and as `deep_shap` does.
     """
     recurrent = Recurrent.of(network)
     check_inputs(recurrent.inputs, runs, background)
@@ -71,9 +71,15 @@ def exact_shapley(
 
 
 def shapley_weights(players: int) -> Tensor:
-    """Return the weight of every coalition's value in the Shapley value of each player, (players, 2^players).
+    """Return the weight of every coalition's value in the Shapley value of each player.
 
-    Player i is in coalition S when bit i of S is set.
+    Player i is in coalition S if bit i of S is set.
+
+    Args:
+        players: number of players.
+
+    Returns:
+        Weights, shape (players, 2^players).
     """
     member = _coalitions(players)
     size = member.sum(1)
@@ -84,11 +90,12 @@ def shapley_weights(players: int) -> Tensor:
 
 @dataclass(frozen=True)
 class _Players:
-    """Who plays: first those of signals, then those of settings.
+    """Players of the game: signals first, then settings.
 
     Attributes:
         names: names of the players.
-        signals: (players of signals, n_tau), settings: (players of settings, n_q) what belongs to each.
+        signals: whether each feature belongs to a player, shape (players of signals, n_tau).
+        settings: whether each setting belongs to a player, shape (players of settings, n_q).
     """
 
     names: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Attributions as `shap.Explanation`, for the plots of shap."""
+"""Convert attributions to `shap.Explanation`, for the plots of shap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inputs that are looked at together, such as the sine and cosine of one angle."""
+"""Group inputs that belong together, such as the sine and cosine of one angle."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from unmodelled.base.errors import BadInput
 
 
 def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[int]]:
-    """Return the positions in `names` of the members of every group.
+    """Return the positions of the members of every group.
+
+    Args:
+        names: names of all inputs.
+        groups: names of the members of every group.
 
     Raises:
-        BadInput: when a group is empty or names what is not in `names`, or a name is in no group or in two.
+        BadInput: when a group is empty or contains an unknown name, or a name is in no group or in two.
     """
     found: dict[str, list[int]] = {}
     owner: dict[str, str] = {}
@@ -32,7 +36,12 @@ def positions(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict
 
 
 def players(names: Sequence[str], groups: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """Return the groups that `names` holds all members of, and every other name by itself."""
+    """Return the groups that are complete, and every other name as a group of its own.
+
+    Args:
+        names: names of all inputs.
+        groups: names of the members of every group.
+    """
     whole = {group: list(members) for group, members in groups.items() if set(members) <= set(names)}
     grouped = {member for members in whole.values() for member in members}
     return whole | {name: [name] for name in names if name not in grouped}

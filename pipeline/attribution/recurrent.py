@@ -1,4 +1,4 @@
-"""The detachment network taken apart: its weights in double precision, its states step by step."""
+"""The detachment network as matrices in double precision, with its states step by step."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Trace:
-    """What happens inside the network along runs; time first.
+    """Intermediate results of the network along runs; the first axis is time.
 
     Attributes:
-        tau: features in SI units, (steps, runs, n_tau).
-        q: settings in SI units, (runs, n_q).
-        z: (steps, runs, 4 n_s) what enters the gates, in the order input, forget, output, candidate.
-        a: (steps, runs, 4 n_s) what leaves them.
-        c: (steps + 1, runs, n_s) cell states from c_0 = 0 on.
-        s: (steps, runs, n_s) hidden states from s_1 on.
-        hidden: (steps, runs, n_eta) what enters the ReLU units.
-        output: (steps, runs) eps, m.
+        tau: features in SI units, shape (steps, runs, n_tau).
+        q: settings in SI units, shape (runs, n_q).
+        z: inputs of the gates, in the order input, forget, output, candidate, shape (steps, runs, 4 n_s).
+        a: outputs of the gates, in the same order, shape (steps, runs, 4 n_s).
+        c: cell states, starting with c_0 = 0, shape (steps + 1, runs, n_s).
+        s: hidden states, starting with s_1, shape (steps, runs, n_s).
+        hidden: inputs of the ReLU units, shape (steps, runs, n_eta).
+        output: detachment eps, m, shape (steps, runs).
     """
 
     tau: Tensor
@@ -38,28 +38,34 @@ class Trace:
     output: Tensor
 
     def until(self, steps: int) -> Trace:
-        """Return the first `steps` steps."""
+        """Return the first steps.
+
+        Args:
+            steps: number of steps.
+        """
         timed = {name: getattr(self, name)[:steps] for name in ("tau", "z", "a", "s", "hidden", "output")}
         return replace(self, c=self.c[: steps + 1], **timed)
 
 
 @dataclass(frozen=True)
 class Recurrent:
-    """R of eq. 5.7 as matrices, float64, of inputs and an output in SI units; without dropout.
+    """Network R of eq. 5.7 as matrices in double precision, with inputs and output in SI units, without
+    dropout.
 
-    The network's standardisation is folded into its first layers, its target's scale into the last: both are
-    linear, so attributions do not change.
+    The standardisation of the inputs is part of the first layers, and the scale of the output is part of the
+    last layer. Both are linear, so that attributions do not change.
 
     Attributes:
         inputs: names of the features and settings.
-        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, (n_tau, 4 n_s), ordered as in `Trace`.
-        W_s: weights of the hidden state in the gates, (n_s, 4 n_s).
-        b: biases of the gates, (4 n_s,).
-        W5_s: weights of the hidden state in the head of eq. 5.12, (n_s, n_eta).
-        W5_q: weights of the settings in the head, (n_q, n_eta).
-        b5: biases of the head, (n_eta,).
-        W6: weights of the ReLU units in the output, m, (n_eta,).
-        b6: bias of the output, m, ().
+        W_tau: weights of the features in the gates of eq. 5.8 to 5.11, shape (n_tau, 4 n_s), ordered as in
+            `Trace`.
+        W_s: weights of the hidden state in the gates, shape (n_s, 4 n_s).
+        b: biases of the gates, shape (4 n_s,).
+        W5_s: weights of the hidden state in the head of eq. 5.12, shape (n_s, n_eta).
+        W5_q: weights of the settings in the head, shape (n_q, n_eta).
+        b5: biases of the head, shape (n_eta,).
+        W6: weights of the ReLU units in the output, m, shape (n_eta,).
+        b6: bias of the output, m, scalar.
     """
 
     inputs: SequenceInputs
@@ -74,7 +80,11 @@ class Recurrent:
 
     @classmethod
     def of(cls, network: DetachmentNetwork) -> Recurrent:
-        """Return the matrices of `network`, on the CPU."""
+        """Convert a network, on the CPU.
+
+        Args:
+            network: network to convert.
+        """
         weights = {name: value.double().cpu() for name, value in network.state_dict().items()}
         n_s, scale = network.lstm.hidden_size, weights["target_scale"]
         # torch keeps the candidate before the output gate
@@ -97,11 +107,21 @@ class Recurrent:
 
     @property
     def size(self) -> int:
-        """n_s."""
+        """Size n_s of the state."""
         return len(self.W_s)
 
     def step(self, tau: Tensor, s: Tensor, c: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Return z, a, c and s after a step from s and c (runs, n_s) with the features tau (runs, n_tau)."""
+        """Advance the network by one step.
+
+        Args:
+            tau: features in SI units, shape (runs, n_tau).
+            s: hidden states before the step, shape (runs, n_s).
+            c: cell states before the step, shape (runs, n_s).
+
+        Returns:
+            Inputs z and outputs a of the gates, each of shape (runs, 4 n_s), and the new c and s, each of
+            shape (runs, n_s).
+        """
         z = torch.addmm(self.b, tau, self.W_tau).addmm_(s, self.W_s)
         gates, candidate = torch.split(z, [3 * self.size, self.size], 1)
         a = torch.cat([gates.sigmoid(), candidate.tanh()], 1)
@@ -110,7 +130,11 @@ class Recurrent:
         return z, a, c, o * c.tanh()
 
     def trace(self, runs: Sequences, steps: int) -> Trace:
-        """Run the network along the first `steps` steps of all runs, beyond the end of shorter runs too.
+        """Evaluate the network along the first steps of all runs, also beyond the end of shorter runs.
+
+        Args:
+            runs: runs in SI units.
+            steps: number of steps.
 
         Raises:
             BadInput: when the output is not finite before the end of a run.
@@ -131,21 +155,37 @@ class Recurrent:
         return Trace(tau, q, z, a, torch.cat([torch.zeros_like(c[:1]), c]), s, hidden, output)
 
     def settings(self, q: Tensor) -> Tensor:
-        """Return the contribution of the settings (..., n_q) to the input of the ReLU units, with its bias,
-        (..., n_eta).
+        """Return the contribution of the settings to the inputs of the ReLU units, including the bias.
+
+        Args:
+            q: settings in SI units, shape (..., n_q).
+
+        Returns:
+            Contribution, shape (..., n_eta).
         """
         return q @ self.W5_q + self.b5
 
     def output(self, hidden: Tensor) -> Tensor:
-        """Return eps, m, (...), from the input of the ReLU units (..., n_eta)."""
+        """Return the detachment eps for given inputs of the ReLU units.
+
+        Args:
+            hidden: inputs of the ReLU units, shape (..., n_eta).
+
+        Returns:
+            Detachment, m, shape (...,).
+        """
         return hidden.relu() @ self.W6 + self.b6
 
 
 def check_output(output: Tensor, runs: Sequences) -> None:
-    """Refuse an output (steps, runs) that is not finite before the end of a run.
+    """Refuse an output that is not finite before the end of a run.
+
+    Args:
+        output: output of the network, shape (steps, runs).
+        runs: runs with their numbers of samples.
 
     Raises:
-        BadInput: names the first such run and its first such step.
+        BadInput: when the output is not finite; the message names the first such run and step.
     """
     ended = np.arange(1, len(output) + 1)[:, None] > runs.lengths
     wrong = np.argwhere(~(output.isfinite().numpy() | ended).T)

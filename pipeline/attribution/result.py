@@ -1,4 +1,4 @@
-"""Attributions of a run, what they say over many runs, and how well two methods agree."""
+"""Attributions of runs, their summary over many runs, and the agreement of two methods."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Attribution:
-    """What every input adds to the prediction of one run, eq. 5.13 and 5.22; m.
+    """Contribution of every input to the prediction of one run, eq. 5.13 and 5.22.
 
     Attributes:
         run: number of the experiment.
         names: names of the features and settings, or of groups of them.
-        phi: contributions Phi_{i,k}, m, (names, steps).
-        base: mean output over the background Phi_{0,k}, m, (steps,).
-        output: output of the network, m, (steps,).
+        phi: contributions Phi_{i,k}, m, shape (names, steps).
+        base: mean output over the background Phi_{0,k}, m, shape (steps,).
+        output: output of the network, m, shape (steps,).
     """
 
     run: int
@@ -34,25 +34,32 @@ class Attribution:
 
     @property
     def error(self) -> Array:
-        """(steps,) by how much base and attributions miss the output, m: the local accuracy of eq. 5.17."""
+        """Absolute difference between the output and the sum of base and attributions, m, shape (steps,): the
+        local accuracy of eq. 5.17.
+        """
         return np.asarray(np.abs(self.base + self.phi.sum(0) - self.output))
 
     @property
     def relative_error(self) -> float:
-        """The largest error over the largest difference of output and base; 0 where there is neither."""
+        """Largest error divided by the largest difference between output and base; the largest error itself
+        if they are equal.
+        """
         scale = float(np.abs(self.output - self.base).max())
         return float(self.error.max()) / scale if scale else float(self.error.max())
 
     @property
     def magnitudes(self) -> Array:
-        """(names,) sum of |Phi| over the steps, m."""
+        """Sum of |Phi| over the steps, m, shape (names,)."""
         return np.asarray(np.abs(self.phi).sum(1))
 
     def grouped(self, groups: Mapping[str, Sequence[str]]) -> Attribution:
-        """Add up the attributions of every group; every name must be in one group.
+        """Add up the attributions of every group.
+
+        Args:
+            groups: names of the members of every group; every name must be in exactly one group.
 
         Raises:
-            BadInput: when that does not hold.
+            BadInput: when a name is in no group or in two, or a group is empty or contains an unknown name.
         """
         members = positions(self.names, groups)
         phi = np.stack([self.phi[rows].sum(0) for rows in members.values()])
@@ -60,11 +67,16 @@ class Attribution:
 
 
 def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
-    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23); 0 where all
-    are zero.
+    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23).
+
+    Args:
+        attributions: attributions of the same inputs in several runs.
+
+    Returns:
+        Shares by input; all are zero if all attributions are zero.
 
     Raises:
-        ValueError: when there is no attribution or they name different inputs.
+        ValueError: when there is no attribution, or attributions have different inputs.
     """
     _check_names(attributions)
     total = np.sum([a.magnitudes for a in attributions], axis=0)
@@ -74,12 +86,13 @@ def relative_shares(attributions: Sequence[Attribution]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Spearman's rank correlations of two methods; nan where one of them says the same of everything.
+    """Spearman's rank correlations of two methods; nan if one method gives the same value everywhere.
 
     Attributes:
-        shares: correlation of the inputs' shares in every run, (runs,).
-        trajectories: correlation of Phi at all inputs and steps of every run, (runs,).
-        all_shares, all_trajectories: the same correlations over all runs together.
+        shares: correlation of the inputs' shares in every run, shape (runs,).
+        trajectories: correlation of Phi at all inputs and steps of every run, shape (runs,).
+        all_shares: correlation of the inputs' shares over all runs together.
+        all_trajectories: correlation of Phi over all runs together.
     """
 
     shares: Array
@@ -91,8 +104,12 @@ class Agreement:
 def agreement(found: Sequence[Attribution], reference: Sequence[Attribution]) -> Agreement:
     """Return the rank correlations of two methods on the same runs.
 
+    Args:
+        found: attributions by one method.
+        reference: attributions by the other method, of the same runs in the same order.
+
     Raises:
-        ValueError: when there is no attribution, or runs, names or lengths differ.
+        ValueError: when there is no attribution, or runs, inputs or lengths differ.
     """
     _check_names([*found, *reference])
     if [(a.run, a.phi.shape) for a in found] != [(b.run, b.phi.shape) for b in reference]:

@@ -1,4 +1,4 @@
-"""Attributions as tables."""
+"""Arrange attributions in tables."""
 
 from __future__ import annotations
 
@@ -16,7 +16,15 @@ from pipeline.cam_follower.sequences import Sequences
 
 
 def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
-    """Return exp, feature, magnitude (sum of |Phi| over the steps, m) and its share of the run's sum."""
+    """Return the contribution of every input per run.
+
+    Args:
+        found: attributions of the runs.
+
+    Returns:
+        Columns exp, feature, magnitude (sum of |Phi| over the steps, m) and share (of the sum over all inputs
+        of the run).
+    """
     sizes = np.concatenate([a.magnitudes for a in found])
     totals = np.repeat([a.magnitudes.sum() for a in found], len(found[0].names))
     shares = np.divide(sizes, totals, out=np.zeros_like(sizes), where=totals > 0)
@@ -26,20 +34,41 @@ def run_shares(found: Sequence[Attribution]) -> pd.DataFrame:
 
 
 def overall_shares(found: Sequence[Attribution]) -> pd.DataFrame:
-    """Return feature and share of the sum of |Phi| over all steps and runs (Fig. 5.23)."""
+    """Return the share of every input in the sum of |Phi| over all steps and runs (Fig. 5.23).
+
+    Args:
+        found: attributions of the runs.
+
+    Returns:
+        Columns feature and share.
+    """
     shares = relative_shares(found)
     return pd.DataFrame({"feature": [*shares], "share": [*shares.values()]})
 
 
 def accuracies(found: Sequence[Attribution]) -> pd.DataFrame:
-    """Return exp, steps, error (the largest of eq. 5.17, m) and its ratio to the largest contrast."""
+    """Return the local accuracy of every run, eq. 5.17.
+
+    Args:
+        found: attributions of the runs.
+
+    Returns:
+        Columns exp, steps, error (the largest one, m) and relative (to the largest difference between output
+        and base).
+    """
     rows = [(a.run, len(a.error), a.error.max(), a.relative_error) for a in found]
     return pd.DataFrame(rows, columns=["exp", "steps", "error", "relative"])
 
 
 def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return Phi_{i,k} over time (Fig. 5.22): exp, step, feature, phi (m); and exp, step, base, output
-    (m).
+    """Return the attributions over time (Fig. 5.22).
+
+    Args:
+        found: attributions of the runs.
+
+    Returns:
+        Table with the columns exp, step, feature and phi (m), and table with the columns exp, step, base and
+        output (m).
     """
     phi, explained = [], []
     for a in found:
@@ -53,15 +82,16 @@ def trajectories(found: Sequence[Attribution]) -> tuple[pd.DataFrame, pd.DataFra
 
 
 def points(found: Sequence[Attribution], runs: Sequences, every: int) -> pd.DataFrame:
-    """Return contributions beside the values of the inputs, for `explanation`.
+    """Return contributions with the values of the inputs, for `explanation`.
 
     Args:
         found: attributions of the runs.
         runs: the same runs, with the values of their inputs.
-        every: number of steps from one that is kept to the next.
+        every: distance between the kept steps.
 
     Returns:
-        exp, step, feature, phi (m), value (SI units; of a setting the same at every step), base (m).
+        Columns exp, step, feature, phi (m), value (in SI units; constant over the steps for a setting) and
+        base (m).
     """
     parts = []
     for row, a in enumerate(found):
@@ -85,9 +115,15 @@ def against_exact(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Compare DeepSHAP with exact Shapley values.
 
+    Args:
+        network: network to explain.
+        runs: runs to explain.
+        background: reference runs.
+        groups: names of the members of every group of inputs.
+
     Returns:
-        exp, feature, magnitude, share, method (deep_shap or exact); and exp with Spearman's rank
-        correlations of the shares and of the trajectories.
+        Table with the columns exp, feature, magnitude, share and method (deep_shap or exact), and table with
+        the columns exp, shares and trajectories (Spearman's rank correlations).
     """
     names = (*network.inputs.features, *network.inputs.settings)
     groups = players(names, groups)

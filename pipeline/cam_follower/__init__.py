@@ -1,1 +1,1 @@
-"""The cam-follower of chapters 5 and 6: its mechanism, its models and their training."""
+"""The cam-follower of chapters 5 and 6: mechanism, models and their training."""

@@ -1,4 +1,4 @@
-"""Simulated detachment of the follower from the measured motion of the cam: physics without a network."""
+"""Simulate the detachment of the follower from the measured motion of the cam, without a network."""
 
 from __future__ import annotations
 
@@ -29,13 +29,18 @@ STEP = 5e-4
 
 @dataclass(frozen=True)
 class BounceParameters:
-    """What has to be identified, all positive.
+    """Parameters of the bounce simulation that are identified; all are positive.
 
     Attributes:
-        restitution: e, speed after over speed before an impact on the cam, at most 1.
-        contact_compliance: of roller and cam, m/N.
-        shaft_compliance: of everything between encoder and cam, rad/(N m).
-        guide_coulomb: b_0, N. guide_viscous: b_1, N s/m (eq. 5.3).
+        restitution: coefficient of restitution e: speed after divided by speed before an impact on the cam,
+            at most 1.
+        contact_compliance: compliance of the contact between roller and cam, m/N.
+        shaft_compliance: torsional compliance between encoder and cam, rad/(N m).
+        guide_coulomb: Coulomb friction b_0 of the guide, N (eq. 5.3).
+        guide_viscous: viscous friction b_1 of the guide, N s/m (eq. 5.3).
+
+    Raises:
+        BadInput: when a parameter is not positive, or the restitution is larger than 1.
     """
 
     restitution: float
@@ -52,12 +57,19 @@ class BounceParameters:
             raise BadInput(f"bounce parameters: restitution must be at most 1, got {self.restitution}")
 
     def write(self, path: Path) -> None:
-        """Write a JSON file."""
+        """Write the parameters to a JSON file.
+
+        Args:
+            path: path of the file.
+        """
         write_json(path, asdict(self))
 
     @classmethod
     def read(cls, path: Path) -> BounceParameters:
-        """Read what `write` wrote.
+        """Read parameters that `write` wrote.
+
+        Args:
+            path: path of the file.
 
         Raises:
             BadInput: when the file is missing, damaged, or a parameter is missing or not positive.
@@ -72,9 +84,12 @@ class BounceParameters:
 
 
 class Bounce(NamedTuple):
-    """A simulation: detachment `eps` (m) and `contact`, one per sample.
+    """Result of a simulation.
 
-    `contact` is 1 where the cam carries the follower; between 0 and 1 it is the share of an ensemble.
+    Attributes:
+        eps: detachment of the follower from the cam, m, shape (samples,).
+        contact: share of the simulations of an ensemble in which the cam carries the follower, 0 to 1, shape
+            (samples,).
     """
 
     eps: Array
@@ -83,11 +98,13 @@ class Bounce(NamedTuple):
 
 @dataclass(frozen=True)
 class CamMotion:
-    """Measured motion of the cams of some runs, continuous in time.
+    """Measured motion of the cams in several runs, continuous in time.
 
     Attributes:
-        motion: for the kernel. period: between samples, s. gravity: m/s^2.
-        offsets: (runs + 1,) run `i` has the samples `offsets[i]:offsets[i + 1]`.
+        motion: angle polynomials, cam curves and masses in the form of the kernel.
+        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
+        period: sampling period, s.
+        gravity: gravitational acceleration, m/s^2.
     """
 
     motion: Motion
@@ -97,14 +114,16 @@ class CamMotion:
 
     @classmethod
     def of(cls, campaign: Campaign, mechanism: CamFollower, rows: Indices | None = None) -> CamMotion:
-        """The runs in `rows`, by default all; no other run is looked at.
+        """Interpolate the angle of the cam in measured runs by cubic splines.
 
-        The angle is interpolated by a cubic spline. At 100 Hz this predicts the detachment as well as the
-        2 kHz measurement does.
+        Only the given runs are read. With 100 Hz sampling, this predicts the detachment as well as with the
+        measured 2 kHz.
 
         Args:
-            campaign: resampled, with t (s) and theta (rad, not wrapped); columns H (m), beta (rad), m (kg).
+            campaign: resampled runs with the signals t (s) and theta (rad, unwrapped) and the columns H (m),
+                beta (rad) and m (kg).
             mechanism: constants of the bench.
+            rows: numbers of the runs, shape (runs,); default: all runs.
 
         Raises:
             BadInput: when an angle or a setting is not a number, a clock not uniform, or a run too short.
@@ -135,20 +154,33 @@ class CamMotion:
         return len(self.offsets) - 1
 
     def cam_at(self, run: Indices, piece: Indices) -> tuple[Array, Array]:
-        """Height (m) and speed (m/s) of the cam of `run` at the start of `piece`, each (n,)."""
+        """Return height and speed of the cam at the start of intervals.
+
+        Args:
+            run: number of the run of every interval, shape (n,).
+            piece: number of the polynomial of every interval, shape (n,).
+
+        Returns:
+            Height, m, and speed, m/s, of the cam surface, each of shape (n,).
+        """
         *_, omega, theta = self.motion.pieces[piece].T
         h, dh = on_cams(self.motion.curves, self.motion.cam[run], theta).T
         return h, dh * omega
 
     def from_the_start(self) -> Stretches:
-        """All runs as a whole, beginning on the cam."""
+        """Return every run as one stretch that begins with the follower on the cam."""
         run = np.arange(len(self))
         piece = self.offsets[:-1] - run  # a run has one interval less than samples
         height, speed = self.cam_at(run, piece)
         return Stretches(run, piece, np.diff(self.offsets) - 1, height, speed, self.offsets[:-1])
 
     def simulate(self, parameters: BounceParameters, stretches: Stretches) -> Bounce:
-        """Simulated samples of all stretches."""
+        """Simulate the follower in all stretches.
+
+        Args:
+            parameters: identified parameters.
+            stretches: parts of the runs to simulate.
+        """
         e = parameters.restitution
         values = {k: v for k, v in asdict(parameters).items() if k != "restitution"}
         law = Law(loss=(1.0 - e**2) / (1.0 + e**2), gravity=self.gravity, **values)
@@ -179,10 +211,15 @@ def _period(runs: list[int], clocks: list[Array]) -> float:
 
 
 def check_finite(run: int, name: str, values: NDArray[np.floating]) -> None:
-    """Refuse a signal of an experiment with samples that are not numbers.
+    """Refuse a signal with samples that are not finite numbers.
+
+    Args:
+        run: id of the experiment.
+        name: name of the signal.
+        values: samples of the signal, shape (samples,).
 
     Raises:
-        BadInput: naming experiment, signal and sample.
+        BadInput: when a sample is not finite; the message names experiment, signal and sample.
     """
     wrong = np.flatnonzero(~np.isfinite(values))
     if len(wrong):
@@ -192,20 +229,20 @@ def check_finite(run: int, name: str, values: NDArray[np.floating]) -> None:
 def simulate(
     cams: CamMotion, parameters: BounceParameters, members: int = 1, spread: float = 0.1, seed: int = 0
 ) -> Bounce:
-    """Detachment of the follower over whole runs.
+    """Simulate the detachment of the follower over whole runs.
 
-    An impact late in a run of many impacts cannot be predicted: small errors grow with each of them. The mean
-    over an ensemble of parameters then errs least.
+    Small errors grow with every impact, so that an impact late in a run of many impacts cannot be predicted.
+    The mean over an ensemble of parameters has the smallest error then.
 
     Args:
-        cams: measured motion.
-        parameters: identified on training runs.
-        members: simulations to average; 1 takes the parameters as they are.
-        spread: standard deviation of the logarithms of the members' parameters.
-        seed: of the ensemble.
+        cams: measured motion of the cams.
+        parameters: parameters identified on training runs.
+        members: number of simulations to average; default 1, with the parameters as they are.
+        spread: standard deviation of the logarithms of the members' parameters; default 0.1.
+        seed: seed of the ensemble; default 0.
 
     Returns:
-        (samples,) each, the runs one after the other.
+        Mean detachment and contact, each of shape (samples,), one run after the other.
     """
     stretches = cams.from_the_start()
     if members == 1:

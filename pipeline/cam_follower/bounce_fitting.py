@@ -1,4 +1,4 @@
-"""Identification of the bounce simulation from training runs."""
+"""Identify the parameters of the bounce simulation from training runs."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ HIGHEST = BounceParameters(1.0, 1e-3, 1.0, 20.0, 100.0)
 
 
 def fit_bounce(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> BounceParameters:
-    """Identify the bounce simulation on training runs, by least squares.
+    """Identify the parameters of the bounce simulation by least squares on training runs.
 
     The runs are cut into short stretches that start from the measured height and speed of the follower
-    (multiple shooting), and all of their errors are minimised by the trust-region method of SciPy.
+    (multiple shooting). SciPy's trust-region method minimises the errors of all stretches together.
 
     Args:
-        campaign: resampled, with t, theta and eps.
-        rows: training runs; no other run is looked at.
+        campaign: resampled runs with the signals t, theta and eps.
+        rows: numbers of the training runs, shape (runs,); no other run is read.
         mechanism: constants of the bench.
 
     Raises:

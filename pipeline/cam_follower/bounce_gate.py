@@ -1,4 +1,4 @@
-"""A network on top of the bounce simulation: eps = gate (eps_bounce + network), the gate shut in contact."""
+"""Combine the bounce simulation with a network: eps = gate * (eps_bounce + network), gate = 0 in contact."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ Signal = TypeVar("Signal", Array, Tensor)
 
 
 def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
-    """How far the simulation leaves contact open, 0 to 1.
+    """Return the factor, 0 to 1, that sets the prediction to zero in simulated contact.
 
     Args:
-        contact: (samples,) of a simulation, 0 to 1.
-        offsets: (runs + 1,) where the runs begin and end.
-        reach: samples before and after a flight at which the gate stays open, because the simulated flight
-            may come too early or too late.
+        contact: simulated contact, 0 to 1, shape (samples,).
+        offsets: first samples of the runs, and the number of all samples, shape (runs + 1,).
+        reach: number of samples before and after a simulated flight that still count as flight, because the
+            flight may come too early or too late; default 2.
 
     Returns:
-        (samples,).
+        Factor, shape (samples,).
     """
     flight = 1.0 - contact
     runs = [maximum_filter1d(flight[a:b], 2 * reach + 1) for a, b in pairwise(offsets)]
@@ -38,7 +38,16 @@ def gate(contact: Array, offsets: Indices, reach: int = 2) -> Array:
 
 
 def gated(opening: Signal, eps_bounce: Signal, network: Signal) -> Signal:
-    """Detachment of the hybrid, m: exactly zero in contact, simulation plus network in flight."""
+    """Return the detachment of the hybrid model, m: zero in contact, simulation plus network in flight.
+
+    Args:
+        opening: factor of `gate`.
+        eps_bounce: simulated detachment, m.
+        network: output of the network, m.
+
+    Returns:
+        Detachment in m, of the same shape as the arguments.
+    """
     return opening * (eps_bounce + network)
 
 
@@ -50,7 +59,15 @@ def with_bounce(
     spread: float = 0.1,
     reach: int = 2,
 ) -> Campaign:
-    """The campaign with the signals eps_bounce (m), contact and gate (both 0 to 1).
+    """Add the signals eps_bounce (m), contact and gate (both 0 to 1) to a campaign.
+
+    Args:
+        campaign: resampled runs, as for `CamMotion.of`.
+        mechanism: constants of the bench.
+        parameters: parameters identified on training runs.
+        members: number of simulations to average; default 1.
+        spread: standard deviation of the logarithms of the members' parameters; default 0.1.
+        reach: number of samples before and after a simulated flight that still count as flight; default 2.
 
     Raises:
         BadInput: see `CamMotion.of`.
@@ -62,10 +79,10 @@ def with_bounce(
 
 
 def residual(campaign: Campaign) -> Campaign:
-    """The campaign whose eps is what the network of the hybrid has to learn: gate (eps - eps_bounce).
+    """Replace the signal eps by the training target of the hybrid's network: gate * (eps - eps_bounce).
 
     Args:
-        campaign: from `with_bounce`.
+        campaign: campaign from `with_bounce`.
     """
     eps, simulated, opening = (
         np.asarray(campaign.signals[name], np.float64) for name in ("eps", "eps_bounce", "gate")

@@ -1,8 +1,8 @@
 """Compiled motion of a follower that leaves its cam and lands on it again (sections 5.2.2 and 5.3).
 
-In flight the follower obeys eq. 5.2 with F = 0. In contact cam, roller and shaft give way like one spring,
-which returns only a part of what an impact puts in. The force of that spring is continuous where contact is
-lost or made, so that integration steps need not end there.
+In flight the follower obeys eq. 5.2 with F = 0. In contact, cam, roller and shaft act like one spring that
+returns only a part of the energy of an impact. The spring force is continuous where contact is lost or made,
+so that integration steps need not end there.
 """
 
 from __future__ import annotations
@@ -29,7 +29,16 @@ SETTLED = 0.005
 
 
 class Law(NamedTuple):
-    """Contact and flight as the kernel takes them; `loss` is (1 - e^2) / (1 + e^2), e the restitution."""
+    """Parameters of contact and flight in the form of the kernel.
+
+    Attributes:
+        loss: loss factor (1 - e^2) / (1 + e^2) of the coefficient of restitution e.
+        contact_compliance: compliance of the contact between roller and cam, m/N.
+        shaft_compliance: torsional compliance between encoder and cam, rad/(N m).
+        guide_coulomb: Coulomb friction b_0 of the guide, N.
+        guide_viscous: viscous friction b_1 of the guide, N s/m.
+        gravity: gravitational acceleration, m/s^2.
+    """
 
     loss: float
     contact_compliance: float
@@ -40,11 +49,14 @@ class Law(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Measured motion of the cams of some runs.
+    """Measured motion of the cams of several runs.
 
-    `pieces` (intervals, 4) are cubic polynomials of the angle (rad) in the time (s) since the start of
-    their interval, highest power first; `curves` (cams, 2, n) h (m) and h' (m/rad) over one turn; `cam`
-    (runs,) rows of it; `mass` (runs,) of the follower, kg.
+    Attributes:
+        pieces: cubic polynomials of the angle (rad) over the time (s) since the start of an interval, highest
+            power first, shape (intervals, 4).
+        curves: displacement h (m) and derivative h' (m/rad) of every cam over one turn, shape (cams, 2, n).
+        cam: number of the cam of every run, shape (runs,).
+        mass: mass of the follower in every run, kg, shape (runs,).
     """
 
     pieces: Array
@@ -54,10 +66,18 @@ class Motion(NamedTuple):
 
 
 class Stretches(NamedTuple):
-    """What is simulated: `steps` intervals from `piece` on.
+    """Parts of runs to simulate, one entry per stretch.
 
     The follower starts at `height` (m) with `speed` (m/s). The `steps` + 1 samples of a stretch are written
     from `first` on. All arrays are (stretches,).
+
+    Attributes:
+        run: number of the run, shape (stretches,).
+        piece: number of the polynomial of the first interval, shape (stretches,).
+        steps: number of intervals, shape (stretches,).
+        height: height of the follower at the start, m, shape (stretches,).
+        speed: speed of the follower at the start, m/s, shape (stretches,).
+        first: index of the first of the `steps` + 1 result samples, shape (stretches,).
     """
 
     run: Indices
@@ -70,7 +90,15 @@ class Stretches(NamedTuple):
 
 @kept()
 def on_cam(curve: Array, angle: float) -> tuple[float, float]:
-    """h (m) and h' (m/rad) at an angle, from a table (2, n) over one turn."""
+    """Interpolate displacement and derivative of a cam at an angle.
+
+    Args:
+        curve: displacement h (m) and derivative h' (m/rad) over one turn, shape (2, n).
+        angle: angle of the cam, rad.
+
+    Returns:
+        Displacement, m, and derivative, m/rad.
+    """
     n = curve.shape[1]
     x = angle * n / TURN
     i = int(np.floor(x))
@@ -82,7 +110,16 @@ def on_cam(curve: Array, angle: float) -> tuple[float, float]:
 
 @kept()
 def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
-    """(n, 2) h and h' on the cams `cam` (n,) at the angles `angle` (n,)."""
+    """Interpolate displacement and derivative of several cams, each at its own angle.
+
+    Args:
+        curves: displacement h (m) and derivative h' (m/rad) of every cam over one turn, shape (cams, 2, m).
+        cam: number of the cam of every angle, shape (n,).
+        angle: angles, rad, shape (n,).
+
+    Returns:
+        Displacement, m, and derivative, m/rad, shape (n, 2).
+    """
     out = np.empty((len(angle), 2))
     for k in range(len(angle)):
         out[k, 0], out[k, 1] = on_cam(curves[cam[k]], angle[k])
@@ -93,11 +130,21 @@ def on_cams(curves: Array, cam: Indices, angle: Array) -> Array:
 def contact_force(
     height: float, speed: float, h: float, dh: float, omega: float, mass: float, law: Law
 ) -> float:
-    """Force on the follower, N: its weight where it is as high as the cam, zero where it is out of reach.
+    """Return the contact force on the follower, N.
 
-    The compliance grows with h'^2, because the shaft turns back under the torque h' F. The loss adds to the
-    elastic force while the gap closes and takes as much off while it opens: an impact returns e^2 of its
-    energy, whatever its speed.
+    The force is the weight of the follower where the follower is as high as the cam, and zero where the
+    follower is out of reach. The compliance grows with h'^2, because the shaft turns back under the torque h'
+    F. The loss adds to the elastic force while the gap closes and reduces it while the gap opens: an impact
+    returns the share e^2 of its energy at any speed.
+
+    Args:
+        height: height of the follower, m.
+        speed: speed of the follower, m/s.
+        h: displacement of the cam, m.
+        dh: derivative of the displacement, m/rad.
+        omega: speed of the cam, rad/s.
+        mass: mass of the follower, kg.
+        law: parameters of the contact.
     """
     compliance = law.contact_compliance + law.shaft_compliance * dh * dh
     elastic = (h - height) / compliance + mass * law.gravity
@@ -116,11 +163,11 @@ def _follower() -> Callable[..., Any]:
 
 @cache
 def bounce_kernel() -> Callable[..., None]:
-    """Compile the kernel (once a process).
+    """Compile the kernel, once per process.
 
-    Its signature is `(motion, stretches, law, period, substeps, eps, force)`. It makes `substeps` Runge-Kutta
-    steps per interval of `period` seconds and writes the gap eps (m) and the contact force (N) at the ends of
-    the intervals.
+    The kernel has the signature `(motion, stretches, law, period, substeps, eps, force)`. It takes `substeps`
+    Runge-Kutta steps per interval of `period` seconds, and writes the detachment eps (m) and the contact
+    force (N) at the ends of the intervals.
     """
     equation = _follower()
 

@@ -13,15 +13,15 @@ TURN = 2.0 * np.pi
 
 
 def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Array]:
-    """Cycloidal displacement without dwell and its first three derivatives by the angle, eq. 5.1.
+    """Return the cycloidal displacement without dwell and its first three derivatives by the angle, eq. 5.1.
 
     Args:
-        phi: (...) angle, rad; any turn.
+        phi: angle in any turn, rad, any shape.
         H: stroke, m.
-        beta: angle of the rise, rad, in (0, 2 pi).
+        beta: angle of the rise, rad, between 0 and 2 pi.
 
     Returns:
-        h_c (m), h_c' (m/rad), h_c'' (m/rad^2), h_c''' (m/rad^3), each (...).
+        h_c (m), h_c' (m/rad), h_c'' (m/rad^2) and h_c''' (m/rad^3), each of the shape of `phi`.
     """
     phi = np.mod(phi, TURN)
     rise = phi <= beta
@@ -39,11 +39,13 @@ def cycloid(phi: Array, H: float, beta: float) -> tuple[Array, Array, Array, Arr
 
 @dataclass(frozen=True)
 class Cam:
-    """One cam with its roller follower.
+    """Geometry of one cam with its roller follower.
 
     Attributes:
-        H: stroke, m. beta: angle of the rise, rad.
-        base_radius: r_b, m. roller_radius: r_f, m; zero gives the knife-edge follower.
+        H: stroke, m.
+        beta: angle of the rise, rad.
+        base_radius: base radius r_b, m.
+        roller_radius: radius r_f of the roller, m; zero for a knife-edge follower.
     """
 
     H: float
@@ -53,11 +55,18 @@ class Cam:
 
     @property
     def prime_radius(self) -> float:
-        """r_p = r_b + r_f, the radius of the pitch curve at its lowest point, m."""
+        """Prime radius r_p = r_b + r_f: smallest radius of the pitch curve, m."""
         return self.base_radius + self.roller_radius
 
     def curvature_radius(self, phi: Array) -> Array:
-        """Radius of curvature of the cam's perimeter, m, eq. 5.27; negative where it is hollow."""
+        """Return the radius of curvature of the cam's perimeter, eq. 5.27.
+
+        Args:
+            phi: angle on the perimeter, rad, any shape.
+
+        Returns:
+            Radius of curvature, m, of the shape of `phi`; negative where the perimeter is hollow.
+        """
         h, d, dd, _ = cycloid(phi, self.H, self.beta)
         r = self.base_radius + h
         return (r**2 + d**2) ** 1.5 / (r**2 + 2.0 * d**2 - dd * r)
@@ -91,20 +100,20 @@ class Cam:
 
     @property
     def undercut(self) -> bool:
-        """True where the roller is too large for a hollow of the cam: the pitch curve crosses itself."""
+        """Whether the roller is too large for a hollow of the cam, so that the pitch curve crosses itself."""
         phi = np.linspace(0.0, TURN, 20_001)
         return bool(np.any(self._pitch(phi)[4] <= 0.0))
 
     def pitch_curve(self, n: int = 3600) -> Array:
-        """Displacement of the follower over the cam's true angle, tabulated over one turn.
+        """Tabulate the displacement of the follower over one turn of the cam.
 
-        Where the cam is undercut the roller rests on the outer branch of the pitch curve.
+        Where the cam is undercut, the roller rests on the outer branch of the pitch curve.
 
         Args:
-            n: number of angles, 2 pi i / n.
+            n: number of angles 2 pi i / n; default 3600.
 
         Returns:
-            (3, n): h_p (m), h_p' (m/rad), h_p'' (m/rad^2).
+            h_p (m), h_p' (m/rad) and h_p'' (m/rad^2), shape (3, n).
         """
         phi = np.linspace(-np.pi, 3.0 * np.pi, 16 * n + 1)
         psi, *values, dpsi = self._pitch(phi)
@@ -120,20 +129,34 @@ class Cam:
         return np.asarray(branches[outer, :, np.arange(n)].T)
 
     def theoretical_curve(self, n: int = 3600) -> Array:
-        """(3, n) h_c, h_c', h_c'' over one turn: the knife-edge follower of eq. 6.10."""
+        """Tabulate the displacement of a knife-edge follower over one turn, eq. 6.10.
+
+        Args:
+            n: number of angles 2 pi i / n; default 3600.
+
+        Returns:
+            h_c (m), h_c' (m/rad) and h_c'' (m/rad^2), shape (3, n).
+        """
         return np.stack(cycloid(np.arange(n) * TURN / n, self.H, self.beta)[:3])
 
     def pressure_angle(self, n: int = 3600) -> Array:
-        """(n,) pressure angle over one turn, rad, eq. 5.28."""
+        """Tabulate the pressure angle over one turn, eq. 5.28.
+
+        Args:
+            n: number of angles 2 pi i / n; default 3600.
+
+        Returns:
+            Pressure angle, rad, shape (n,).
+        """
         h, d, _ = self.pitch_curve(n)
         return np.asarray(np.arctan(d / (self.prime_radius + h)))
 
     @cached_property
     def area_moments(self) -> tuple[float, float, float]:
-        """Polar second moment (m^4) and the first moments along x and y (m^3) of the cam's area.
+        """Polar second moment (m^4) and first moments along x and y (m^3) of the cam's area.
 
-        Times an areal density they give the cam's inertia and its imbalance; at theta = 0 the angle phi = 0
-        points upwards (y), eq. 5.23.
+        Multiplied by an areal density, these moments give the inertia and the imbalance of the cam. At theta
+        = 0 the angle phi = 0 points upwards (y), eq. 5.23.
         """
         phi = np.arange(7200) * TURN / 7200
         r = self.base_radius + cycloid(phi, self.H, self.beta)[0]

@@ -1,7 +1,7 @@
-"""The cam-follower mechanism, symbolically (sections 5.3 and 6.2.1): the single source of its equations.
+"""Symbolic equations of the cam-follower mechanism (sections 5.3 and 6.2.1), the source of all functions.
 
-Every function that simulates or differentiates the mechanism is generated from these expressions by
-`pipeline.cam_follower.kernels`. There is no return spring (k = 0) on the bench of the dissertation.
+`pipeline.cam_follower.kernels` generates every function that simulates or differentiates the mechanism from
+these expressions. The bench of the dissertation has no return spring (k = 0).
 """
 
 from __future__ import annotations
@@ -34,7 +34,12 @@ FOLLOWER_CREEP, SHAFT_CREEP = 0.01, 0.2
 
 
 def guide_friction(speed: sp.Expr, sign: sp.Expr) -> sp.Expr:
-    """F_b, N: Coulomb and viscous friction of the linear guide, eq. 6.2."""
+    """Return Coulomb and viscous friction F_b of the linear guide, N, eq. 6.2.
+
+    Args:
+        speed: speed of the follower, m/s.
+        sign: sign of the speed, or a smooth approximation.
+    """
     return b0 * sign + b1 * speed
 
 
@@ -70,15 +75,19 @@ MOTOR_ACCELERATION = (
 
 @dataclass(frozen=True)
 class CamFollower:
-    """Constants of the bench that every model may know.
+    """Constants of the bench that every model may use.
 
     Attributes:
-        base_radius: r_b, m. roller_radius: r_f, m.
-        guide_coulomb: b_0, N. guide_viscous: b_1, N s/m (section 5.3).
-        gravity: m/s^2.
-        cam_areal_density: kg/m^2; a printed PLA plate (1240 kg/m^3) as thick as the line contact of 11 mm.
-        jump_share: a run whose mean detachment per revolution exceeds this share of H is a jump (5.2.2).
-        stall_turns: a run with fewer turns is a stall.
+        base_radius: base radius r_b of the cams, m; default 0.02.
+        roller_radius: radius r_f of the roller, m; default 0.008.
+        guide_coulomb: Coulomb friction b_0 of the guide, N; default 0.5.
+        guide_viscous: viscous friction b_1 of the guide, N s/m (section 5.3); default 12.
+        gravity: gravitational acceleration, m/s^2; default 9.81.
+        cam_areal_density: areal density of a cam, kg/m^2; default 13.64, a printed PLA plate (1240 kg/m^3) of
+            11 mm, the length of the line contact.
+        jump_share: share of the stroke; a run with a larger mean detachment per revolution is a jump (section
+            5.2.2); default 0.013.
+        stall_turns: number of turns; a run with fewer turns is a stall; default 1.5.
     """
 
     base_radius: float = 0.02
@@ -91,16 +100,28 @@ class CamFollower:
     stall_turns: float = 1.5
 
     def cam(self, H: float, beta: float) -> Cam:
-        """The cam of stroke `H` (m) and rise `beta` (rad) on this bench."""
+        """Return a cam of this bench.
+
+        Args:
+            H: stroke, m.
+            beta: angle of the rise, rad.
+        """
         return Cam(H, beta, self.base_radius, self.roller_radius)
 
     @property
     def constants(self) -> tuple[float, float, float]:
-        """Values of `CONSTANTS`."""
+        """Values of the symbols `CONSTANTS`."""
         return self.gravity, self.guide_coulomb, self.guide_viscous
 
     def cam_constants(self, cam: Cam) -> tuple[float, float, float]:
-        """Values of `CAM_CONSTANTS`: inertia (kg m^2) and imbalance (N m) of the cam plate itself."""
+        """Return the values of the symbols `CAM_CONSTANTS`.
+
+        Args:
+            cam: geometry of the cam.
+
+        Returns:
+            Inertia J_c (kg m^2) and imbalance S_x, S_y (N m) of the cam plate.
+        """
         polar, x, y = cam.area_moments
         weight = self.cam_areal_density * self.gravity
         return self.cam_areal_density * polar, weight * x, weight * y

@@ -1,4 +1,4 @@
-"""What a model may know about an experiment before it runs: its operating point and its cam."""
+"""Properties of an experiment that are known in advance: operating point and cam."""
 
 from __future__ import annotations
 
@@ -17,12 +17,17 @@ from unmodelled.base.errors import BadInput
 
 @dataclass(frozen=True)
 class Conditions:
-    """Operating points, one entry per experiment; every field has the same shape.
+    """Operating points, one entry per experiment.
 
     Attributes:
-        V: motor voltage, V. m: follower mass, kg. H: stroke, m. beta: rise angle, rad.
-        cam: (int64) index of the cam in the `CamTable`.
-        J_c: the cam's inertia, kg m^2. S_x, S_y: its imbalance, N m.
+        V: motor voltage, V, shape (experiments,) or any other shape that all attributes share.
+        m: mass of the follower, kg, same shape.
+        H: stroke, m, same shape.
+        beta: angle of the rise, rad, same shape.
+        cam: number of the cam in the `CamTable`, int64, same shape.
+        J_c: inertia of the cam plate, kg m^2, same shape.
+        S_x: imbalance of the cam plate along x, N m, same shape.
+        S_y: imbalance of the cam plate along y, N m, same shape.
     """
 
     V: Tensor
@@ -40,10 +45,11 @@ class Conditions:
 
 
 class CamTable(nn.Module):
-    """Displacement curves of all cams, looked up by cam and angle.
+    """Derivatives of the displacement of all cams, looked up by cam and angle.
 
     Args:
-        curves: (cams, 2, n) first and second derivative of the displacement over one turn, m/rad, m/rad^2.
+        curves: first (m/rad) and second derivative (m/rad^2) of the displacement over one turn, shape (cams,
+            2, n).
     """
 
     curves: Tensor
@@ -57,7 +63,15 @@ class CamTable(nn.Module):
         self.n = n
 
     def forward(self, cam: Tensor, theta: Tensor) -> tuple[Tensor, Tensor]:
-        """dh/dtheta and d2h/dtheta2 at `theta` (rad) of the cams `cam`; shapes broadcast, linear between."""
+        """Interpolate the derivatives of the displacement linearly.
+
+        Args:
+            cam: numbers of the cams, int64, any shape.
+            theta: angles, rad, a shape that broadcasts with `cam`.
+
+        Returns:
+            First derivative, m/rad, and second derivative, m/rad^2, each of the broadcast shape.
+        """
         x = theta * (self.n / TURN)
         floor = torch.floor(x)
         weight = (x - floor)[..., None]
@@ -69,10 +83,11 @@ class CamTable(nn.Module):
 
 @dataclass(frozen=True)
 class Bench:
-    """The mechanism with the cams that occur in a campaign.
+    """The mechanism with the cams of a campaign.
 
     Attributes:
-        mechanism: constants. cams: (stroke, rise) pairs in the order of the tables' first axis.
+        mechanism: constants of the bench.
+        cams: stroke (m) and angle of the rise (rad) of every cam, in the order of the tables' first axis.
     """
 
     mechanism: CamFollower
@@ -80,12 +95,23 @@ class Bench:
 
     @classmethod
     def of(cls, mechanism: CamFollower, experiments: pd.DataFrame) -> Bench:
-        """The bench with every cam that `experiments` (columns H, beta) uses."""
+        """Collect the cams of a table of experiments.
+
+        Args:
+            mechanism: constants of the bench.
+            experiments: table with the columns H (m) and beta (rad).
+        """
         pairs = experiments[["H", "beta"]].drop_duplicates().sort_values(["H", "beta"])
         return cls(mechanism, tuple((float(H), float(beta)) for H, beta in pairs.to_numpy()))
 
     def conditions(self, experiments: pd.DataFrame) -> Conditions:
-        """Conditions of `experiments` (columns V, m, H, beta), each (n,).
+        """Return the operating points of experiments.
+
+        Args:
+            experiments: table of n experiments with the columns V, m, H and beta.
+
+        Returns:
+            Operating points of shape (n,).
 
         Raises:
             BadInput: when an experiment uses a cam that the bench does not have.
@@ -103,7 +129,18 @@ class Bench:
 
     @lru_cache(maxsize=8)  # noqa: B019 - a bench is immutable and lives as long as the process
     def curves(self, kind: str, n: int = 3600) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        """(cams, 2, n) derivatives of the displacement; `kind` is "pitch" (h_p) or "theoretical" (h_c)."""
+        """Tabulate the derivatives of the displacement of all cams over one turn.
+
+        Args:
+            kind: "pitch" for the roller follower (h_p), "theoretical" for the knife-edge follower (h_c).
+            n: number of angles 2 pi i / n; default 3600.
+
+        Returns:
+            First (m/rad) and second derivative (m/rad^2), shape (cams, 2, n).
+
+        Raises:
+            BadInput: when the kind is unknown.
+        """
         cams = [self.mechanism.cam(*pair) for pair in self.cams]
         if kind not in ("pitch", "theoretical"):
             raise BadInput(f"curve must be pitch or theoretical, got {kind}")

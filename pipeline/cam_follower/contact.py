@@ -1,4 +1,4 @@
-"""Minimal contact force along a simulation, with every design point of a grid at once (section 6.4.1)."""
+"""Compute the minimal contact force along simulations, for all design points at once (section 6.4.1)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,11 @@ PRUNE = 25
 
 
 class ContactForce:
-    """The interface force of eq. 6.4 along dense trajectories, on the pitch curve."""
+    """Interface force of eq. 6.4 between the samples of a simulation, on the pitch curve.
+
+    Args:
+        bench: mechanism and cams.
+    """
 
     def __init__(self, bench: Bench) -> None:
         self.cams = CamTable(torch.tensor(bench.curves("pitch"), dtype=torch.float32))
@@ -32,12 +36,17 @@ class ContactForce:
     def minimum(
         self, start: tuple[Tensor, ...], end: tuple[Tensor, ...], period: float, q: Conditions
     ) -> Tensor:
-        """Smallest force during one step, N.
+        """Return the smallest force during one integration step.
 
         Args:
-            start, end: angle, speed, acceleration at both ends, each (batch, runs).
-            period: s.
-            q: conditions, (runs,) or (batch, runs).
+            start: angle (rad), speed (rad/s) and acceleration (rad/s^2) at the start, each of shape (batch,
+                runs).
+            end: angle, speed and acceleration at the end of the step, each of shape (batch, runs).
+            period: length of the step, s.
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Force, N, shape (batch, runs).
         """
         (a0, w0, k0), (a1, w1, k1) = start, end
         lowest = torch.full_like(a0, torch.inf)
@@ -66,19 +75,19 @@ def _acceleration(model: Dynamics, q: Conditions, theta: Tensor, omega: Tensor) 
 def minimal_force(
     model: Dynamics, bench: Bench, start: tuple[Tensor, Tensor], q: Conditions, seconds: Tensor, period: float
 ) -> Tensor:
-    """F_min-dagger of free-run simulations, N, eq. 6.11.
+    """Return the minimal contact force F_min-dagger of free runs, N, eq. 6.11.
 
     Args:
-        model: a stack of models.
-        bench: the mechanism.
-        start: initial angle and speed, (batch, runs).
-        q: conditions, (runs,).
-        seconds: (batch, runs) or anything that expands to it; how long each simulation lasts. None goes
-            beyond four turns.
+        model: stack of models.
+        bench: mechanism and cams.
+        start: initial angle (rad) and speed (rad/s), each of shape (batch, runs).
+        q: operating points of shape (runs,).
+        seconds: duration of each simulation, s, shape (batch, runs) or a shape that broadcasts to it; a
+            simulation also ends after four turns.
         period: sampling period of the model, s.
 
     Returns:
-        (batch, runs).
+        Smallest force, N, shape (batch, runs).
     """
     contact = ContactForce(bench)
     h = period / model.substeps

@@ -1,4 +1,4 @@
-"""Resampled trajectories as tensors, ready to be drawn from."""
+"""Resampled trajectories of a campaign as tensors."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Dataset:
-    """Trajectories on one uniform clock.
+    """Trajectories on one uniform clock, one experiment after the other.
 
     Attributes:
-        bench: the mechanism and its cams.
-        theta, omega: (samples,) angle (rad) and speed (rad/s), experiments one after the other.
-        offsets: (n + 1,) experiment `i` owns `offsets[i]:offsets[i + 1]`.
-        conditions: (n,) operating points.
+        bench: mechanism and cams.
+        theta: angle of the cam, rad, shape (samples,).
+        omega: speed of the cam, rad/s, shape (samples,).
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
+        conditions: operating points of shape (experiments,).
         period: sampling period, s.
     """
 
@@ -37,7 +38,12 @@ class Dataset:
 
     @classmethod
     def of(cls, campaign: Campaign, mechanism: CamFollower) -> Dataset:
-        """The dataset of a resampled campaign with signals t, theta, omega."""
+        """Convert a resampled campaign.
+
+        Args:
+            campaign: runs with the signals t (s), theta (rad) and omega (rad/s).
+            mechanism: constants of the bench.
+        """
         bench = Bench.of(mechanism, campaign.experiments)
         theta, omega = (torch.tensor(campaign.signals[k], dtype=torch.float32) for k in ("theta", "omega"))
         t = campaign.signals["t"]
@@ -52,18 +58,36 @@ class Dataset:
 
     @property
     def lengths(self) -> Tensor:
-        """(n,) samples of every experiment."""
+        """Number of samples of every experiment, shape (experiments,)."""
         return self.offsets.diff()
 
     def samples_of(self, runs: Indices) -> Tensor:
-        """Indices of all samples of the experiments `runs`."""
+        """Return the indices of all samples of some experiments.
+
+        Args:
+            runs: numbers of the experiments, shape (runs,).
+
+        Returns:
+            Indices, shape (samples of these experiments,).
+        """
         return torch.cat([torch.arange(int(self.offsets[r]), int(self.offsets[r + 1])) for r in runs])
 
     def owner(self) -> Tensor:
-        """(samples,) the experiment that owns each sample."""
+        """Return the number of the experiment of every sample.
+
+        Returns:
+            Numbers of the experiments, shape (samples,).
+        """
         return torch.repeat_interleave(torch.arange(len(self.lengths)), self.lengths)
 
     def initial_state(self, runs: Tensor) -> tuple[Tensor, Tensor]:
-        """First measured angle and speed of the experiments `runs`, in its shape."""
+        """Return the first measured angle and speed of experiments.
+
+        Args:
+            runs: numbers of the experiments, any shape.
+
+        Returns:
+            Angle, rad, and speed, rad/s, each of the shape of `runs`.
+        """
         first = self.offsets[runs]
         return self.theta[first], self.omega[first]

@@ -1,4 +1,4 @@
-"""Models of the follower's detachment behind the protocol of all models."""
+"""Models of the detachment of the follower, with the interface of all models."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Fitted(Protocol):
 
     @property
     def parts(self) -> Mapping[str, Fitted]:
-        """Models that this one is built on and that predict by themselves too, by name."""
+        """Models that this model builds on and that also predict alone, by name."""
         ...
 
     @property
@@ -52,7 +52,7 @@ class Fitted(Protocol):
             campaign: runs with the signals that the model reads.
 
         Returns:
-            Detachment, m, (repeats, runs, steps); zero after the end of a run.
+            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
         """
         ...
 
@@ -79,7 +79,7 @@ class DetachmentRecipe(Protocol):
 
         Args:
             campaign: runs with the signals that the model reads.
-            folds: rows of the training runs by the name of the fold, each (runs,).
+            folds: rows of the training runs by the name of the fold, each of shape (runs,).
             repeats: number of models per fold, which differ in their random start.
             seed: seed of the random generators.
             out: folder of the results.
@@ -102,7 +102,7 @@ class DetachmentRecipe(Protocol):
 
 @dataclass(frozen=True)
 class Family:
-    """Models of the follower's detachment that are fitted and judged on the same folds, in one process.
+    """Models of the detachment that are fitted and assessed on the same folds, in one process.
 
     Attributes:
         members: recipes by name; the fits of each lie in a folder of that name.
@@ -130,11 +130,23 @@ class Family:
         seed: int,
         out: Path,
     ) -> None:
-        """Fit one member after the other, see `unmodelled.learning.recipe.Recipe`.
+        """Fit all members, one after the other (see `unmodelled.learning.recipe.Recipe`).
 
-        Fits that `out` holds already, of the same data, settings and seed, are kept: a training that was
-            killed
-        continues with the next fit. `seconds` in fit.json are core seconds of all fits.
+        Existing fits in `out` with the same data, settings and seed are kept: after an interruption, training
+        continues with the next fit. The entry `seconds` of fit.json is the sum over all fits, core seconds.
+
+        Args:
+            system: path of a system file, which is refused.
+            logs: path of a log folder, which is refused.
+            split: division of the runs into folds.
+            profile: numbers of models; `repeats` is the number of models per fold.
+            start: folder of a fit to continue from, which is refused.
+            device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
+            seed: seed of the random generators.
+            out: folder of the fit.
+
+        Raises:
+            BadInput: when a system, logs or a start is given, or the store of the runs cannot be used.
         """
         refused(system, logs, start)
         campaign, repeats = Campaign.read(self.features), profile["repeats"]
@@ -147,10 +159,20 @@ class Family:
         write_json(out / "fit.json", about)
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
-        """Predict the held-out runs by every member, see `unmodelled.learning.recipe.Recipe`.
+        """Predict the held-out runs by every member (see `unmodelled.learning.recipe.Recipe`).
+
+        Args:
+            system: path of a system file, which is refused.
+            logs: path of a log folder, which is refused.
+            fits: folder of the fit.
+            split: division of the runs into folds, the same as in training.
 
         Returns:
-            runs, repeats and examples, see `pipeline.cam_follower.jumps.judge`, with a column `model`.
+            Tables runs, repeats and examples of `pipeline.cam_follower.jumps.judge`, with a column `model`.
+
+        Raises:
+            BadInput: when a system or logs are given, or the fit is missing, damaged, or of another model or
+                split.
         """
         refused(system, logs)
         campaign = Campaign.read(self.features)

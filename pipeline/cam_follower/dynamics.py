@@ -1,4 +1,4 @@
-"""What every model of the drivetrain has in common."""
+"""Base class of all models of the drivetrain."""
 
 from __future__ import annotations
 
@@ -12,10 +12,16 @@ from pipeline.cam_follower.integrate import Method, rollout
 
 
 class Dynamics(nn.Module, ABC):
-    """A stack of `batch` independently fitted models of the shaft's acceleration.
+    """A stack of `batch` independently fitted models of the acceleration of the shaft.
+
+    Args:
+        bench: mechanism and cams.
+        batch: number of models.
+        curve: "pitch" or "theoretical" cam curve, see `Bench.curves`.
 
     Attributes:
-        method: integrator of the free-run simulation. substeps: its steps per sampling period.
+        method: integration method of the free run.
+        substeps: number of integration steps per sampling period.
     """
 
     method: Method = "euler"
@@ -28,24 +34,33 @@ class Dynamics(nn.Module, ABC):
 
     @abstractmethod
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Angular acceleration, rad/s^2.
+        """Return the angular acceleration of the shaft.
 
         Args:
-            theta, omega: (batch, runs) state, rad and rad/s.
-            q: conditions, (batch, runs) or (runs,).
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
 
         Returns:
-            (batch, runs).
+            Acceleration, rad/s^2, shape (batch, runs).
         """
 
     @torch.no_grad()
     def simulate(
         self, theta: Tensor, omega: Tensor, q: Conditions, steps: int, period: float
     ) -> tuple[Tensor, Tensor, Tensor]:
-        """Free-run simulation from the initial state (batch, runs).
+        """Simulate a free run from the initial state.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+            steps: number of sampling periods.
+            period: sampling period, s.
 
         Returns:
-            Angle (rad), speed (rad/s), acceleration (rad/s^2) at every period, (batch, runs, steps + 1).
+            Angle (rad), speed (rad/s) and acceleration (rad/s^2) at every sample, each of shape (batch, runs,
+            steps + 1).
         """
         result = rollout(
             lambda a, w: self.acceleration(a, w, q),

@@ -1,4 +1,4 @@
-"""Efficiency of a separately excited DC motor in steady state: the two-parameter model of Fig. 2.4a."""
+"""Efficiency of a separately excited DC motor in steady state, with two parameters (Fig. 2.4a)."""
 
 from __future__ import annotations
 
@@ -9,13 +9,19 @@ Array = NDArray[np.float64]
 
 
 def efficiency(current: Array, voltage: float, resistance: float, friction: float) -> Array:
-    """Mechanical power by electrical power.
+    """Return the ratio of mechanical to electrical power.
 
-    With E_a = V - R_a I, omega = E_a / K and T = K I the power (T - B omega) omega is E_a (I - B' E_a), where
-    B' = B / K^2: the motor constant drops out.
+    With E_a = V - R_a I, omega = E_a / K and T = K I, the mechanical power (T - B omega) omega is E_a (I - B'
+    E_a) with B' = B / K^2, independent of the motor constant K.
 
     Args:
-        current: I, A. voltage: V. resistance: R_a, Ohm. friction: the scaled coefficient B', A/V.
+        current: armature current I, A, shape (n,).
+        voltage: armature voltage V, V.
+        resistance: armature resistance R_a, Ohm.
+        friction: scaled friction coefficient B', A/V.
+
+    Returns:
+        Efficiency, 0 to 1, shape (n,).
     """
     emf = voltage - resistance * current
     return np.asarray(emf * (current - friction * emf) / (voltage * current))

@@ -1,4 +1,4 @@
-"""Identification of the motor drivetrain by free-run simulation."""
+"""Identify the motor drivetrain by free runs."""
 
 from __future__ import annotations
 
@@ -30,13 +30,14 @@ UPPER = np.array([5e-2, 3.0, 1.0, 3.0, 1.0, 10.0])
 
 @dataclass(frozen=True)
 class Problem:
-    """Residuals of free-run simulations of some training runs.
+    """Residuals of free runs over training experiments.
 
     Attributes:
-        arguments: what the kernel takes after the parameters.
-        weight: (runs, samples) square root of each sample's share of its run's angle.
-        shape: of the residual.
-        tolerance: rad/s; a run whose error is larger, a false stall say, loses its pull.
+        arguments: arguments of the kernel after the parameters.
+        weight: square root of the share of every sample in the angle of its run, shape (runs, samples).
+        shape: shape of the residual, (runs, samples).
+        tolerance: root mean square error of a run, rad/s, above which its weight falls; a run with a false
+            stall is an example.
     """
 
     arguments: tuple[object, ...]
@@ -45,7 +46,14 @@ class Problem:
     tolerance: float
 
     def residual(self, x: Array) -> Array:
-        """Robust residual for parameters scaled to [0, 1] in their logarithm or range."""
+        """Return the weighted residual, robust against runs with large errors.
+
+        Args:
+            x: parameters scaled to the unit cube, see `physical`, shape (6,).
+
+        Returns:
+            Residual, rad/s, shape (runs * samples,).
+        """
         out = np.zeros(self.shape)
         residual_kernel()(physical(x), *self.arguments, out)
         out *= self.weight
@@ -57,7 +65,14 @@ class Problem:
 
 
 def physical(x: Array) -> Array:
-    """Parameters from the unit cube: logarithmic where both bounds are positive, linear elsewhere."""
+    """Convert parameters from the unit cube: logarithmic if both bounds are positive, otherwise linear.
+
+    Args:
+        x: scaled parameters, shape (6,).
+
+    Returns:
+        Parameters in the order of `LOWER`, shape (6,).
+    """
     positive = LOWER > 0
     log = np.exp(
         np.log(np.where(positive, LOWER, 1.0)) * (1 - x) + np.log(np.where(positive, UPPER, 1.0)) * x
@@ -66,7 +81,15 @@ def physical(x: Array) -> Array:
 
 
 def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tolerance: float) -> Problem:
-    """The identification problem of the experiments `runs`, each cut after `seconds`."""
+    """Prepare the identification of a motor from measured experiments.
+
+    Args:
+        dataset: measured trajectories.
+        runs: numbers of the training experiments, shape (runs,).
+        seconds: duration after which every experiment is cut off, s.
+        substeps: number of RK4 steps per sampling period.
+        tolerance: root mean square error of a run, rad/s, above which its weight falls.
+    """
     longest = int(seconds / dataset.period)
     lengths = np.minimum(dataset.lengths.numpy()[runs], longest)
     shape = (len(runs), int(lengths.max()))
@@ -89,18 +112,19 @@ def problem(dataset: Dataset, runs: Indices, seconds: float, substeps: int, tole
 
 
 def identify(problem: Problem, first: Array, generator: np.random.Generator, starts: int) -> Array:
-    """Best parameters by least squares from the best of many starts.
+    """Identify the parameters by least squares from the best of many starts.
 
-    A start that stalls every run has no gradient; the screen passes over it. Random starts alone may end in
-    a local minimum; the start from `regress` is what makes the identification reliable.
+    A start that stalls every run has no gradient, and the screening of the starts excludes it. Random starts
+    alone may end in a local minimum; the start from `regress` makes the identification reliable.
 
     Args:
-        problem: what to fit.
-        first: (6,) parameters that take part in the screen, see `regress`.
-        generator: of the other starts. starts: their number.
+        problem: residuals to minimise.
+        first: parameters of `regress`, which are one of the starts, shape (6,).
+        generator: random generator of the other starts.
+        starts: number of the other starts.
 
     Returns:
-        (6,) parameters in the order of `LOWER`.
+        Parameters in the order of `LOWER`, shape (6,).
     """
     cube = np.vstack([np.clip(unit(first), 0.02, 0.98), generator.random((starts, len(LOWER)))])
     start = min(cube, key=lambda x: float((problem.residual(x) ** 2).sum()))
@@ -111,12 +135,16 @@ def identify(problem: Problem, first: Array, generator: np.random.Generator, sta
 
 
 def regress(dataset: Dataset, runs: Indices) -> Array:
-    """First parameters by inverse dynamics, linear in all but omega_s, which is tried on a grid.
+    """Estimate first parameters by inverse dynamics: linear regression, with omega_s on a grid.
 
-    The equation is solved for the voltage, the one quantity that carries no noise.
+    The equation is solved for the voltage, which is free of noise.
+
+    Args:
+        dataset: measured trajectories.
+        runs: numbers of the training experiments, shape (runs,).
 
     Returns:
-        (6,) parameters in the order of `LOWER`.
+        Parameters in the order of `LOWER`, shape (6,).
     """
     now = dataset.samples_of(runs)
     now = now[now + 1 < dataset.offsets[dataset.owner()[now] + 1]]
@@ -140,7 +168,13 @@ def regress(dataset: Dataset, runs: Indices) -> Array:
 
 @cache
 def known_effort() -> Callable[..., Array]:
-    """Torque that the known part of the drivetrain takes at a given acceleration, N m."""
+    """Generate the function for the torque that the known part of the drivetrain takes at a given
+    acceleration.
+
+    Returns:
+        Function from theta, omega, alpha, dh, d2h, m and the constants to the torque, N m; all arguments are
+        scalars or arrays of the same shape.
+    """
     free = {physics.J: 0, physics.T_d: 0, physics.k_V: 0, physics.k_omega: 0, physics.T_c: 0, physics.T_s: 0}
     numerator, inertia = physics.MOTOR_ACCELERATION.subs(free).as_numer_denom()
     arguments = (physics.theta, physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
@@ -150,7 +184,14 @@ def known_effort() -> Callable[..., Array]:
 
 
 def unit(parameters: Array) -> Array:
-    """The inverse of `physical`."""
+    """Convert parameters to the unit cube: the inverse of `physical`.
+
+    Args:
+        parameters: parameters in the order of `LOWER`, shape (6,).
+
+    Returns:
+        Scaled parameters, shape (6,).
+    """
     positive = LOWER > 0
     low, high = np.where(positive, LOWER, 1.0), np.where(positive, UPPER, np.e)
     log = np.log(np.maximum(parameters, 1e-9) / low) / np.log(high / low)
@@ -172,15 +213,20 @@ def fit(
     """Identify the motor of every fold; each model of the stack has its own random starts.
 
     Args:
-        build: constructor of the models.
-        dataset: trajectories.
-        folds: training experiments of each model of the stack.
-        seed: of starts and of the choice of runs.
-        starts: random points of the screen.
-        most_runs: a model sees a random choice of at most so many of its training runs.
-        seconds: every run is cut there. substeps: RK4 steps per sample.
-        tolerance: rad/s, see `Problem`.
-        workers: models identified side by side, on a core each; the result does not depend on it.
+        build: constructor of the stack of models.
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        seed: seed of the starts and of the choice of experiments.
+        starts: number of random starts; default 32.
+        most_runs: largest number of training experiments of one model, chosen at random; default 80.
+        seconds: duration after which every experiment is cut off, s; default 3.
+        substeps: number of RK4 steps per sampling period; default 2.
+        tolerance: root mean square error of a run, rad/s, above which its weight falls; default 0.15.
+        workers: number of models that are identified side by side, on one core each; the result does not
+            depend on this number; default 2.
+
+    Returns:
+        The identified stack.
     """
     model = build(dataset.bench, len(folds))
 

@@ -1,4 +1,4 @@
-"""Free-run simulation of held-out experiments by stacks of models."""
+"""Simulate held-out experiments with stacks of models."""
 
 from __future__ import annotations
 
@@ -30,11 +30,12 @@ EXAMPLES = 6
 
 @dataclass(frozen=True)
 class Simulations:
-    """Results of free runs.
+    """Results of free runs over held-out experiments.
 
     Attributes:
-        errors: fold, repeat, exp, omega_mse (over the angle), omega_mse_time, both (rad/s)^2.
-        examples: fold, exp, t (s), theta (rad), omega (rad/s), of the first repeat.
+        errors: table with the columns fold, repeat, exp, omega_mse (over the angle) and omega_mse_time, both
+            (rad/s)^2.
+        examples: table with the columns fold, exp, t (s), theta (rad) and omega (rad/s), of the first repeat.
     """
 
     errors: pd.DataFrame
@@ -44,14 +45,14 @@ class Simulations:
 def simulate_tests(
     model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: NDArray[np.int64]
 ) -> Simulations:
-    """Simulate every fold's test experiments from their own measured initial state.
+    """Simulate the test experiments of every fold from their first measured state.
 
     Args:
-        model: stack of len(folds) * repeats models, folds slowest.
-        dataset: trajectories.
-        folds: with their test experiments.
-        repeats: models per fold.
-        exp: (n,) ids of the experiments.
+        model: stack of len(folds) * repeats models, the repeats of the first fold first.
+        dataset: measured trajectories.
+        folds: division into training and test experiments.
+        repeats: number of models per fold.
+        exp: ids of the experiments, shape (experiments,).
     """
     errors, examples = [], []
     longest = max(len(fold.test) for fold in folds)
@@ -99,7 +100,14 @@ def _measured(dataset: Dataset, run: int) -> tuple[Array, Array]:
 def explore(
     model: Dynamics, dataset: Dataset, folds: list[Fold], repeats: int, exp: NDArray[np.int64]
 ) -> pd.DataFrame:
-    """Predicted minimal contact force at every setting of the campaign, simulated from standstill.
+    """Predict the minimal contact force at every setting of the campaign, from standstill.
+
+    Args:
+        model: stack of len(folds) * repeats models, the repeats of the first fold first.
+        dataset: measured trajectories, of which the settings are used.
+        folds: division into training and test experiments.
+        repeats: number of models per fold.
+        exp: ids of the experiments, shape (experiments,).
 
     Returns:
         Columns fold, repeat, exp, f_min (N).

@@ -1,4 +1,4 @@
-"""Fixed-step integration of a second-order system, batched."""
+"""Integrate a second-order system with fixed steps, for a batch of states."""
 
 from __future__ import annotations
 
@@ -18,16 +18,18 @@ SPEED_LIMIT = 200.0
 def step(
     acceleration: Acceleration, angle: Tensor, speed: Tensor, period: float, method: Method
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """One step of `period` seconds.
+    """Integrate one step.
 
     Args:
-        acceleration: the system.
-        angle, speed: (...) state, rad and rad/s.
-        period: s.
-        method: "euler" as in eq. 6.15, or "rk4".
+        acceleration: function from angle (rad) and speed (rad/s) to acceleration (rad/s^2), all of one shape.
+        angle: angle, rad, any shape.
+        speed: speed, rad/s, same shape.
+        period: length of the step, s.
+        method: "euler" (eq. 6.15) or "rk4".
 
     Returns:
-        New angle, new speed, and the acceleration at the start of the step, each (...).
+        New angle (rad), new speed (rad/s), and the acceleration at the start of the step (rad/s^2), all of
+        the same shape.
     """
     k1 = acceleration(angle, speed)
     if method == "euler":
@@ -48,17 +50,32 @@ def step(
 
 
 def limited(speed: Tensor) -> Tensor:
-    """`speed` within the limit; NaN means that the simulation has diverged, and becomes the limit."""
+    """Limit the speed of diverging simulations to `SPEED_LIMIT`; nan becomes the limit.
+
+    Args:
+        speed: speed, rad/s, any shape.
+
+    Returns:
+        Limited speed, rad/s, same shape.
+    """
     return torch.nan_to_num(speed, nan=SPEED_LIMIT).clamp(-SPEED_LIMIT, SPEED_LIMIT)
 
 
 def rollout(
     acceleration: Acceleration, angle: Tensor, speed: Tensor, steps: int, period: float, method: Method
 ) -> tuple[Tensor, Tensor, Tensor]:
-    """Free-run simulation from an initial state.
+    """Simulate a free run from an initial state.
+
+    Args:
+        acceleration: function from angle (rad) and speed (rad/s) to acceleration (rad/s^2), all of one shape.
+        angle: initial angle, rad, any shape.
+        speed: initial speed, rad/s, same shape.
+        steps: number of steps.
+        period: length of a step, s.
+        method: "euler" or "rk4".
 
     Returns:
-        Angle (rad), speed (rad/s) and acceleration (rad/s^2), each (..., steps + 1).
+        Angle (rad), speed (rad/s) and acceleration (rad/s^2), each of shape (..., steps + 1).
     """
     angles, speeds, accelerations = [angle], [speed], []
     for _ in range(steps):

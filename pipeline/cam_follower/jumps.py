@@ -1,4 +1,4 @@
-"""Predicted detachment against the measured one, run by run, and the jumps that follow from it (5.4.3)."""
+"""Compare predicted with measured detachment run by run, and classify jumps (section 5.4.3)."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ QUANTILES = {"jump": (0.25, 0.5, 0.75), "contact": (0.5,)}
 
 @dataclass(frozen=True)
 class Observed:
-    """What is known of every run of a campaign, as far as detachment is predicted.
+    """Measured detachment of every run of a campaign.
 
     Attributes:
-        experiments: one row a run; with `exp`, `label`, `H` (m) and `eps_share`.
+        experiments: table with one row per run, with the columns exp, label, H (m) and eps_share.
         sequences: theta (rad), t (s) and eps (m), cut off and padded.
-        turns: samples of each full revolution of every run; all samples where the run completes none.
+        turns: samples of each full revolution of every run; all samples of a run without a full revolution.
     """
 
     experiments: pd.DataFrame
@@ -40,7 +40,11 @@ class Observed:
 
     @classmethod
     def of(cls, campaign: Campaign, samples: int) -> Observed:
-        """Return the first `samples` samples of every run of `campaign`.
+        """Read the first samples of every run of a campaign.
+
+        Args:
+            campaign: runs with the signals theta, t and eps.
+            samples: number of samples after which a run is cut off.
 
         Raises:
             BadInput: when theta, t or eps is missing or not a number somewhere, or a run has no samples.
@@ -52,8 +56,13 @@ class Observed:
         return cls(campaign.experiments, sequences, turns)
 
     def mean_maximum(self, eps: Array) -> Array:
-        """Return the mean over the revolutions of the largest detachment, m (..., runs), of `eps` (..., runs,
-        steps).
+        """Return the largest detachment per revolution, averaged over the revolutions of a run.
+
+        Args:
+            eps: detachment, m, shape (..., runs, steps).
+
+        Returns:
+            Mean of the maxima, m, shape (..., runs).
         """
         means = [
             np.mean([eps[..., i, turn].max(-1) for turn in turns], axis=0)
@@ -62,28 +71,34 @@ class Observed:
         return np.stack(means, -1)
 
     def squared_error(self, eps: Array) -> Array:
-        """Return the mean squared error of every run, mm^2 (..., runs), of `eps` (..., runs, steps) in m."""
+        """Return the mean squared error of a predicted detachment in every run.
+
+        Args:
+            eps: predicted detachment, m, shape (..., runs, steps).
+
+        Returns:
+            Mean squared error, mm^2, shape (..., runs).
+        """
         error = np.where(self.sequences.mask, eps - self.sequences.target, 0.0)
         mean: Array = np.square(error).sum(-1) / self.sequences.lengths * SQUARE_MM
         return mean
 
 
 def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tables:
-    """Judge the predictions of the test runs of one fold.
+    """Compare the predictions with the measured detachment in the test runs of one fold.
 
     Args:
-        observed: all runs.
-        fold: training runs say from which predicted detachment on a run is called a jump, test runs count.
-        eps: (repeats, runs, steps) predicted detachment, m.
-        jump_share: share of the stroke from which on a measured run is a jump.
+        observed: measured detachment of all runs.
+        fold: training runs, which set the threshold of predicted jumps, and test runs, which are assessed.
+        eps: predicted detachment, m, shape (repeats, runs, steps).
+        jump_share: share of the stroke above which a measured run is a jump.
 
     Returns:
-        runs: table of the median prediction over repeats, one row per run: fold, exp, label, mse (mm^2),
-            measured and predicted (mean over revolutions of the largest detachment, m), jumps (whether the
-            prediction counts as a jump).
-        repeats: the same of every repeat, with its number in place of `measured`.
-        examples: one row a sample of some runs: fold, exp, label, t (s), measured, predicted, and low and
-            high of the repeats (m).
+        Table runs with the median prediction over the repeats (one row per run: fold, exp, label, mse in
+        mm^2, measured and predicted mean over revolutions of the largest detachment in m, jumps, which tells
+        whether the prediction counts as a jump); table repeats with the same for every repeat, with its
+        number instead of `measured`; table examples with one row per sample of some runs (fold, exp, label, t
+        in s, measured, predicted, and low and high of the repeats in m).
 
     Raises:
         BadInput: when a prediction is not a finite number.
@@ -115,17 +130,16 @@ def judge(observed: Observed, fold: Fold, eps: Array, jump_share: float) -> Tabl
 
 
 def threshold(share: Array, jump: Bools, default: float) -> float:
-    """Return the share of the stroke above which a run is called a jump: where logistic regression is
-    undecided.
+    """Return the share of the stroke above which a run is called a jump, by logistic regression.
 
-    Shares span decades, so that it regresses on their logarithm, standardised; below a tenth of `default` all
-    are alike. A gap without any run is wide, and the label with the fewest mistakes is anywhere in it: where
-    in it the level lies is told by the runs on both sides, not by the two next to the gap.
+    The regression uses the standardised logarithm of the shares, because shares span decades; shares below a
+    tenth of `default` count as equal. All runs determine the threshold, not only the two runs next to the gap
+    between the labels.
 
     Args:
-        share: mean maximal detachment of every run as a share of the stroke, (runs,).
-        jump: whether every run is labelled a jump, (runs,).
-        default: what is returned where the runs do not say more: all of one kind, or alike.
+        share: mean maximal detachment of every run as a share of the stroke, shape (runs,).
+        jump: whether every run is labelled a jump, shape (runs,).
+        default: threshold if all runs have the same label or the same share.
     """
     logarithm = np.log(np.maximum(share, 0.1 * default) / default)
     spread = float(logarithm.std())
@@ -140,7 +154,15 @@ def threshold(share: Array, jump: Bools, default: float) -> float:
 
 
 def example_rows(experiments: pd.DataFrame, test: Indices) -> dict[str, list[int]]:
-    """Return the rows of the test runs that are shown, by label: the same for every model."""
+    """Choose the test runs that figures show, the same for every model.
+
+    Args:
+        experiments: table with one row per run, with the columns label and eps_share.
+        test: numbers of the test runs, shape (runs,).
+
+    Returns:
+        Numbers of the chosen runs by label.
+    """
     rows = {}
     for label, quantiles in QUANTILES.items():
         own = test[(experiments["label"].to_numpy() == label)[test]]

@@ -1,4 +1,4 @@
-"""Functions generated from symbolic physics: torch for autograd, numpy for tables, numba for hot loops."""
+"""Generate functions from symbolic equations: torch for gradients, numpy for tables, numba for loops."""
 
 from __future__ import annotations
 
@@ -11,19 +11,34 @@ Function = Callable[..., Any]
 
 
 def numpy_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Function:
-    """A vectorised numpy function of `arguments`, common sub-expressions computed once."""
+    """Generate a vectorised numpy function, with common sub-expressions computed once.
+
+    Args:
+        expression: symbolic expression.
+        arguments: symbols in the order of the function's arguments.
+    """
     function: Function = sp.lambdify(arguments, expression, modules="numpy", cse=True)
     return function
 
 
 def torch_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Function:
-    """A torch function of `arguments`; the symbols inside nonlinear functions must be tensors."""
+    """Generate a torch function; symbols inside nonlinear functions must be tensors.
+
+    Args:
+        expression: symbolic expression.
+        arguments: symbols in the order of the function's arguments.
+    """
     function: Function = sp.lambdify(arguments, expression, modules="torch", cse=True)
     return function
 
 
 def compiled_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Function:
-    """A scalar function compiled by numba, to be called from other compiled loops."""
+    """Generate a scalar function compiled by numba, for use in other compiled loops.
+
+    Args:
+        expression: symbolic expression.
+        arguments: symbols in the order of the function's arguments.
+    """
     import numba
 
     plain = sp.lambdify(arguments, expression, modules="math", cse=True)

@@ -1,4 +1,4 @@
-"""Stall, jump or contact: the labels of an experiment (section 5.2.2)."""
+"""Label experiments as stall, jump or contact (section 5.2.2)."""
 
 from __future__ import annotations
 
@@ -13,19 +13,25 @@ Array = NDArray[np.float64]
 
 
 def unwrapped(theta: Array) -> Array:
-    """Unwrap an angle, rad; a start just below zero, logged as 2 pi, becomes negative."""
+    """Unwrap an angle; a start just below zero, logged as 2 pi, becomes negative.
+
+    Args:
+        theta: measured angle, rad, shape (n,).
+
+    Returns:
+        Unwrapped angle, rad, shape (n,).
+    """
     angle = np.unwrap(theta)
     return angle - TURN if angle[0] > np.pi else angle
 
 
 def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
-    """Return the samples of every full revolution.
-
-    The first, which contains the start, and the last, which is cut short, are left out.
+    """Return the samples of every full revolution, without the first one (start-up) and the last one
+    (incomplete).
 
     Args:
-        angle: (n,) unwrapped, rad.
-        minimum: the first revolution to count, 1 leaves the start-up out.
+        angle: unwrapped angle, rad, shape (n,).
+        minimum: number of the first revolution that counts; default 1, which leaves out the start-up.
     """
     turn = np.floor(np.maximum.accumulate(angle) / TURN).astype(int)
     edges = np.searchsorted(turn, np.arange(minimum, turn[-1] + 1))
@@ -33,8 +39,15 @@ def full_revolutions(angle: Array, minimum: int = 1) -> list[slice]:
 
 
 def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
-    """Return the maximum (or minimum) of `signal` per revolution, averaged over full revolutions; NaN without
-    any.
+    """Return the maximum or minimum of a signal per revolution, averaged over the full revolutions.
+
+    Args:
+        angle: unwrapped angle, rad, shape (n,).
+        signal: signal, any unit, shape (n,).
+        largest: whether the maximum is taken.
+
+    Returns:
+        Mean extreme; nan without a full revolution.
     """
     extreme = np.max if largest else np.min
     values = [extreme(signal[turn]) for turn in full_revolutions(angle)]
@@ -42,12 +55,13 @@ def mean_extreme(angle: Array, signal: Array, largest: bool) -> float:
 
 
 def label(turns: float, eps_share: float, jump_share: float, stall_turns: float) -> str:
-    """Label of an experiment.
+    """Return the label of an experiment: "stall", "jump" or "contact".
 
     Args:
-        turns: revolutions travelled.
-        eps_share: mean maximal detachment over the stroke.
-        jump_share, stall_turns: thresholds, see `CamFollower`.
+        turns: number of revolutions.
+        eps_share: mean maximal detachment as a share of the stroke.
+        jump_share: share of the stroke above which an experiment is a jump.
+        stall_turns: number of revolutions below which an experiment is a stall.
     """
     if turns < stall_turns:
         return "stall"

@@ -1,4 +1,4 @@
-"""Closed-form fit of the linear model."""
+"""Fit the linear model in closed form."""
 
 from __future__ import annotations
 
@@ -16,13 +16,16 @@ RANK = 1e-6
 
 
 def fit(build: Callable[[Bench, int], Linear], dataset: Dataset, folds: list[Indices], seed: int) -> Linear:
-    """Minimise the one-step error of eq. 6.16 in closed form; `seed` has no effect.
+    """Minimise the one-step error of eq. 6.16 in closed form.
 
     Args:
-        build: constructor of the models.
-        dataset: trajectories.
-        folds: training experiments of each model of the stack.
-        seed: unused, there is nothing random.
+        build: constructor of the stack of models.
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        seed: unused, because nothing is random.
+
+    Returns:
+        The fitted stack.
     """
     model = build(dataset.bench, len(folds))
     model.weights.data[:] = once_per_fold(

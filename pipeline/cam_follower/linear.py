@@ -1,4 +1,4 @@
-"""Linear least squares on the black-box inputs: the baseline that shows the need for a network (6.4.5)."""
+"""Linear least squares on the inputs of the black-box model: the baseline of section 6.4.5."""
 
 from __future__ import annotations
 
@@ -11,14 +11,28 @@ from pipeline.cam_follower.relu_ode import raw_inputs
 
 
 class Linear(Dynamics):
-    """Acceleration as an affine function of the inputs of f_BB; `batch` models."""
+    """Acceleration as an affine function of the inputs of f_BB.
+
+    Args:
+        bench: mechanism and cams.
+        batch: number of models.
+    """
 
     def __init__(self, bench: Bench, batch: int) -> None:
         super().__init__(bench, batch, "theoretical")
         self.weights = nn.Parameter(torch.zeros(batch, 8, 1), requires_grad=False)
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """The inputs of f_BB and a one, (..., 8)."""
+        """Return the inputs of f_BB and a constant one.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, 8).
+        """
         inputs = raw_inputs(theta, omega, q)
         return torch.cat([inputs, torch.ones_like(inputs[..., :1])], -1)
 

@@ -17,17 +17,19 @@ CHUNK = 256
 
 
 class DetachmentNetwork(nn.Module):
-    """R of eq. 5.7: an LSTM reads tau, a ReLU network maps its output and q_s to eps (eq. 5.8 to 5.12).
+    """Network R of eq. 5.7: an LSTM reads tau, and a ReLU network maps its output and q_s to eps (eq. 5.8 to
+    5.12).
 
-    Inputs are standardised and the output is scaled with statistics of the training runs, which belong to
-    the network: `forward` takes and gives SI units, `scaled` what the optimiser sees. A new network has the
-    statistics of nothing (mean 0, scale 1).
+    Inputs are standardised and the output is scaled with statistics of the training runs. The statistics
+    belong to the network: `forward` takes and returns SI units, `scaled` standardised values. A new network
+    has mean 0 and scale 1.
 
     Args:
         inputs: names of the features and settings.
-        hidden: n_s, size of the LSTM's state. head: n_eta, hidden units of the ReLU network.
-        dropout: probability with which a hidden unit of the ReLU network is ignored in training.
-        generator: source of the initial weights; none: torch's own.
+        hidden: size n_s of the LSTM's state; default 32.
+        head: number n_eta of hidden units of the ReLU network; default 32.
+        dropout: probability that training ignores a hidden unit of the ReLU network; default 0.05.
+        generator: random generator of the initial weights; default: torch's own.
     """
 
     feature_mean: Tensor
@@ -75,7 +77,11 @@ class DetachmentNetwork(nn.Module):
         parameters["lstm.bias_ih_l0"][n : 2 * n] = 1.0
 
     def scale_to(self, training: Sequences) -> None:
-        """Take the statistics of the training runs: all their real samples, all runs alike for q_s."""
+        """Set the statistics to those of training runs: features over all samples, settings over all runs.
+
+        Args:
+            training: training runs.
+        """
         samples = training.features[training.mask]
         for name, values in (("feature", samples), ("setting", training.settings)):
             getattr(self, f"{name}_mean").copy_(torch.from_numpy(values.mean(0)))
@@ -83,7 +89,15 @@ class DetachmentNetwork(nn.Module):
         self.target_scale.fill_(float(_spread(training.target[training.mask])))
 
     def scaled(self, tau: Tensor, q: Tensor) -> Tensor:
-        """Scaled output (runs, steps) of standardised inputs (runs, steps, features) and (runs, settings)."""
+        """Return the scaled output for standardised inputs.
+
+        Args:
+            tau: standardised features, shape (runs, steps, features).
+            q: standardised settings, shape (runs, settings).
+
+        Returns:
+            Scaled output, shape (runs, steps).
+        """
         states: Tensor = self.lstm(tau)[0]
         settings = q[:, None, :].expand(-1, states.shape[1], -1)
         hidden = self.head(torch.cat([states, settings], -1)).relu()
@@ -91,17 +105,27 @@ class DetachmentNetwork(nn.Module):
         return output[..., 0]
 
     def forward(self, tau: Tensor, q: Tensor) -> Tensor:
-        """Detachment eps, m, (runs, steps).
+        """Return the detachment eps.
 
         Args:
-            tau: (runs, steps, features) in SI units. q: (runs, settings) in SI units.
+            tau: features in SI units, shape (runs, steps, features).
+            q: settings in SI units, shape (runs, settings).
+
+        Returns:
+            Detachment, m, shape (runs, steps).
         """
         tau = (tau - self.feature_mean) / self.feature_scale
         return self.scaled(tau, (q - self.setting_mean) / self.setting_scale) * self.target_scale
 
     @torch.no_grad()
     def predict(self, sequences: Sequences) -> Array:
-        """Detachment eps, m, (runs, steps), zero after the end of a run; without dropout.
+        """Predict the detachment eps of runs, without dropout.
+
+        Args:
+            sequences: runs with the features and settings that the network reads.
+
+        Returns:
+            Detachment, m, shape (runs, steps); zero after the end of a run.
 
         Raises:
             BadInput: when the sequences hold other features or settings than the network reads.

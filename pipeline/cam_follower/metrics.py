@@ -1,4 +1,4 @@
-"""Errors of simulated trajectories, projected on the angle as in Fig. 6.18."""
+"""Errors of simulated trajectories, projected on the angle (Fig. 6.18)."""
 
 from __future__ import annotations
 
@@ -9,29 +9,31 @@ Array = NDArray[np.float64]
 
 
 def project_on_angle(angle: Array, simulated_angle: Array, simulated: Array) -> Array:
-    """A simulated signal at the measured angles.
+    """Interpolate a simulated signal at the measured angles.
 
     Args:
-        angle: (n,) measured angle, rad.
-        simulated_angle: (N,) rad; a backward motion is passed over.
-        simulated: (N,) the signal.
+        angle: measured angle, rad, shape (n,).
+        simulated_angle: simulated angle, rad, shape (N,); backward motion is ignored.
+        simulated: simulated signal, shape (N,).
 
     Returns:
-        (n,) the simulated signal; zero where the simulation never arrives, as if it stood still.
+        Simulated signal, shape (n,); zero at angles that the simulation does not reach, as at standstill.
     """
     forward = np.maximum.accumulate(simulated_angle)
     return np.interp(angle, forward, simulated, right=0.0)
 
 
 def angle_mse(angle: Array, speed: Array, simulated_angle: Array, simulated_speed: Array) -> float:
-    """Mean squared error of the speed over the angle travelled, (rad/s)^2.
+    """Return the mean squared error of the speed over the travelled angle, (rad/s)^2.
 
-    Every sample weighs the angle it covers, so that the slow start does not dominate. No run is left out:
-    a simulation that stalls counts with speed zero on all angles that it misses.
+    Every sample has the weight of the angle that it covers, so that the slow start does not dominate. All
+    runs count: the speed of a stalled simulation is zero at all angles that it does not reach.
 
     Args:
-        angle, speed: (n,) measured, rad and rad/s.
-        simulated_angle, simulated_speed: (N,) at any clock.
+        angle: measured angle, rad, shape (n,).
+        speed: measured speed, rad/s, shape (n,).
+        simulated_angle: simulated angle, rad, on any clock, shape (N,).
+        simulated_speed: simulated speed, rad/s, shape (N,).
     """
     weight = np.maximum(np.gradient(np.maximum.accumulate(angle)), 0.0)
     error = project_on_angle(angle, simulated_angle, simulated_speed) - speed
@@ -39,13 +41,24 @@ def angle_mse(angle: Array, speed: Array, simulated_angle: Array, simulated_spee
 
 
 def time_mse(speed: Array, simulated_speed: Array) -> float:
-    """Mean squared error of the speed over time, (rad/s)^2, which also counts drift."""
+    """Return the mean squared error of the speed over time, which also counts drift, (rad/s)^2.
+
+    Args:
+        speed: measured speed, rad/s, shape (n,).
+        simulated_speed: simulated speed, rad/s, shape (N,).
+    """
     n = min(len(speed), len(simulated_speed))
     return float(np.mean((simulated_speed[:n] - speed[:n]) ** 2))
 
 
 def median_interval(values: Array, seed: int = 0, draws: int = 2000) -> tuple[float, float]:
-    """95 % bootstrap interval of the median of `values` (n,)."""
+    """Return the 95 % bootstrap interval of the median.
+
+    Args:
+        values: independent samples, shape (n,).
+        seed: seed of the random generator; default 0.
+        draws: number of bootstrap samples; default 2000.
+    """
     generator = np.random.default_rng(seed)
     medians = np.median(generator.choice(values, (draws, len(values))), axis=1)
     low, high = np.quantile(medians, [0.025, 0.975])

@@ -1,4 +1,4 @@
-"""A DC-motor drivetrain without any network, and the same with a network on top."""
+"""Models of a DC-motor drivetrain, without a network and with a network on top."""
 
 from __future__ import annotations
 
@@ -13,10 +13,16 @@ from pipeline.cam_follower.relu_ode import ReluNetwork, cam_inputs
 
 
 class Motor(Dynamics):
-    """Known physics only: motor, gearbox friction, cam plate, follower.
+    """Known physics: motor, friction of the gearbox, cam plate and follower.
+
+    Args:
+        bench: mechanism and cams.
+        batch: number of models.
+        curve: "pitch" or "theoretical" cam curve; default "pitch".
 
     Attributes:
-        parameters_: (batch, 6) J (kg m^2), k_V (N m/V), k_omega (N m s/rad), T_c, T_s (N m), omega_s (rad/s).
+        parameters_: parameters J (kg m^2), k_V (N m/V), k_omega (N m s/rad), T_c and T_s (N m), omega_s
+            (rad/s), shape (batch, 6).
     """
 
     method = "rk4"
@@ -33,7 +39,17 @@ class Motor(Dynamics):
         )
 
     def effort(self, omega: Tensor, dh: Tensor, d2h: Tensor, q: Conditions) -> Tensor:
-        """Torque on the shaft that the physics leaves out, N m: none here."""
+        """Return the torque on the shaft that the physics does not contain: zero for this model.
+
+        Args:
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            dh: first derivative of the displacement, m/rad, shape (batch, runs).
+            d2h: second derivative of the displacement, m/rad^2, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Torque, N m, shape (batch, runs).
+        """
         return torch.zeros_like(omega)
 
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
@@ -48,7 +64,15 @@ class Motor(Dynamics):
 
 
 class MotorHybrid(Motor):
-    """The motor drivetrain with a network as one more torque on the shaft."""
+    """The motor drivetrain with a network as an additional torque on the shaft.
+
+    Args:
+        bench: mechanism and cams.
+        scale: standard deviation of every input over the training data, shape (batch, 7).
+        generator: random generator of the initial weights.
+        hidden: number of hidden units.
+        curve: "pitch" or "theoretical" cam curve; default "pitch".
+    """
 
     #: Scale of the network's torque, N m: what separates two assemblies of the bench.
     OUTPUT = 0.1
@@ -62,6 +86,16 @@ class MotorHybrid(Motor):
         self.network.W_o.data.zero_()
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the inputs of the network: those of the soft hybrid, and the cam's H and beta.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, 7).
+        """
         dh, d2h = self.cams(q.cam, theta)
         return self._inputs(dh, d2h, omega, q)
 

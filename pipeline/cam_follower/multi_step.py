@@ -1,4 +1,4 @@
-"""Training of a network on top of the identified motor, over windows of free-run simulation."""
+"""Train a network on top of the identified motor, over windows of free run."""
 
 from __future__ import annotations
 
@@ -15,14 +15,33 @@ from unmodelled.base.progress import track
 
 
 def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:
-    """(stack, 6) motor parameters; models with the same training experiments share one motor."""
+    """Identify the motor parameters; models with the same training experiments share one motor.
+
+    Args:
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        seed: seed of the starts.
+
+    Returns:
+        Parameters of `Motor`, shape (stack, 6).
+    """
     return once_per_fold(folds, lambda distinct: free_run.fit(Motor, dataset, distinct, seed).parameters_)
 
 
 def window_error(model: MotorHybrid, dataset: Dataset, runs: Tensor, first: Tensor, horizon: int) -> Tensor:
-    """Squared error of the speed over windows that start at measured states, (stack, windows).
+    """Return the mean squared error of the speed over windows that start at measured states.
 
     The mean over the samples of each window, (rad/s)^2.
+
+    Args:
+        model: stack of models.
+        dataset: measured trajectories.
+        runs: numbers of the experiments, shape (stack, windows).
+        first: first samples of the windows, shape (stack, windows).
+        horizon: number of samples of a window.
+
+    Returns:
+        Mean over the samples of each window, (rad/s)^2, shape (stack, windows).
     """
     q = dataset.conditions[runs]
     theta, omega = dataset.theta[first], dataset.omega[first]
@@ -46,20 +65,25 @@ def fit(
     horizon: int,
     penalty: float,
 ) -> MotorHybrid:
-    """Identify the motor of every fold, then train the network that rides on it.
+    """Identify the motor of every fold, then train the network on top of it.
 
     Args:
-        build: constructor of the models.
-        dataset: trajectories.
-        folds: training experiments of each model of the stack.
-        seed: of starts, initial weights and windows.
-        steps: mini-batches. learning_rate: of Adam at the start, falling along a cosine.
-        batch: windows per mini-batch and model. horizon: samples per window.
-        penalty: price of the network's mean squared torque relative to `MotorHybrid.OUTPUT`,
-            in (rad/s)^2: the network speaks only where the physics is wrong.
+        build: constructor of the stack of models.
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        seed: seed of the starts, the initial weights and the windows.
+        steps: number of mini-batches.
+        learning_rate: learning rate of Adam at the start; it falls to zero along a cosine.
+        batch: number of windows per mini-batch and model.
+        horizon: number of samples of a window.
+        penalty: weight of the mean squared torque of the network, relative to `MotorHybrid.OUTPUT`, in
+            (rad/s)^2; it keeps the torque at zero where the physics is right.
 
     Returns:
         The trained stack.
+
+    Raises:
+        TypeError: when `build` makes another model than a `MotorHybrid`.
     """
     generator = Generator().manual_seed(seed)
     model = new_model(build, dataset, folds, generator)

@@ -1,4 +1,4 @@
-"""One-step-ahead training of the ReLU-ODE models, eqs. 6.15 to 6.19."""
+"""Train the ReLU-ODE models on one-step-ahead predictions, eqs. 6.15 to 6.19."""
 
 from __future__ import annotations
 
@@ -22,7 +22,14 @@ class Networked(Protocol):
 
 
 def new_model(build: Networked, dataset: Dataset, folds: list[Indices], generator: Generator) -> Dynamics:
-    """A stack of untrained models, inputs scaled by each fold's own training data."""
+    """Return a stack of untrained models, with inputs scaled by each fold's own training data.
+
+    Args:
+        build: constructor of the stack of models.
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        generator: random generator of the initial weights.
+    """
     probe = build(dataset.bench, torch.ones(1, 1), generator)
     inputs: Callable[[Tensor, Tensor, Conditions], Tensor] = probe.inputs  # type: ignore[assignment]
     values = inputs(dataset.theta, dataset.omega, dataset.conditions[dataset.owner()])
@@ -42,14 +49,15 @@ def fit(
     """Train a stack of models with Adam on mini-batches of one-step predictions.
 
     Args:
-        build: constructor of the models.
-        dataset: trajectories.
-        folds: training experiments of each model of the stack.
-        seed: of the initial weights and the mini-batches.
-        steps: mini-batches; the learning rate falls to zero along a cosine.
-        learning_rate: of Adam at the start.
-        batch: samples per mini-batch and model.
-        group: models trained side by side; more of them share operator calls but leave the cache.
+        build: constructor of the stack of models.
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        seed: seed of the initial weights and the mini-batches.
+        steps: number of mini-batches.
+        learning_rate: learning rate of Adam at the start; it falls to zero along a cosine.
+        batch: number of samples per mini-batch and model.
+        group: number of models that are trained side by side; larger groups share operator calls but exceed
+            the cache.
 
     Returns:
         The trained stack.

@@ -1,4 +1,4 @@
-"""Models of the cam-follower's drivetrain behind the protocol of all models: which dynamics, fitted how."""
+"""Models of the drivetrain and their training, with the interface of all models."""
 
 from __future__ import annotations
 
@@ -28,11 +28,12 @@ SIGNALS = ["t", "theta", "omega"]
 
 @dataclass(frozen=True)
 class DrivetrainRecipe:
-    """A model of the cam-follower's drivetrain and its training.
+    """A model of the drivetrain and its training.
 
     Attributes:
         dynamics: constructor of a stack of models.
-        fit: trains a stack: `fit(dynamics, dataset, folds, seed) -> Dynamics`.
+        fit: function `fit(dynamics, dataset, folds, seed) -> Dynamics` that trains a stack; the training
+            experiments of a model have the shape (experiments,).
         features: store of the runs, written by featurize.
         mechanism: constants of the cam-follower bench.
     """
@@ -66,7 +67,21 @@ class DrivetrainRecipe:
         seed: int,
         out: Path,
     ) -> None:
-        """Fit the model to the runs in `features`, see `unmodelled.learning.recipe.Recipe`."""
+        """Fit the model to the runs in `features` (see `unmodelled.learning.recipe.Recipe`).
+
+        Args:
+            system: path of a system file, which is refused.
+            logs: path of a log folder, which is refused.
+            split: division of the runs into folds.
+            profile: numbers of models; `repeats` is the number of models per fold.
+            start: folder of a fit to continue from, which is refused.
+            device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
+            seed: seed of the random generators.
+            out: folder of the fit.
+
+        Raises:
+            BadInput: when a system, logs or a start is given, or the store of the runs cannot be used.
+        """
         refused(system, logs, start)
         campaign, repeats = self.campaign(), profile["repeats"]
         folds = split.folds(campaign.experiments)
@@ -80,11 +95,21 @@ class DrivetrainRecipe:
         write_json(out / "fit.json", {**about, "seconds": time.monotonic() - begin, "parameters": trained})
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
-        """Simulate the held-out runs, see `unmodelled.learning.recipe.Recipe`.
+        """Simulate the held-out runs (see `unmodelled.learning.recipe.Recipe`).
+
+        Args:
+            system: path of a system file, which is refused.
+            logs: path of a log folder, which is refused.
+            fits: folder of the fit.
+            split: division of the runs into folds, the same as in training.
 
         Returns:
-            errors and examples, see `pipeline.cam_follower.held_out.Simulations`; where the split explores,
-            also force, see `pipeline.cam_follower.held_out.explore`.
+            Tables errors and examples, see `pipeline.cam_follower.held_out.Simulations`; for a split that
+            explores, also table force, see `pipeline.cam_follower.held_out.explore`.
+
+        Raises:
+            BadInput: when a system or logs are given, or the fit is missing, damaged, or of another model or
+                split.
         """
         refused(system, logs)
         campaign = self.campaign()

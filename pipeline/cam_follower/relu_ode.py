@@ -1,4 +1,4 @@
-"""ReLU-ODE models of section 6.4: black-box, soft-hybrid and hybrid."""
+"""ReLU-ODE models of section 6.4: black box, soft hybrid and hybrid."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from pipeline.cam_follower.kernels import torch_function
 
 
 class ReluNetwork(nn.Module):
-    """`batch` one-hidden-layer ReLU networks with inputs scaled by 1 / standard deviation, eq. 6.18.
+    """A stack of `batch` ReLU networks with one hidden layer, and inputs scaled by 1 / standard deviation,
+    eq. 6.18.
 
     Args:
-        scale: (batch, inputs) standard deviation of every input over the training data.
+        scale: standard deviation of every input over the training data, shape (batch, inputs).
         hidden: number of hidden units.
-        generator: source of the initial weights (Glorot uniform, zero biases).
+        generator: random generator of the initial weights (Glorot uniform; biases are zero).
     """
 
     scale: Tensor
@@ -34,7 +35,14 @@ class ReluNetwork(nn.Module):
         self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
 
     def forward(self, d: Tensor) -> Tensor:
-        """Output (batch, samples) for inputs `d` (batch, samples, inputs)."""
+        """Return the outputs of all networks.
+
+        Args:
+            d: inputs, shape (batch, samples, inputs).
+
+        Returns:
+            Outputs, shape (batch, samples).
+        """
         hidden = torch.baddbmm(self.b_h, d * self.scale, self.W_h).relu()
         return torch.baddbmm(self.b_o, hidden, self.W_o)[..., 0]
 
@@ -45,18 +53,46 @@ def _glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor
 
 
 def raw_inputs(theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-    """d_BB, (..., 7): sine and cosine of the angle, speed, and the settings V, m, H, beta (6.4.3)."""
+    """Return the inputs d_BB: sine and cosine of the angle, speed, and the settings V, m, H and beta (section
+    6.4.3).
+
+    Args:
+        theta: angle of the cam, rad, shape (batch, runs).
+        omega: speed of the cam, rad/s, shape (batch, runs).
+        q: operating points, each of shape (runs,) or (batch, runs).
+
+    Returns:
+        Inputs, shape (batch, runs, 7).
+    """
     settings = [x.expand_as(theta) for x in (q.V, q.m, q.H, q.beta)]
     return torch.stack([theta.sin(), theta.cos(), omega, *settings], -1)
 
 
 def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-    """d_H1 = d_H2, (..., 5): the cam's derivatives in place of angle and shape (6.4.4)."""
+    """Return the inputs d_H1 = d_H2: the cam's derivatives instead of angle, H and beta (section 6.4.4).
+
+    Args:
+        dh: first derivative of the displacement, m/rad, shape (batch, runs).
+        d2h: second derivative of the displacement, m/rad^2, shape (batch, runs).
+        omega: speed of the cam, rad/s, shape (batch, runs).
+        q: operating points, each of shape (runs,) or (batch, runs).
+
+    Returns:
+        Inputs, shape (batch, runs, 5).
+    """
     return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
 
 
 class BlackBox(Dynamics):
-    """f_BB: the network maps angle, speed and settings to the acceleration (6.4.3)."""
+    """Model f_BB: the network maps angle, speed and settings to the acceleration (section 6.4.3).
+
+    Args:
+        bench: mechanism and cams.
+        scale: standard deviation of every input over the training data, shape (batch, inputs).
+        generator: random generator of the initial weights.
+        hidden: number of hidden units.
+        curve: "pitch" or "theoretical" cam curve; default "theoretical".
+    """
 
     #: The network's output of order one becomes an acceleration, rad/s^2.
     OUTPUT = 100.0
@@ -68,6 +104,16 @@ class BlackBox(Dynamics):
         self.network = ReluNetwork(scale, hidden, generator)
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the inputs of the network.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, inputs).
+        """
         return raw_inputs(theta, omega, q)
 
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
@@ -76,7 +122,7 @@ class BlackBox(Dynamics):
 
 
 class SoftHybrid(BlackBox):
-    """f_H1: the angle and the cam's parameters are replaced by dh/dtheta and d2h/dtheta2 (6.4.4)."""
+    """Model f_H1: dh/dtheta and d2h/dtheta2 replace the angle, H and beta (section 6.4.4)."""
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         dh, d2h = self.cams(q.cam, theta)
@@ -84,9 +130,18 @@ class SoftHybrid(BlackBox):
 
 
 class Hybrid(Dynamics):
-    """f_H2: the drivetrain's equation is known, the network supplies the drive's torque (6.4.4).
+    """Model f_H2: the equation of the drivetrain is known, the network gives the torque of the drive (section
+    6.4.4).
 
-    The shaft's inertia J is trained with the network; it starts at `inertia` kg m^2.
+    The inertia J of the shaft is trained together with the network.
+
+    Args:
+        bench: mechanism and cams.
+        scale: standard deviation of every input over the training data, shape (batch, 5).
+        generator: random generator of the initial weights.
+        hidden: number of hidden units.
+        inertia: inertia J of the shaft before training, kg m^2; default 0.01.
+        curve: "pitch" or "theoretical" cam curve; default "theoretical".
     """
 
     #: The network's output of order one becomes a torque of the drive's order, N m.
@@ -110,6 +165,16 @@ class Hybrid(Dynamics):
         self._equation = torch_function(physics.ACCELERATION, (*symbols, *physics.CONSTANTS))
 
     def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the inputs of the network.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, 5).
+        """
         dh, d2h = self.cams(q.cam, theta)
         return cam_inputs(dh, d2h, omega, q)
 

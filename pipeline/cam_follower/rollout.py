@@ -1,4 +1,4 @@
-"""Free-run simulation of the motor drivetrain as a compiled loop, its error projected on the angle."""
+"""Compiled free runs of the motor drivetrain, with errors projected on the angle."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Array = NDArray[np.float64]
 
 @cache
 def residual_kernel() -> Callable[..., None]:
-    """Compile the kernel (once a process).
+    """Compile the kernel, once per process.
 
-    The kernel has the signature
-    `(parameters, constants, curves, theta, omega, lengths, V, m, cam, own, period, substeps, stretch, out)`:
-    parameters (6,), constants (3,), curves (cams, 2, n), theta and omega (runs, samples) padded behind
-    `lengths`, V, m, cam (runs,), own (runs, 3), and writes into `out` (runs, samples) the simulated minus
-    the measured speed at every measured angle, rad/s. Where a simulation never arrives, because it stalls or
-    is slower than `stretch` times the measurement, the simulated speed counts as zero.
+    The kernel has the signature `(parameters, constants, curves, theta, omega, lengths, V, m, cam, own,
+    period, substeps, stretch, out)` with the shapes parameters (6,), constants (3,), curves (cams, 2, n),
+    theta and omega (runs, samples) padded after `lengths`, V, m and cam (runs,), own (runs, 3). It writes the
+    simulated minus the measured speed at every measured angle, rad/s, into `out` (runs, samples). At angles
+    that a simulation does not reach within `stretch` times the measured duration, the simulated speed counts
+    as zero.
     """
     symbols = (physics.T_d, physics.theta, physics.omega, physics.dh, physics.d2h, physics.m, physics.V)
     equation = compiled_function(

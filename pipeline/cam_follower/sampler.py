@@ -1,4 +1,4 @@
-"""Drawing training samples for a stack of models, and the scale of their inputs."""
+"""Draw training samples for a stack of models, and scale their inputs."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from pipeline.cam_follower.dataset import Dataset, Indices
 
 
 class Sampler:
-    """Draws training samples for a stack of models, each from its own experiments.
+    """Random generator of training samples for a stack of models, each from its own experiments.
 
-    Every experiment weighs the same however long it is, as in eq. 6.16.
+    Every experiment has the same weight, whatever its length (eq. 6.16).
 
     Args:
-        dataset: where to draw from.
-        folds: the training experiments of each model of the stack.
-        generator: source of randomness.
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        generator: random generator.
     """
 
     def __init__(self, dataset: Dataset, folds: list[Indices], generator: Generator) -> None:
@@ -29,14 +29,14 @@ class Sampler:
             row[: len(fold)] = torch.as_tensor(fold)
 
     def draw(self, size: int, horizon: int = 1) -> tuple[Tensor, Tensor]:
-        """Experiments and first samples of `size` windows a model.
+        """Draw windows for every model.
 
         Args:
-            size: windows per model.
-            horizon: samples that must follow the first one within its experiment.
+            size: number of windows per model.
+            horizon: number of samples that must follow the first sample within its experiment; default 1.
 
         Returns:
-            Experiments and samples, both (stack, size), int64.
+            Numbers of the experiments and first samples, each of shape (stack, size), int64.
         """
         shape = (len(self.counts), size)
         pick = (torch.rand(shape, generator=self.generator) * self.counts).long()
@@ -47,12 +47,15 @@ class Sampler:
 
 
 def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tensor:
-    """Standard deviation of every input over each model's own training samples, (stack, inputs).
+    """Return the standard deviation of every input over each model's own training samples.
 
     Args:
-        inputs: (samples, inputs) the inputs at all samples of the dataset.
-        dataset: owner of the samples.
-        folds: the training experiments of each model of the stack.
+        inputs: inputs at all samples of the dataset, shape (samples, inputs).
+        dataset: measured trajectories.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+
+    Returns:
+        Standard deviations, shape (stack, inputs); one for an input that does not vary.
     """
 
     def scale(fold: Indices) -> Tensor:
@@ -64,14 +67,15 @@ def input_scale(inputs: Tensor, dataset: Dataset, folds: list[Indices]) -> Tenso
 
 
 def once_per_fold(folds: list[Indices], work: Callable[[list[Indices]], Iterable[Tensor]]) -> Tensor:
-    """Do `work` on the distinct training sets of a stack and hand its results to every repeat.
+    """Compute a result once per distinct training set, and repeat it for all models with this set.
 
     Args:
-        folds: the training experiments of each model of the stack.
-        work: one tensor for each of the distinct sets it is given, in their order.
+        folds: training experiments of each model of the stack, each of shape (experiments,).
+        work: function from the distinct training sets, each of shape (experiments,), to one tensor per set,
+            in the same order.
 
     Returns:
-        (stack, ...) one result per model.
+        One result per model, shape (stack, ...).
     """
     distinct = {fold.tobytes(): fold for fold in folds}
     results = dict(zip(distinct, work(list(distinct.values())), strict=True))

@@ -1,4 +1,4 @@
-"""Trajectories as padded arrays, the way a recurrent network takes them (section 5.4.2)."""
+"""Runs as padded arrays, the input of a recurrent network (section 5.4.2)."""
 
 from __future__ import annotations
 
@@ -20,11 +20,16 @@ _DERIVED: Mapping[str, Callable[[Array], Array]] = {"sin(theta)": np.sin, "cos(t
 
 @dataclass(frozen=True)
 class SequenceInputs:
-    """What a network is told.
+    """Names of the inputs of a network.
 
     Attributes:
-        features: of every sample, tau: signals of the campaign, sin(theta) and cos(theta).
-        settings: of the whole run, q_s: columns of the experiments table; may be empty.
+        features: names of the features tau, one value per sample: signals of the campaign, sin(theta) and
+            cos(theta).
+        settings: names of the settings q_s, one value per run: columns of the table of experiments; default:
+            none.
+
+    Raises:
+        BadInput: when there are no features, or a name occurs twice.
     """
 
     features: tuple[str, ...]
@@ -44,15 +49,15 @@ class SequenceInputs:
 
 @dataclass(frozen=True)
 class Sequences:
-    """Runs of different length, zero after their end.
+    """Runs of different length, with zeros after their end.
 
     Attributes:
         inputs: names of the features and settings.
-        runs: (runs,) ids of the experiments.
-        features: (runs, steps, features) in SI units.
-        settings: (runs, settings) in SI units.
-        target: (runs, steps) detachment eps, m.
-        lengths: (runs,) real samples of every run.
+        runs: ids of the experiments, shape (runs,).
+        features: features in SI units, shape (runs, steps, features).
+        settings: settings in SI units, shape (runs, settings).
+        target: detachment eps, m, shape (runs, steps).
+        lengths: number of samples of every run, shape (runs,).
     """
 
     inputs: SequenceInputs
@@ -64,15 +69,15 @@ class Sequences:
 
     @classmethod
     def of(cls, campaign: Campaign, inputs: SequenceInputs, most: int | None = None) -> Sequences:
-        """All runs of a campaign with the signal eps, in its order.
+        """Read all runs of a campaign with the signal eps, in the order of the campaign.
 
         Args:
-            campaign: resampled, with the signals and columns that `inputs` names.
-            inputs: what the network is told.
-            most: samples after which a run is cut off; none: no limit.
+            campaign: resampled runs with the signals and columns of `inputs`.
+            inputs: names of the features and settings.
+            most: number of samples after which a run is cut off; default: no limit.
 
         Raises:
-            BadInput: when a feature or setting is unknown, not a number somewhere, or a run has no samples.
+            BadInput: when a feature or setting is unknown or not finite, or a run has no samples.
         """
         runs = campaign.experiments["exp"].to_numpy(np.int64)
         lengths = np.diff(campaign.offsets)
@@ -93,12 +98,16 @@ class Sequences:
 
     @property
     def mask(self) -> NDArray[np.bool_]:
-        """(runs, steps) where a sample is real."""
+        """Whether a sample belongs to its run rather than to the padding, shape (runs, steps)."""
         real: NDArray[np.bool_] = np.arange(self.features.shape[1]) < self.lengths[:, None]
         return real
 
     def of_runs(self, rows: Indices) -> Sequences:
-        """The runs in `rows`, padded to the longest of them."""
+        """Select runs, and pad them to the longest of them.
+
+        Args:
+            rows: numbers of the runs, shape (selected,).
+        """
         lengths = self.lengths[rows]
         steps = int(lengths.max(initial=0))
         return replace(

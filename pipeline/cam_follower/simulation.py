@@ -1,4 +1,4 @@
-"""The bounce simulation as a model of the detachment: physics without a network."""
+"""The bounce simulation as a model of the detachment, without a network."""
 
 from __future__ import annotations
 
@@ -32,11 +32,16 @@ SUMMARY = "bounce.json"
 
 @dataclass(frozen=True)
 class Ensemble:
-    """How the simulation is used.
+    """Settings of the averaged simulations.
 
     Attributes:
-        members: simulations to average. spread: standard deviation of the logarithms of their parameters.
-        reach: samples before and after a flight that may still be one. samples: after which a run is cut off.
+        members: number of simulations to average.
+        spread: standard deviation of the logarithms of their parameters.
+        reach: number of samples before and after a simulated flight that still count as flight.
+        samples: number of samples after which a run is cut off.
+
+    Raises:
+        BadInput: when a setting is out of range.
     """
 
     members: int
@@ -51,11 +56,12 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class BounceFits:
-    """Parameters of all folds.
+    """Identified simulations of all folds.
 
     Attributes:
-        mechanism: constants of the bench. ensemble: how they are used.
-        parameters: by fold.
+        mechanism: constants of the bench.
+        ensemble: settings of the averaged simulations.
+        parameters: identified parameters by fold.
     """
 
     mechanism: CamFollower
@@ -69,22 +75,36 @@ class BounceFits:
 
     @property
     def parts(self) -> dict[str, Fitted]:
-        """None."""
+        """Models that the simulation builds on: none."""
         return {}
 
     @property
     def explainable(self) -> dict[str, list[DetachmentNetwork]]:
-        """Return nothing: a simulation has no network."""
+        """Networks of the folds: none, because a simulation has no network."""
         return {}
 
     def simulated(self, fold: str, campaign: Campaign) -> Campaign:
-        """The first samples of every run with the signals eps_bounce (m), contact and gate (0 to 1)."""
+        """Simulate the first samples of every run, and add the signals eps_bounce (m), contact and gate (0 to
+        1).
+
+        Args:
+            fold: name of the fold.
+            campaign: resampled runs, as for `CamMotion.of`.
+        """
         how = self.ensemble
         short = shortened(campaign, how.samples)
         return with_bounce(short, self.mechanism, self.parameters[fold], how.members, how.spread, how.reach)
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Detachment eps of all runs, m, (1, runs, steps); zero where the simulation stays in contact."""
+        """Predict the detachment eps of all runs; zero in simulated contact.
+
+        Args:
+            fold: name of the fold.
+            campaign: resampled runs, as for `CamMotion.of`.
+
+        Returns:
+            Detachment, m, shape (1, runs, steps).
+        """
         inputs = SequenceInputs(("eps_bounce", "gate"))
         signals = Sequences.of(self.simulated(fold, campaign), inputs).features
         return np.asarray(signals.prod(-1)[None])
@@ -96,7 +116,10 @@ class BounceRecipe:
 
     Attributes:
         mechanism: constants of the bench.
-        members, spread, reach, samples: see `Ensemble`.
+        members: number of simulations to average.
+        spread: standard deviation of the logarithms of their parameters; default 0.1.
+        reach: number of samples before and after a simulated flight that still count as flight; default 2.
+        samples: number of samples after which a run is cut off; default 200.
     """
 
     mechanism: CamFollower
@@ -115,12 +138,21 @@ class BounceRecipe:
         workers: int = 2,
         device: str = "cpu",
     ) -> float:
-        """Write the parameters of every fold to `out`, and bounce.json when all are there.
+        """Write the identified parameters of every fold, and bounce.json when all folds are complete.
 
-        Nothing is drawn at random: all repeats are one, whatever the seed. All runs on the processor.
+        Nothing is random: all repeats are the same, whatever the seed. All fits run on the processor.
+
+        Args:
+            campaign: resampled runs with the signals t, theta and eps.
+            folds: rows of the training runs by the name of the fold, each of shape (runs,).
+            repeats: unused, because all repeats are the same.
+            seed: unused, because nothing is random.
+            out: folder of the results.
+            workers: number of fits that run side by side; default 2.
+            device: unused, because all fits run on the processor.
 
         Returns:
-            The time that it took, core seconds.
+            Time that all fits took, core seconds.
 
         Raises:
             BadInput: when the data do not suit the simulation.
@@ -137,7 +169,10 @@ class BounceRecipe:
         return time.process_time() - begin
 
     def read(self, folder: Path) -> BounceFits:
-        """What `fit` wrote to `folder`.
+        """Read the simulations that `fit` wrote.
+
+        Args:
+            folder: folder of the results.
 
         Raises:
             BadInput: when a file is missing or damaged.
@@ -153,8 +188,8 @@ class BounceRecipe:
 
 
 def _identified(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> BounceParameters:
-    """Identified on the runs in `rows`; where a few of them hold no flight, the values that identification
-    starts from.
+    """Identify the simulation on training runs; with hardly any flight in these runs, return the starting
+    values.
     """
     t = campaign.signals["t"]
     last = round(STRETCH / float(t[1] - t[0]))
@@ -166,7 +201,12 @@ def _identified(campaign: Campaign, rows: Indices, mechanism: CamFollower) -> Bo
 
 
 def shortened(campaign: Campaign, samples: int) -> Campaign:
-    """The first `samples` samples of every run."""
+    """Cut every run off after a number of samples.
+
+    Args:
+        campaign: runs to cut.
+        samples: number of samples that are kept.
+    """
     lengths = np.minimum(np.diff(campaign.offsets), samples)
     offsets = np.append(0, np.cumsum(lengths))
     kept = np.repeat(campaign.offsets[:-1] - offsets[:-1], lengths) + np.arange(offsets[-1])

@@ -1,4 +1,4 @@
-"""Static models fitted to samples (sections 2.2 and 2.3): physical parameters, and feedforward networks."""
+"""Static models fitted to samples (sections 2.2 and 2.3): physical parameters and feedforward networks."""
 
 from __future__ import annotations
 
@@ -23,10 +23,15 @@ ITERATIONS = 3000
 
 
 def fit_motor(current: Array, measured: Array, voltage: float) -> tuple[float, float]:
-    """R_a in Ohm and B' in A/V that fit measured efficiencies best in the mean square, Eq. 2.1.
+    """Identify R_a (Ohm) and B' (A/V) from measured efficiencies by least squares, eq. 2.1.
 
     Args:
-        current: (L,) A. measured: (L,) efficiencies.
+        current: armature current, A, shape (L,).
+        measured: measured efficiencies, shape (L,).
+        voltage: armature voltage, V.
+
+    Returns:
+        Resistance, Ohm, and scaled friction coefficient, A/V.
     """
 
     def error(p: Array) -> Array:
@@ -37,14 +42,20 @@ def fit_motor(current: Array, measured: Array, voltage: float) -> tuple[float, f
 
 
 def fit_network(u: Array, y: Array, hidden: int, penalty: float, seed: int) -> Callable[[Array], Array]:
-    """A network of one layer of `hidden` tanh neurons, Eq. 2.2, as a function of u.
+    """Train a network with one layer of tanh neurons, eq. 2.2, by back-propagation and L-BFGS.
 
-    Inputs and outputs are normalised by the samples. The loss is Eq. 2.6 (with `penalty` = 0, Eq. 2.3); its
-    gradient comes from back-propagation, and L-BFGS follows it downhill. (Eq. 2.5 as printed adds the
-    gradient, which would climb.)
+    Inputs and outputs are normalised with the statistics of the samples. The loss is eq. 2.6, which is eq.
+    2.3 if the penalty is zero. (Eq. 2.5 as printed adds the gradient, and so would increase the loss.)
 
     Args:
-        u: (L,) inputs. y: (L,) outputs. penalty: lambda. seed: of the initial weights.
+        u: inputs, shape (L,).
+        y: outputs, shape (L,).
+        hidden: number of neurons.
+        penalty: weight lambda of the sum of squared weights.
+        seed: seed of the initial weights.
+
+    Returns:
+        Function from inputs u to outputs y, both of shape (n,).
     """
     u_mean, u_std, y_mean, y_std = u.mean(), u.std(), y.mean(), y.std()
     weights = 2 * hidden

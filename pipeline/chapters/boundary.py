@@ -1,4 +1,4 @@
-"""The transition boundary Q between contact and jumps, as a voltage for every cam and mass (section 6.3)."""
+"""Determine the boundary Q between contact and jumps, as a voltage for every cam and mass (section 6.3)."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ SETTING = ["H", "beta", "m"]
 
 
 def first_crossing(V: Array, value: Array, level: float) -> float:
-    """Return the first voltage at which `value` rises through `level`, linear between the points; NaN if it
-    never does.
+    """Return the first voltage at which a curve rises through a level, interpolated linearly.
 
     Args:
-        V: (n,) increasing voltages, V.
-        value: (n,) at these voltages.
+        V: increasing voltages, V, shape (n,).
+        value: values of the curve at these voltages, shape (n,).
         level: level to cross, in the unit of `value`.
+
+    Returns:
+        Voltage, V; nan if the curve never rises through the level.
     """
     up = np.flatnonzero((value[:-1] <= level) & (value[1:] > level))
     if not len(up):
@@ -27,14 +29,15 @@ def first_crossing(V: Array, value: Array, level: float) -> float:
 
 
 def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
-    """Return the measured boundary: where the mean detachment rises through `jump_share` of the stroke.
+    """Return the measured boundary, where the mean detachment rises through a share of the stroke.
 
     Args:
-        experiments: columns H, beta, m, V, label, eps_share.
-        jump_share: the threshold of the labels.
+        experiments: table with the columns H, beta, m, V, label and eps_share.
+        jump_share: share of the stroke above which a run is a jump.
 
     Returns:
-        Columns H, beta, m, Q (V); settings that never change from contact to jump inside the grid are absent.
+        Columns H, beta, m and Q (V), without settings that do not change from contact to jump within the
+        grid.
     """
     running = experiments[experiments["label"] != "stall"].sort_values("V")
     rows = [
@@ -45,15 +48,16 @@ def measured(experiments: pd.DataFrame, jump_share: float) -> pd.DataFrame:
 
 
 def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
-    """Return the boundary where the predicted minimal contact force falls through zero.
+    """Return the predicted boundary, where the minimal contact force falls through zero.
 
     Args:
-        grid: columns H, beta, m, V: the design points.
-        f_min: (points,) predicted minimal contact force, N.
+        grid: design points, with the columns H, beta, m and V.
+        f_min: predicted minimal contact force, N, shape (points,).
 
     Returns:
-        Columns H, beta, m, Q (V). A setting that is predicted to jump everywhere gets the lowest voltage of
-        the grid, one that never jumps the highest: the prediction is not allowed to leave the grid.
+        Columns H, beta, m and Q (V). The lowest voltage of the grid stands for settings with jumps
+        everywhere, and the highest voltage for settings without jumps, because predictions must lie within
+        the grid.
     """
     table = grid[[*SETTING, "V"]].assign(f_min=f_min).sort_values("V")
     rows = []
@@ -67,17 +71,17 @@ def predicted(grid: pd.DataFrame, f_min: Array) -> pd.DataFrame:
 
 
 def extrapolate_force(train: pd.DataFrame, grid: pd.DataFrame) -> Array:
-    """Extrapolate the minimal contact force over the settings directly (section 6.3.3), the baseline.
+    """Extrapolate the minimal contact force directly over the settings (section 6.3.3): the baseline.
 
-    A ridge regression on polynomials of V, m, H, beta; degree (up to three) and penalty are chosen by
-    cross-validation inside `train`.
+    The model is a ridge regression on polynomials of V, m, H and beta. Its degree (up to three) and its
+    penalty are chosen by cross-validation within `train`.
 
     Args:
-        train: columns V, m, H, beta, f_min of the runs that may be seen.
-        grid: columns V, m, H, beta to predict at.
+        train: training runs, with the columns V, m, H, beta and f_min (N).
+        grid: design points, with the columns V, m, H and beta.
 
     Returns:
-        (points,) minimal contact force, N; negative beyond the boundary.
+        Minimal contact force, N, shape (points,); negative beyond the boundary.
     """
     from sklearn.linear_model import Ridge
     from sklearn.model_selection import GridSearchCV

@@ -1,4 +1,4 @@
-"""Numbers of the tutorial (chapter 2) and verdicts on its claims."""
+"""Numbers of the tutorial (chapter 2), and verdicts on its claims."""
 
 from __future__ import annotations
 
@@ -27,12 +27,13 @@ DYNAMIC = (
 
 
 class Region:
-    """The part of a plane that data have explored: their convex hull.
+    """Convex hull of explored states in a plane.
 
     Args:
         states: (samples, 2).
 
     Attributes:
+        states: explored states, shape (samples, 2).
         outline: (corners, 2) counterclockwise.
     """
 
@@ -41,18 +42,27 @@ class Region:
         self._inside = Delaunay(self.outline)
 
     def holds(self, states: Array) -> NDArray[np.bool_]:
-        """Return whether the region holds `states` (..., 2), (...,)."""
+        """Tell whether the region contains states.
+
+        Args:
+            states: states, shape (..., 2).
+
+        Returns:
+            Whether each state lies inside, shape (...,).
+        """
         return np.asarray(self._inside.find_simplex(states) >= 0)
 
 
 def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.DataFrame:
-    """Return the RMSE of every curve against the true efficiency, inside and outside the measured currents.
+    """Return the error of every curve against the true efficiency, inside and outside the measured currents.
 
     Args:
-        curves: columns model, seed, current, efficiency, truth.
+        curves: table with the columns model, seed, current (A), efficiency and truth.
+        lowest: lowest measured current, A.
+        highest: highest measured current, A.
 
     Returns:
-        Columns model, seed, region ("inside", "outside"), rmse.
+        Columns model, seed, region ("inside" or "outside") and rmse.
     """
     inside = curves["current"].between(lowest, highest)
     rows = curves.assign(
@@ -65,13 +75,13 @@ def curve_errors(curves: pd.DataFrame, lowest: float, highest: float) -> pd.Data
 def numbers(
     motor: dict[str, float], static: pd.DataFrame, sizes: pd.DataFrame, dynamic: pd.DataFrame
 ) -> dict[str, Any]:
-    """Return the leaves motor, efficiency, sizes and pendulum.
+    """Return the numbers of the chapter: motor, efficiency, sizes and pendulum.
 
     Args:
         motor: identified motor, with resistance R_a in Ohm and friction B' in A/V.
         static: table of `curve_errors`.
-        sizes: columns hidden, penalty, seed, training, new (RMSE).
-        dynamic: columns model, fold (one a training), id, group, rmse (rad).
+        sizes: table with the columns hidden, penalty, seed, training and new (RMSE).
+        dynamic: table with the columns model, fold (one per training), id, group and rmse (rad).
     """
     found: dict[str, Any] = {
         "motor": {
@@ -95,12 +105,21 @@ def numbers(
 
 
 def per_run(dynamic: pd.DataFrame) -> pd.DataFrame:
-    """Return the median over the trainings: columns group, model, id, rmse."""
+    """Return the median error over the trainings: columns group, model, id and rmse (rad).
+
+    Args:
+        dynamic: table with the columns model, fold (one per training), id, group and rmse (rad).
+    """
     return dynamic.groupby(["group", "model", "id"])["rmse"].median().reset_index()
 
 
 def claims(static: pd.DataFrame, dynamic: pd.DataFrame) -> list[Row]:
-    """Return the rows of the claims of chapter 2."""
+    """Return the claims of chapter 2 with their verdicts.
+
+    Args:
+        static: table of `curve_errors`.
+        dynamic: table with the columns model, fold (one per training), id, group and rmse (rad).
+    """
     return [
         _static(static, "inside", "Between the measured currents a network predicts the efficiency better"),
         _static(static, "outside", "Beyond the measured currents a network fails, and the physics does not"),

@@ -1,4 +1,4 @@
-"""Numbers of chapter 3 and verdicts on its claims."""
+"""Numbers of chapter 3."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ PROTOCOL = (
 
 
 def numbers(tables: dict[str, pd.DataFrame], simulations: int) -> dict[str, Any]:
-    """Return the leaves emd, log_likelihood_error, identification, table_3_2 and push_forward of one
-    campaign.
+    """Return the numbers of one campaign: emd, log_likelihood_error, identification, table_3_2 and
+    push_forward.
 
     Args:
-        tables: `identified`, `accuracy`, `monte_carlo`, `sampling`, `estimates` of the campaign.
-        simulations: a point, of the response surface.
+        tables: tables `identified`, `accuracy`, `monte_carlo`, `sampling` and `estimates` of the campaign.
+        simulations: number of simulations per point of the response surface.
     """
     accuracy, samples = tables["accuracy"], tables["monte_carlo"]
     accuracy = accuracy.assign(size=accuracy["error"].abs())
@@ -69,7 +69,7 @@ def numbers(tables: dict[str, pd.DataFrame], simulations: int) -> dict[str, Any]
 
 
 def _reductions(per_set: pd.DataFrame) -> dict[str, Any]:
-    """How much lower than the Gaussian's, data set by data set."""
+    """Return how much lower the errors are than those of the Gaussian, data set by data set."""
     wide = per_set.unstack("method")
     return {
         leaf: mean_leaf((1.0 - wide[column, MAXIMUM_ENTROPY] / wide[column, GAUSSIAN]).to_numpy(), "share")
@@ -114,7 +114,11 @@ def _table_3_2(of: str, tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def table_3_2(found: dict[str, Any]) -> pd.DataFrame:
-    """Return table 3.2 with the dissertation's numbers beside ours."""
+    """Return table 3.2 with the numbers of the dissertation beside the computed numbers.
+
+    Args:
+        found: numbers of `numbers`.
+    """
     rows = []
     for of in CHAOS:
         likelihood = found["identification"][of]["log_likelihood"]["true"]["value"]

@@ -1,4 +1,4 @@
-"""Numbers of chapter 4 and verdicts on its claims."""
+"""Numbers of chapter 4, and verdicts on its claims."""
 
 from __future__ import annotations
 
@@ -24,12 +24,22 @@ PUBLISHED_GAIN = 0.334
 
 
 def per_trajectory(errors: pd.DataFrame) -> pd.Series:
-    """Return the mean RMSE over the repeats, one entry per trajectory."""
+    """Return the mean RMSE over the repeats, one entry per trajectory.
+
+    Args:
+        errors: table with the columns id and rmse (rad/s).
+    """
     return errors.groupby("id")["rmse"].mean()
 
 
 def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves loocv.<model>, recurrent.<N>, region.<set>."""
+    """Return the numbers of the prediction errors: loocv.<model>, recurrent.<N> and region.<set>.
+
+    Args:
+        errors: table of all models, with the columns id, rmse (rad/s), model, split, horizon, extra and
+            diverged.
+        timing: table with the columns horizon, fold and seconds_per_epoch (s).
+    """
     left_out = errors[errors["split"] == "leave_one_out"]
     result: dict[str, Any] = {"loocv": {}, "recurrent": {}, "region": {}, "protocol": PROTOCOL}
     for model, group in left_out[~left_out["extra"]].groupby("model"):
@@ -58,7 +68,13 @@ def accuracy(errors: pd.DataFrame, timing: pd.DataFrame) -> dict[str, Any]:
 
 
 def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, Any]:
-    """Return the leaves recovered.spring and recovered.no_spring, shares of the spring's range."""
+    """Return the numbers of the recovered spring with and without a spring, as shares of the range of its
+    force.
+
+    Args:
+        spring_error: error of the identified force by campaign, N, each of shape (samples,).
+        spring_range: range of the true force, N.
+    """
     result = {}
     for campaign, error in spring_error.items():
         share = float(np.sqrt(np.mean(error**2))) / spring_range
@@ -69,12 +85,12 @@ def recovered(spring_error: dict[str, Array], spring_range: float) -> dict[str, 
 
 
 def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves parameters.<name>.error: |identified - true| / true at the end of training, over the
-    folds.
+    """Return the relative errors |identified - true| / true of the parameters at the end of training, over
+    the folds.
 
     Args:
-        history: columns fold, repeat, epoch and one per parameter.
-        truth: columns parameter, truth.
+        history: table with the columns fold, repeat, epoch and one column per parameter.
+        truth: table with the columns parameter and truth.
     """
     last = history[history["epoch"] == history.groupby(["fold", "repeat"])["epoch"].transform("max")]
     true = dict(zip(truth["parameter"], truth["truth"], strict=True))
@@ -85,7 +101,14 @@ def parameter_errors(history: pd.DataFrame, truth: pd.DataFrame) -> dict[str, An
 def claims(
     chapter: dict[str, Any], errors: pd.DataFrame, history: pd.DataFrame, advice: list[str]
 ) -> list[Row]:
-    """Return the rows of the claims of chapter 4."""
+    """Return the claims of chapter 4 with their verdicts.
+
+    Args:
+        chapter: numbers of the chapter.
+        errors: table of all models, as for `accuracy`.
+        history: table with the columns set, fold, repeat, epoch, parameter and value.
+        advice: sentences of the identifiability study.
+    """
     return [
         _gain(errors),
         _power_law(chapter["recurrent"]),

@@ -1,4 +1,4 @@
-"""Numbers of chapter 5: prediction of follower jumps, and what its networks go by."""
+"""Numbers of chapter 5: prediction of follower jumps, and contributions of the inputs."""
 
 from __future__ import annotations
 
@@ -44,13 +44,15 @@ COMMON = (
 
 
 def splits(trained: pd.Series[str], folds: pd.Series[str]) -> Array:
-    """Return the experiment of the text for every row: uniform, factors, or scarce for the models without
+    """Return the experiment of the dissertation for every row: uniform, factors, or scarce for models without
     q_s.
 
     Args:
-        trained: name of the split in conf/split/, which may join several.
-        folds: named by a share, or by a
-            factor.
+        trained: name of the split in conf/split/, which may contain several experiments.
+        folds: name of the fold, a share or a factor.
+
+    Returns:
+        Names of the experiments, shape (rows,).
     """
     experiment = np.where(folds.str.endswith("%"), UNIFORM, FACTORS)
     return np.where(trained == WITHOUT, WITHOUT, experiment)
@@ -60,7 +62,7 @@ def scores(runs: pd.DataFrame) -> dict[str, Any]:
     """Return mse_jump, mse_all and accuracy of one model on one fold.
 
     Args:
-        runs: label, mse (mm^2), jumps; a row a test run.
+        runs: table with one row per test run and the columns label, mse (mm^2) and jumps.
     """
     jump = runs["label"] == "jump"
     found = {"mse_all": leaf(runs["mse"].to_numpy(), "mm^2")}
@@ -70,7 +72,7 @@ def scores(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def predictions(runs: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves uniform, split, baseline.bounce and hybrid.
+    """Return the numbers of the predictions: uniform, split, baseline.bounce and hybrid.
 
     Args:
         runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
@@ -92,11 +94,14 @@ def predictions(runs: pd.DataFrame) -> dict[str, Any]:
 
 
 def force_accuracy(experiments: pd.DataFrame, folds: list[Fold]) -> dict[str, Any]:
-    """Return the accuracy of F-dagger on the runs tested with scarce data: a negative minimum is called a
-    jump.
+    """Return the accuracy of F-dagger in the test runs with scarce data; a negative minimum is called a jump.
+
+    Args:
+        experiments: table with one row per run and the columns f_min (N) and label.
+        folds: division into training and test runs.
 
     Raises:
-        BadInput: when there is no fold of scarce data.
+        BadInput: when there is no fold with scarce data.
     """
     fold = next((fold for fold in folds if fold.name == SCARCE), None)
     if fold is None:
@@ -106,10 +111,10 @@ def force_accuracy(experiments: pd.DataFrame, folds: list[Fold]) -> dict[str, An
 
 
 def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
-    """Return the leaves of section 5.5.
+    """Return the numbers of section 5.5.
 
     Args:
-        tables: `overall`, `accuracy` and `agreement` as attribute writes them.
+        tables: tables `overall`, `accuracy` and `agreement` of the verb `attribute`.
     """
     accuracy = tables["accuracy"]
     worst = {"value": 1e3 * float(accuracy["error"].max()), "unit": "mm", "n": int(accuracy["steps"].sum())}
@@ -133,7 +138,11 @@ def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:
 
 
 def readable(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per split, fold and model: the scores with their intervals."""
+    """Return one row per split, fold and model: the scores with their intervals.
+
+    Args:
+        runs: table of all models, splits and folds; see `pipeline.cam_follower.jumps.judge`.
+    """
     rows = []
     for (split, fold, model), group in runs.groupby(["split", "fold", "model"], sort=False):
         row = {"split": split, "fold": fold, "model": model}

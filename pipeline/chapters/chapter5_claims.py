@@ -29,10 +29,11 @@ TESTED = "median over jump test runs of the MSE of each repeat, one-sided Mann-W
 
 
 class Repeats:
-    """What single repeats predicted, as numbers per repeat.
+    """Prediction errors of single repeats.
 
     Args:
-        table: table of all models, splits and folds: model, split, fold, repeat, label, mse (mm^2), jumps.
+        table: table of all models, splits and folds, with the columns model, split, fold, repeat, label, mse
+            (mm^2) and jumps.
     """
 
     def __init__(self, table: pd.DataFrame) -> None:
@@ -47,15 +48,38 @@ class Repeats:
         self.factors = list(folds.loc[folds["split"] == FACTORS, "fold"])
 
     def error(self, model: str, fold: str = SCARCE) -> Array:
-        """Return the median MSE over the jump test runs, mm^2, (repeats,)."""
+        """Return the median MSE over the jump test runs.
+
+        Args:
+            model: name of the model.
+            fold: name of the fold; default: the fold with scarce data.
+
+        Returns:
+            Median MSE, mm^2, shape (repeats,).
+        """
         return _per_repeat(self._error, model, fold)
 
     def mistaken(self, model: str, fold: str) -> Array:
-        """Return the share of the test runs whose label is mistaken, (repeats,)."""
+        """Return the share of the test runs with a wrong label.
+
+        Args:
+            model: name of the model.
+            fold: name of the fold.
+
+        Returns:
+            Shares, shape (repeats,).
+        """
         return _per_repeat(self._mistaken, model, fold)
 
     def gain(self, fold: str) -> Array:
-        """Return the error on raw data over the error with linear physics features, (repeats,)."""
+        """Return the error with raw data divided by the error with linear physics features.
+
+        Args:
+            fold: name of the fold.
+
+        Returns:
+            Ratios, shape (repeats,).
+        """
         return self.error(RAW, fold) / self.error(LINEAR, fold)
 
 
@@ -66,11 +90,11 @@ def _per_repeat(numbers: pd.Series[float], model: str, fold: str) -> Array:
 
 
 def claims(repeats: pd.DataFrame, overall: pd.DataFrame) -> list[Row]:
-    """Return the rows of the claims of chapter 5.
+    """Return the claims of chapter 5 with their verdicts.
 
     Args:
-        repeats: see `Repeats`.
-        overall: table of the verb attribute: model, repeat, feature, share.
+        repeats: table of the predictions of all repeats, see `Repeats`.
+        overall: table of the verb `attribute`, with the columns model, repeat, feature and share.
 
     Raises:
         BadInput: when a model is missing.

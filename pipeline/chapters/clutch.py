@@ -1,4 +1,4 @@
-"""Tables of chapter 3 about the wet clutch: what was measured, and one engagement in detail."""
+"""Tables of chapter 3 about the wet clutch: measurements, and one engagement in detail."""
 
 from __future__ import annotations
 
@@ -29,9 +29,14 @@ THINNED = 8
 def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
     """Return one engagement, measured and simulated with the nominal parameters, both phases.
 
+    Args:
+        system: system of the logs.
+        logs: measured experiments.
+        name: id of the experiment.
+
     Returns:
-        t (s), u (A), measured_<output> and, simulated, every state and the signals of figures 3.19 and 3.20,
-        SI units; `synchronous` says whether the simulated event has happened.
+        Columns t (s), u (A), measured_<output>, and simulated states and signals of figures 3.19 and 3.20, SI
+        units; `synchronous` tells whether the simulated event has happened.
 
     Raises:
         BadInput: when there is no such experiment.
@@ -60,7 +65,12 @@ def engagement(system: System, logs: Logs, name: str) -> pd.DataFrame:
 
 
 def currents(logs: Logs) -> pd.DataFrame:
-    """Return profile, t (s), u (A): the feedforward signal of every profile, from one experiment each."""
+    """Return the feedforward signal of every profile, from one experiment each: columns profile, t (s) and u
+    (A).
+
+    Args:
+        logs: measured experiments.
+    """
     table = logs.experiments
     first = table.reset_index(drop=True).groupby("profile").head(1)
     parts = []
@@ -72,10 +82,14 @@ def currents(logs: Logs) -> pd.DataFrame:
 
 
 def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
-    """Read the tables `name`.parquet of all campaigns, with a column campaign.
+    """Read one table of all campaigns, and add a column campaign.
+
+    Args:
+        folders: name and folder of every campaign.
+        name: name of the table.
 
     Raises:
-        BadInput: when one is missing.
+        BadInput: when a table is missing.
     """
     parts = []
     for campaign, folder in folders:
@@ -86,12 +100,16 @@ def gathered(folders: Sequence[tuple[str, Path]], name: str) -> pd.DataFrame:
 
 
 def interpolated_samples(sampling: pd.DataFrame, mae: float) -> float:
-    """Return the simulations per point at which samples reach the error `mae`, linear between logarithms.
+    """Return the number of simulations per point with which sampling reaches an error.
 
-    Nan where they do not within the sizes that were tried.
+    The number is interpolated linearly between logarithms.
 
     Args:
-        sampling: columns samples, mae; repeats are averaged.
+        sampling: table with the columns samples and mae; repeats are averaged.
+        mae: mean absolute error to reach.
+
+    Returns:
+        Number of simulations; nan if no tested size reaches the error.
     """
     curve = sampling.groupby("samples")["mae"].mean().sort_index()
     sizes, errors = np.log(curve.index.to_numpy(np.float64)), np.log(curve.to_numpy())

@@ -1,4 +1,4 @@
-"""The univariate example of section 3.2.8: polynomial chaos, moments and densities against the exact ones."""
+"""The univariate example of section 3.2.8: polynomial chaos, moments and densities beside the exact ones."""
 
 from __future__ import annotations
 
@@ -31,19 +31,35 @@ CURVE = 401
 
 
 def response(theta: Array) -> Array:
-    """Return y(x = 1; theta), of the shape of `theta`."""
+    """Return the response y(x = 1; theta).
+
+    Args:
+        theta: uncertain parameter, any shape.
+
+    Returns:
+        Response, of the shape of `theta`.
+    """
     value: Array = np.tan(theta / 8.0) + np.exp(theta / 6.0 - 1.0) + np.tanh(theta / 2.0)
     return value
 
 
 def expansion(degree: int, order: int) -> Expansion:
-    """Return the Hermite chaos of the clipped normal distribution."""
+    """Return the Hermite chaos of the clipped normal distribution.
+
+    Args:
+        degree: degree of the expansion.
+        order: order of the quadrature.
+    """
     chaos = Chaos((FAMILY,), degree, order)
     return chaos.expand(ALPHA, response(chaos.nodes(ALPHA)))
 
 
 def exact_moments() -> Array:
-    """Return the raw moments (MOMENTS,) of Y under the density of theta."""
+    """Return the raw moments of Y under the density of theta.
+
+    Returns:
+        Raw moments, shape (MOMENTS,).
+    """
     nodes, weights = np.polynomial.legendre.leggauss(FINE)
     half = (FAMILY.high - FAMILY.low) / 2.0
     theta = FAMILY.low + half * (nodes + 1.0)
@@ -52,7 +68,12 @@ def exact_moments() -> Array:
 
 
 def from_raw(raw: Array, support: Array | None = None) -> tuple[GaussianDensity, MaximumEntropy]:
-    """Return densities with the raw moments `raw` (MOMENTS,)."""
+    """Return the Gaussian and the maximum-entropy density with given raw moments.
+
+    Args:
+        raw: raw moments, shape (MOMENTS,).
+        support: lower and upper limit of the density, shape (1, 2); default: none.
+    """
     mean, std, moments = standardised(np.concatenate([[1.0], raw])[:, None])
     return GaussianDensity(mean, std), MaximumEntropy.fit(mean, std, moments, support)
 

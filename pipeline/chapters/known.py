@@ -35,7 +35,16 @@ _MACHINE = {
 
 @dataclass(frozen=True)
 class Reference:
-    """A number from elsewhere: parameter `parameter` of the effect or of the known physics `of`, SI units."""
+    """A reference value, or a range of values, of one parameter.
+
+    Attributes:
+        of: owner of the parameter: name of an effect, or `KNOWN_PHYSICS`.
+        parameter: name of the parameter in the law or the system file.
+        low: smallest value, in `unit`.
+        high: largest value, in `unit`.
+        unit: SI unit of the parameter.
+        source: origin of the value, in words.
+    """
 
     of: str
     parameter: str
@@ -46,7 +55,11 @@ class Reference:
 
     @classmethod
     def read(cls, row: Mapping[str, Any]) -> Reference:
-        """Read a row of `numbers`; a value that is a list is a range."""
+        """Read a row of `numbers`; a value that is a list is a range.
+
+        Args:
+            row: checked entry of the file.
+        """
         values = row["value"] if isinstance(row["value"], list) else [row["value"]]
         return cls(row["of"], row["parameter"], min(values), max(values), row["unit"], row["source"])
 
@@ -56,9 +69,9 @@ class KnownCase:
     """The right answer for one system file.
 
     Attributes:
-        known: what is known from elsewhere, in words.
+        known: knowledge from elsewhere, in words.
         verdicts: verdicts that are right.
-        effects: for each withheld effect, its right names such as "coulomb_friction at rail".
+        effects: right names of every withheld effect, such as "coulomb_friction at rail".
         beside: names of effects that may be said besides.
         numbers: reference values.
     """
@@ -71,7 +84,11 @@ class KnownCase:
 
     @classmethod
     def read(cls, case: Mapping[str, Any]) -> KnownCase:
-        """Read an entry of `cases`."""
+        """Read an entry of `cases`.
+
+        Args:
+            case: checked entry of the file.
+        """
         return cls(
             str(case["known"]),
             frozenset(case["verdicts"]),
@@ -88,7 +105,18 @@ class KnownCase:
 
 @dataclass(frozen=True)
 class Machine:
-    """A published machine; `variable` gives the path of its data to make, `horizon` is in s."""
+    """A published machine and the right answers for its system files.
+
+    Attributes:
+        name: name of the folder of its system files.
+        title: name for readers.
+        variable: variable of make, or of the environment, that gives the path of the data.
+        published: address of the data.
+        licence: licence of the data.
+        about: description of data and known physics.
+        horizon: length of the free-run windows, s.
+        cases: right answers by withheld physics.
+    """
 
     name: str
     title: str
@@ -127,6 +155,9 @@ def read_machine(folder: Path) -> Machine:
 def read_machines(systems: Path) -> list[Machine]:
     """Read all machines in `systems`/<machine>/known.yaml, by name.
 
+    Args:
+        systems: folder with one folder of system files per machine.
+
     Raises:
         BadInput: when there is none, or one is damaged.
     """
@@ -137,5 +168,9 @@ def read_machines(systems: Path) -> list[Machine]:
 
 
 def system_files(folder: Path) -> list[Path]:
-    """Return the system files in the folder of a machine, by name."""
+    """Return the system files in the folder of a machine, by name.
+
+    Args:
+        folder: folder with the system files of one machine.
+    """
     return sorted(path for path in folder.glob("*.yaml") if path.name != FILE)

@@ -1,4 +1,4 @@
-"""Numbers with their uncertainty, as metrics files hold them."""
+"""Numbers with their uncertainty, as metrics files contain them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,12 @@ SAMPLES = 2000
 
 
 def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
-    """Return the mean of the entries with its 95 % bootstrap interval."""
+    """Return the mean of samples with its 95 % bootstrap interval.
+
+    Args:
+        values: samples, shape (n,).
+        unit: unit of the samples.
+    """
     values = np.asarray(values, np.float64)
     rng = np.random.default_rng(0)
     means = values[rng.integers(0, len(values), (SAMPLES, len(values)))].mean(axis=1)
@@ -28,6 +33,11 @@ def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
 
 
 def spread_leaf(values: Array, unit: str) -> dict[str, Any]:
-    """Return the median of the entries, and the range of the inner 95 % of them."""
+    """Return the median of samples, and the range of the inner 95 % of them.
+
+    Args:
+        values: samples, shape (n,).
+        unit: unit of the samples.
+    """
     low, middle, high = np.quantile(values, [0.025, 0.5, 0.975])
     return {"value": float(middle), "unit": unit, "interval": [float(low), float(high)], "n": len(values)}

@@ -1,5 +1,7 @@
-"""Numbers that the dissertation publishes, to be compared with ours. The text carries no page numbers, so
-that a place is the number of its section, table or figure."""
+"""Numbers published in the dissertation, for comparison with the computed numbers.
+
+The text has no page numbers; a place is the number of a section, table or figure.
+"""
 
 from __future__ import annotations
 

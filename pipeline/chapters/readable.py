@@ -1,4 +1,4 @@
-"""Tables for people: CSV, and what a page says about it."""
+"""Write tables for readers: CSV files, with a description for a page."""
 
 from __future__ import annotations
 
@@ -10,14 +10,27 @@ from unmodelled.base.files import read_json, replacing, write_json
 
 
 def training_seconds(fits: Path) -> float:
-    """Return the time that the fits in `fits`/<model>/<split> took, s."""
+    """Return the duration of all fits, s.
+
+    Args:
+        fits: folder of the fits <model>/<split>.
+    """
     return sum(float(read_json(p)["seconds"]) for p in sorted(fits.glob("[!.]*/[!.]*/fit.json")))
 
 
 def write_table(
     path: Path, table: pd.DataFrame, chapter: int | None, title: str, protocol: str, data: str = ""
 ) -> None:
-    """Write `path`.csv and `path`.json: title, caption, protocol, chapter if any, kind of data if given."""
+    """Write a table as a CSV file, and its description as a JSON file.
+
+    Args:
+        path: path of both files, without suffix.
+        table: table to write.
+        chapter: chapter of the dissertation; None if there is none.
+        title: title, which is also the caption.
+        protocol: description of how the numbers were computed.
+        data: kind of the data; default: unknown.
+    """
     with replacing(path.with_suffix(".csv")) as temporary:
         table.to_csv(temporary, index=False, float_format="%.6g")
     about = {"title": title, "caption": title, "protocol": protocol, "chapter": chapter}

@@ -27,7 +27,15 @@ PROTOCOL = (
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """The diagnosis of one system file of a machine; `data` says whether the logs are measured or virtual."""
+    """The diagnosis of one system file of a machine.
+
+    Attributes:
+        machine: name of the machine.
+        withheld: physics that the system file leaves out.
+        case: right answer.
+        report: content of diagnosis.json.
+        data: kind of the logs, measured or virtual.
+    """
 
     machine: str
     withheld: str
@@ -43,6 +51,10 @@ class Diagnosed:
 
 def read_diagnoses(folder: Path, machines: Sequence[Machine]) -> list[Diagnosed]:
     """Read `folder`/<machine>/<withheld>_withheld/diagnosis.json of all machines.
+
+    Args:
+        folder: folder of all diagnoses; may be missing.
+        machines: machines to look for.
 
     Raises:
         BadInput: when a diagnosis is damaged, or known.yaml of its machine lacks its case.
@@ -63,7 +75,11 @@ def _read(folder: Path, machine: Machine) -> Iterator[Diagnosed]:
 
 
 def leaves(report: Report) -> dict[str, Any]:
-    """Return the numbers of one diagnosis."""
+    """Return the numbers of one diagnosis.
+
+    Args:
+        report: content of diagnosis.json.
+    """
     gap = report["gap"]
     n = len(gap["held_out"])
     return {
@@ -88,6 +104,10 @@ def judgements(found: Sequence[Diagnosed], machines: Sequence[Machine]) -> pd.Da
     """Return a row per system file: what is known from elsewhere, what is said, and whether it holds.
 
     A system file without a diagnosis has a row that says how to give the data of its machine.
+
+    Args:
+        found: diagnoses of any machines.
+        machines: all machines, with or without a diagnosis.
     """
     reports = {(one.machine, one.withheld): one.report for one in found}
     rows = []
@@ -106,7 +126,11 @@ def judgements(found: Sequence[Diagnosed], machines: Sequence[Machine]) -> pd.Da
 
 
 def gaps(found: Sequence[Diagnosed]) -> pd.DataFrame:
-    """Return the gaps of every diagnosis, model by model."""
+    """Return the gaps of every diagnosis, model by model.
+
+    Args:
+        found: diagnoses of any machines.
+    """
     rows = [
         {
             **one.about,
@@ -123,7 +147,11 @@ def gaps(found: Sequence[Diagnosed]) -> pd.DataFrame:
 
 
 def numbers(found: Sequence[Diagnosed]) -> pd.DataFrame:
-    """Return the identified numbers of the known physics and of the effects, with their references."""
+    """Return the identified numbers of the known physics and of the effects, with their references.
+
+    Args:
+        found: diagnoses of any machines.
+    """
     rows = [row for one in found for row in _numbers(one)]
     columns = ["of", "parameter", "unit", "given", "identified", "low", "high"]
     more = ["reference low", "reference high", "inside", "source"]
@@ -148,7 +176,11 @@ def _numbers(one: Diagnosed) -> Iterator[dict[str, Any]]:
 
 
 def left_over(found: Sequence[Diagnosed]) -> pd.DataFrame:
-    """Return where the gap lies, the remaining gap of every held-out experiment, and the notes."""
+    """Return where the gap lies, the remaining gap of every held-out experiment, and the notes.
+
+    Args:
+        found: diagnoses of any machines.
+    """
     rows = [
         {**one.about, "kind": kind, "where": where, "share": share, "left": left}
         for one in found
@@ -173,7 +205,11 @@ def _places(report: Report) -> Iterator[tuple[str, str, float | None, float | No
 
 
 def said(report: Report) -> str:
-    """Return the effects of a diagnosis with their laws and the effects that are not told apart from them."""
+    """Return the effects of a diagnosis with their laws and the effects that are not told apart from them.
+
+    Args:
+        report: content of diagnosis.json.
+    """
     partial = "" if asserted(report) else " (partial)"
     return "; ".join(_effect(effect) + partial for effect in report["effects"]) or "none"
 

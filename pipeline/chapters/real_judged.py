@@ -15,13 +15,21 @@ ASSERTING = ("effect", "main_effect")
 
 
 def named(effect: Mapping[str, Any]) -> str:
-    """Return family and place of an effect, such as "coulomb_friction at rail"."""
+    """Return family and place of an effect, such as "coulomb_friction at rail".
+
+    Args:
+        effect: effect of diagnosis.json.
+    """
     place = effect.get("port")
     return f"{effect['family']} at {place}" if place else str(effect["family"])
 
 
 def asserted(report: Report) -> Sequence[Mapping[str, Any]]:
-    """Return the effects that the verdict asserts."""
+    """Return the effects that the verdict asserts.
+
+    Args:
+        report: content of diagnosis.json.
+    """
     effects: Sequence[Mapping[str, Any]] = report["effects"]
     return effects if report["verdict"] in ASSERTING else ()
 
@@ -59,6 +67,10 @@ def is_inside(reference: Reference, report: Report) -> bool | None:
     """Return whether a reference lies in the 95 % interval of its number; None where there is no interval.
 
     A reference that is a range lies inside if it overlaps the interval.
+
+    Args:
+        reference: reference value or range.
+        report: content of diagnosis.json.
     """
     identified = parameters(report).get((reference.of, reference.parameter))
     if identified is None or None in (interval := identified["interval"] or [None]):
@@ -68,7 +80,11 @@ def is_inside(reference: Reference, report: Report) -> bool | None:
 
 
 def parameters(report: Report) -> dict[tuple[str, str], dict[str, Any]]:
-    """Return the identified numbers by owner (effect, or known physics) and name."""
+    """Return the identified numbers by owner (effect, or known physics) and name.
+
+    Args:
+        report: content of diagnosis.json.
+    """
     own = {(KNOWN_PHYSICS, name): dict(values) for name, values in report["parameters"].items()}
     return own | {
         (named(effect), name): {"identified": values["value"], **values}

@@ -1,4 +1,4 @@
-"""diagnosis.json (`diagnosis/1`) and what is known beside it, read back."""
+"""Read diagnosis.json (`diagnosis/1`) and related files, and check their form."""
 
 from __future__ import annotations
 
@@ -60,10 +60,13 @@ _REFIT = {
 
 
 def read_told(path: Path) -> dict[str, Any]:
-    """Read a diagnosis with all that a page tells of it.
+    """Read a diagnosis with everything that a page shows of it.
+
+    Args:
+        path: path of the file.
 
     Raises:
-        BadInput: naming the place that is missing or wrong.
+        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
     """
     return _read(path, _TOLD)
 
@@ -71,17 +74,23 @@ def read_told(path: Path) -> dict[str, Any]:
 def read_judged(path: Path) -> dict[str, Any]:
     """Read a diagnosis of a withheld case.
 
+    Args:
+        path: path of the file.
+
     Raises:
-        BadInput: naming the place that is missing or wrong.
+        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
     """
     return _read(path, _JUDGED)
 
 
 def read_held_out(path: Path) -> list[str]:
-    """Read the ids of the experiments that a diagnosis held out.
+    """Read the ids of the held-out experiments of a diagnosis.
+
+    Args:
+        path: path of the file.
 
     Raises:
-        BadInput: naming the place that is missing or wrong.
+        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
     """
     found: list[str] = _read(path, {"gap": {"held_out": [str]}})["gap"]["held_out"]
     return found
@@ -90,17 +99,23 @@ def read_held_out(path: Path) -> list[str]:
 def read_truth(path: Path) -> dict[str, Any]:
     """Read the planted effects of a withheld case.
 
+    Args:
+        path: path of the file.
+
     Raises:
-        BadInput: naming the place that is missing or wrong.
+        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
     """
     return _read(path, _TRUTH)
 
 
 def read_refit(path: Path) -> dict[str, Any]:
-    """Read the result of refitting a withheld case whose planted effects are known.
+    """Read the refit of a withheld case with known planted effects.
+
+    Args:
+        path: path of the file.
 
     Raises:
-        BadInput: naming the place that is missing or wrong.
+        BadInput: when the file cannot be read, or an entry is missing or wrong; the message names the entry.
     """
     return _read(path, _REFIT)
 

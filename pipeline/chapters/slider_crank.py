@@ -34,11 +34,17 @@ CAMPAIGNS = {"slider_crank": "spring", "slider_crank_bare": "no_spring"}
 
 
 def cells(folder: Path) -> list[tuple[str, int, bool, str, Path]]:
-    """Return (model, horizon of a recurrent model or 0, whether it had additional epochs, split, folder) of
-    every cell.
+    """Find the cells <model>/<split> in a folder.
+
+    Args:
+        folder: folder of the cells.
+
+    Returns:
+        Model, horizon of a recurrent model (otherwise 0), whether the model had additional epochs, split, and
+        folder of every cell.
 
     Raises:
-        BadInput: when there is none.
+        BadInput: when there is no cell.
     """
     found = []
     for path in sorted(p for p in folder.glob("[!.]*/[!.]*") if p.is_dir()):
@@ -51,7 +57,13 @@ def cells(folder: Path) -> list[tuple[str, int, bool, str, Path]]:
 
 
 def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
-    """Read the tables `kind`.parquet of all cells, with model, split, horizon and extra."""
+    """Read one table of all cells, and add the columns model, split, horizon and extra.
+
+    Args:
+        predictions: folder of the predictions <model>/<split>.
+        fits: folder of the fits <model>/<split>.
+        kind: name of the table.
+    """
     parts = []
     for model, horizon, extra, split, path in cells(predictions):
         fit = read_json(fits / path.parent.name / path.name / "fit.json")
@@ -61,8 +73,14 @@ def gathered(predictions: Path, fits: Path, kind: str) -> pd.DataFrame:
 
 
 def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return parameters after every epoch (set, fold, repeat, epoch, parameter, value), and time per epoch of
-    the recurrent models (horizon, fold, seconds_per_epoch).
+    """Return the parameters after every epoch, and the time per epoch of the recurrent models.
+
+    Args:
+        fits: folder of the fits <model>/<split>.
+
+    Returns:
+        Table with the columns set, fold, repeat, epoch, parameter and value, and table with the columns
+        horizon, fold and seconds_per_epoch (s).
     """
     history, timing = [], []
     for model, horizon, extra, split, path in cells(fits):
@@ -79,7 +97,12 @@ def histories(fits: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
 
 
 def parameters(system: System, bench: Path) -> pd.DataFrame:
-    """Return table 4.1: the values of the system file and the true values of the virtual bench."""
+    """Return table 4.1: parameters in the system file, and their true values on the virtual bench.
+
+    Args:
+        system: known physics.
+        bench: path of bench.json.
+    """
     truth = read_json(bench)
     known = {p.name: p for p in system.parameters}
     rows = []
@@ -92,7 +115,12 @@ def parameters(system: System, bench: Path) -> pd.DataFrame:
 
 
 def signals(system: System, logs: Logs) -> pd.DataFrame:
-    """Return id, t, theta, omega, T, and d, v from the geometry of the system file at the measured states."""
+    """Return id, t, theta, omega and T, with d and v computed from the geometry at the measured states.
+
+    Args:
+        system: system of the logs.
+        logs: measured experiments.
+    """
     geometry = numpy_system_function(system, [system.signals["d"], system.signals["v"]], efforts_zero=True)
     e = np.zeros(len(system.ports))
     d, v = geometry(logs.t, logs.x, logs.u, e, np.array(system.values), logs.c[logs.owner]).T
@@ -102,7 +130,11 @@ def signals(system: System, logs: Logs) -> pd.DataFrame:
 
 
 def experiments(logs: Logs) -> pd.DataFrame:
-    """Return id, profile, start, speed (rms of omega, rad/s) and slow (one of the slower half)."""
+    """Return id, profile, start, speed (rms of omega, rad/s) and slow (whether in the slower half).
+
+    Args:
+        logs: measured experiments.
+    """
     table = logs.experiments_with_speed()
     speed = table["rms_omega"].to_numpy(np.float64)
     order = np.argsort(speed, kind="stable")
@@ -114,12 +146,12 @@ def experiments(logs: Logs) -> pd.DataFrame:
 def forces(
     predictions: dict[str, Path], measured: dict[str, pd.DataFrame], truth: dict[str, Path]
 ) -> pd.DataFrame:
-    """Return the networks' forces on the training data, beside the true load of the bench.
+    """Return the forces of the networks in the training data, beside the true load of the bench.
 
     Args:
-        predictions: campaign -> folder of <model>/<split>.
-        measured: campaign -> `signals`.
-        truth: campaign -> truth.parquet of the bench (id, t, d, v, F), read for judging alone.
+        predictions: folder of the predictions <model>/<split>, by campaign.
+        measured: table of `signals`, by campaign.
+        truth: path of truth.parquet (id, t, d, v, F), by campaign; used for the assessment only.
     """
     parts = []
     for campaign, folder in predictions.items():
@@ -146,14 +178,25 @@ def _sample_by_sample(own: pd.DataFrame, truth: pd.DataFrame) -> Array:
 
 
 def surface(predictions: Path) -> pd.DataFrame:
-    """Return the network F(d, v) of one fold on a grid, before and after training: stage, d, v, F."""
+    """Return the force F(d, v) of the network of one fold on a grid, before and after training: stage, d, v,
+    F.
+
+    Args:
+        predictions: folder of one cell.
+    """
     table = read_parquet(predictions / "surface.parquet")
     return table.rename(columns={"q0": "d", "q1": "v", "effort": "F"}).drop(columns="network")
 
 
 def spring_errors(force: pd.DataFrame, spring: pd.DataFrame) -> dict[str, Array]:
-    """Return the error of the conservative network against the spring, N, at the visited positions, per
-    campaign.
+    """Return the error of the conservative network against the true spring, at the visited positions.
+
+    Args:
+        force: table of `forces`.
+        spring: table with the columns d (m) and F (N) of the true spring.
+
+    Returns:
+        Errors by campaign, N, each of shape (samples,).
     """
     split = force[force["model"] == "nnap_split"]
     result = {}

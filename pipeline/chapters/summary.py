@@ -1,4 +1,4 @@
-"""From errors of single simulations to the numbers of a chapter: value, interval, unit, count."""
+"""Summarise errors of single simulations as numbers with value, interval, unit and count."""
 
 from __future__ import annotations
 
@@ -17,7 +17,12 @@ Leaf = dict[str, Any]
 
 
 def leaf(values: Array, unit: str) -> Leaf:
-    """Return the median of `values` (one per repeat) with its 95 % interval over the repeats."""
+    """Return the median over the repeats with its 95 % interval.
+
+    Args:
+        values: one number per repeat, shape (repeats,).
+        unit: unit of the numbers.
+    """
     values = np.asarray(values, np.float64)
     content: Leaf = {"value": float(np.median(values)), "unit": unit, "n": len(values)}
     if len(values) > 1:
@@ -26,7 +31,12 @@ def leaf(values: Array, unit: str) -> Leaf:
 
 
 def share(hits: int, total: int) -> Leaf:
-    """Return a share with its 95 % Wilson interval."""
+    """Return a share with its 95 % Wilson interval.
+
+    Args:
+        hits: number of hits.
+        total: number of all trials.
+    """
     from scipy.stats import binomtest
 
     interval = binomtest(hits, total).proportion_ci(method="wilson")
@@ -34,9 +44,12 @@ def share(hits: int, total: int) -> Leaf:
 
 
 def labels(experiments: pd.DataFrame) -> dict[str, Any]:
-    """Count the labels, and judge F-dagger as a classifier of jumps: a negative minimum is called a jump.
+    """Count the labels, and assess F-dagger as a classifier; a negative minimum is called a jump.
 
-    Neither the pitch curve nor the threshold, which is zero, was fitted to any label.
+    Neither the pitch curve nor the threshold, which is zero, was fitted to labels.
+
+    Args:
+        experiments: table with one row per run and the columns label and f_min (N).
     """
     counts = {
         name: {"value": int((experiments["label"] == name).sum()), "unit": "runs", "n": len(experiments)}
@@ -57,7 +70,11 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
 
 
 def table_5_1(mechanism: CamFollower) -> pd.DataFrame:
-    """Compare table 5.1 by our geometry with the published one: 40 cells."""
+    """Compare table 5.1 with the computed geometry: 40 cells.
+
+    Args:
+        mechanism: constants of the bench.
+    """
     phi = np.linspace(0.0, 2.0 * np.pi, 20_001)
     rows = []
     for i, H in enumerate(published.STROKES):
@@ -71,13 +88,23 @@ def table_5_1(mechanism: CamFollower) -> pd.DataFrame:
 
 
 def per_repeat(errors: pd.DataFrame, column: str = "omega_mse") -> Array:
-    """Return the median over the test runs, one number per repeat."""
+    """Return the median over the test runs for every repeat.
+
+    Args:
+        errors: table with the column repeat and the errors.
+        column: name of the column of errors; default omega_mse.
+
+    Returns:
+        Medians, shape (repeats,).
+    """
     return np.asarray(errors.groupby("repeat")[column].median(), np.float64)
 
 
 def simulation(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves of the free-run errors per model: interpolation pooled over folds, extrapolation per
-    level.
+    """Return the free-run errors per model: interpolation over all folds together, extrapolation per level.
+
+    Args:
+        errors: table of all models, with the columns model, split, fold, repeat and omega_mse ((rad/s)^2).
     """
     result: dict[str, Any] = {"interpolation": {}, "extrapolation": {}}
     for (split, model), group in errors.groupby(["split", "model"]):
@@ -100,7 +127,12 @@ def _errors(group: pd.DataFrame) -> dict[str, Leaf]:
 
 
 def contact_force(force: pd.DataFrame, experiments: pd.DataFrame) -> dict[str, Any]:
-    """Return the mean absolute error of F_min (eq. 6.12) on I_2 to I_10, of models trained on I_1 alone."""
+    """Return the mean absolute error of F_min (eq. 6.12) on I_2 to I_10, for models trained on I_1 only.
+
+    Args:
+        force: table with the columns model, fold, repeat, exp and f_min (N).
+        experiments: table with the columns exp, subset and f_min (N).
+    """
     first = force[force["fold"] == "10%"].merge(
         experiments.loc[experiments["subset"] >= 2, ["exp", "f_min"]], on="exp", suffixes=("", "_measured")
     )
@@ -113,7 +145,8 @@ def boundary_errors(boundary: pd.DataFrame) -> pd.DataFrame:
     """Return the mean absolute error of Q per model, fold and repeat, V.
 
     Args:
-        boundary: columns model, fold, repeat, H, beta, m, Q; the truth has model "measured".
+        boundary: table with the columns model, fold, repeat, H, beta, m and Q (V); the measured boundary has
+            the model "measured".
     """
     setting = ["H", "beta", "m"]
     truth = boundary.loc[boundary["model"] == "measured", [*setting, "Q"]]
@@ -123,7 +156,11 @@ def boundary_errors(boundary: pd.DataFrame) -> pd.DataFrame:
 
 
 def boundary_leaves(errors: pd.DataFrame) -> dict[str, Any]:
-    """Return the leaves `boundary.<subset count>.<model>.mae` of `boundary_errors`."""
+    """Return the numbers `boundary.<subset count>.<model>.mae`.
+
+    Args:
+        errors: table of `boundary_errors`.
+    """
     result: dict[str, Any] = {}
     for (fold, model), group in errors.groupby(["fold", "model"]):
         level = str(int(str(fold).rstrip("%")) // 10)

@@ -1,8 +1,8 @@
-"""Verdicts on claims: the words, and the rules that decide orders, trends and equivalence.
+"""Verdicts on claims, and statistical tests for orders, trends and equivalence.
 
-A sample is what was drawn independently: a training from its own initial weights, a held-out run or a data
-set. It has one number: repeats within a draw are reduced to their median by the caller. Every change of a
-rule is a row of docs/decisions/rule_changes.md.
+A sample is one independent draw: a training from its own initial weights, a held-out run or a data set. Each
+sample has one number: the caller reduces repeats within a draw to their median. Every change of a rule is a
+row of docs/decisions/rule_changes.md.
 """
 
 from __future__ import annotations
@@ -28,16 +28,18 @@ ROUNDING = 1e-9
 
 
 def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
-    """Return the verdict on "the numbers `larger` are larger than the numbers `smaller`".
+    """Return the verdict on the claim that the numbers `larger` are larger than the numbers `smaller`.
 
     Independent samples are compared by a Mann-Whitney test, pairs by a Wilcoxon signed-rank test of their
-    differences, both one-sided at 5 %. A deterministic model (least squares, an identified motor) gives one
-    number however often it is repeated: its copies count once, and the differences of the other side from it
-    are tested like pairs. In direction: only the median says so. Too few repeats: even complete
-    separation would not reach 5 %, as with four pairs, or with three numbers against three.
+    differences, both one-sided at 5 %. A deterministic model (least squares, an identified motor) always
+    gives the same number: its copies count once, and the differences between the other numbers and this
+    number are tested like pairs. The claim holds in direction if only the median supports it. There are too
+    few repeats if even complete separation would not reach 5 %, as with four pairs, or with three numbers
+    against three.
 
     Args:
-        larger, smaller: (samples,) one number per independent sample.
+        larger: one number per independent sample, shape (samples,).
+        smaller: one number per independent sample, shape (samples,).
         paired: whether the k-th numbers belong to the same held-out run or data set; default: they do not.
     """
     from scipy.stats import mannwhitneyu, wilcoxon
@@ -59,18 +61,23 @@ def order_verdict(larger: Array, smaller: Array, paired: bool = False) -> str:
 
 
 def too_few(pairs: int) -> bool:
-    """Return whether no test of so many pairs, or numbers against a constant, can reach the level."""
+    """Tell whether no test of a number of pairs can reach the level; numbers against a constant count as
+    pairs.
+
+    Args:
+        pairs: number of pairs.
+    """
     return 0.5**pairs >= LEVEL
 
 
 def falling_verdict(levels: Array, values: Array) -> tuple[str, float]:
-    """Return the verdict on "the values fall as the levels rise", and Spearman's rank correlation.
+    """Return the verdict on the claim that values fall with rising levels, and Spearman's rank correlation.
 
     The test is exact, over all orders of the values, one-sided at 5 %.
 
     Args:
-        levels: (samples,) such as shares of the runs trained on.
-        values: (samples,) one number per level: the median of its repeats.
+        levels: levels such as shares of training runs, shape (samples,).
+        values: median over the repeats at each level, shape (samples,).
     """
     from scipy.stats import permutation_test, spearmanr
 
@@ -88,15 +95,16 @@ def falling_verdict(levels: Array, values: Array) -> tuple[str, float]:
 
 
 def alike_verdict(samples: Sequence[Array]) -> tuple[str, float, list[float]]:
-    """Return the verdict on "these errors are about equally large", the largest ratio, and its limits.
+    """Return the verdict on the claim that errors are about equally large, the largest ratio, and its limits.
 
-    Equivalence is shown, not the lack of a difference: the claim holds if the ratio of the largest median to
-    the smallest is below `ALIKE` even at its upper limit, the upper 95 % limit of the one over the lower
-    limit of the other. In direction: only the ratio of the medians is. Too few repeats: fewer than six, as no
-    interval of a median reaches 95 % then.
+    The test is for equivalence, not for the lack of a difference. The claim holds if even the upper limit of
+    the ratio between the largest and the smallest median is below `ALIKE`; this limit is the upper 95 % limit
+    of the largest median divided by the lower 95 % limit of the smallest. The claim holds in direction if
+    only the ratio of the medians is below `ALIKE`. Fewer than six repeats are too few, because no interval of
+    a median reaches 95 % then.
 
     Args:
-        samples: errors of every model, (repeats,) each.
+        samples: errors of every model, each of shape (repeats,).
     """
     medians = [float(np.median(own)) for own in samples]
     largest, smallest = int(np.argmax(medians)), int(np.argmin(medians))
@@ -108,7 +116,11 @@ def alike_verdict(samples: Sequence[Array]) -> tuple[str, float, list[float]]:
 
 
 def worst(*verdicts: str) -> str:
-    """Return the verdict on a claim that is made of several."""
+    """Return the verdict on a claim that consists of several claims: the worst of their verdicts.
+
+    Args:
+        *verdicts: verdicts of the partial claims.
+    """
     return max(verdicts, key=[HOLDS, DIRECTION, TOO_FEW, FAILS].index)
 
 

@@ -1,5 +1,5 @@
-"""Figures of the report: one public function per figure, `(data folder) -> Figure`, reading tables only.
+"""Figures of the report: one public function per figure, `(data folder) -> Figure`, which reads tables only.
 
-The first line of a figure's docstring is its caption, the second paragraph says what to see in it. Examples
-are chosen by rule from the tables, so that every figure works on any campaign.
+The first line of a figure's docstring is its caption; the second paragraph says what the reader should see.
+Examples are chosen from the tables by a rule, so that every figure works for any campaign.
 """

@@ -1,4 +1,4 @@
-"""Overviews of a whole campaign from its table of experiments."""
+"""Draw overviews of a whole campaign from its table of experiments."""
 
 from __future__ import annotations
 

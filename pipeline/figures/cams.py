@@ -1,4 +1,4 @@
-"""Geometry of the cams of a campaign, and how well the measured follower keeps to it."""
+"""Draw the geometry of the cams of a campaign, and the measured follower beside it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The interface force as if contact never broke, F†, against what the follower did."""
+"""Draw the interface force F† for permanent contact, beside the measured motion of the follower."""
 
 from __future__ import annotations
 

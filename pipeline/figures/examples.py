@@ -1,6 +1,6 @@
-"""Which experiments a figure shows: rules on the table of experiments, never numbers of experiments.
+"""Choose the experiments that a figure shows, by rules on the table of experiments.
 
-Experiments are named by their row in the table.
+An experiment is identified by its row in the table.
 """
 
 from __future__ import annotations
@@ -16,14 +16,25 @@ FACTORS = ("V", "m", "H", "beta")
 
 
 def levels(experiments: pd.DataFrame, factor: str) -> Array:
-    """Return the levels of a factor, increasing."""
+    """Return the levels of a factor in increasing order.
+
+    Args:
+        experiments: table of the experiments.
+        factor: name of the column.
+
+    Returns:
+        Levels, SI units, shape (levels,).
+    """
     return np.unique(experiments[factor].to_numpy(np.float64))
 
 
 def centre(experiments: pd.DataFrame) -> dict[str, float]:
     """Return a setting just above the middle of every range, with the lightest follower.
 
-    There a light follower jumps already, and changes of each factor make or end the jumps.
+    At this setting a light follower already jumps, and a change of any factor starts or ends the jumps.
+
+    Args:
+        experiments: table of the experiments, with the columns V, m, H and beta.
     """
     middle = {}
     for factor in FACTORS:
@@ -33,8 +44,12 @@ def centre(experiments: pd.DataFrame) -> dict[str, float]:
 
 
 def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
-    """Return rows that turn, in which only `factor` leaves the `centre`: `count` levels over the whole
-    range.
+    """Return rows without stall in which only one factor differs from the `centre`.
+
+    Args:
+        experiments: table of the experiments.
+        factor: name of the factor.
+        count: largest number of levels, over the whole range; default 3.
     """
     chosen = experiments["label"] != "stall"
     for other, value in centre(experiments).items():
@@ -47,17 +62,29 @@ def varied(experiments: pd.DataFrame, factor: str, count: int = 3) -> list[int]:
 
 
 def median_row(experiments: pd.DataFrame, column: str) -> int | None:
-    """Return the row with the median of `column`; None in an empty table."""
+    """Return the row with the median of a column.
+
+    Args:
+        experiments: table of the experiments.
+        column: name of the column.
+
+    Returns:
+        Row; None for an empty table.
+    """
     ordered = experiments.sort_values([column, "exp"]).index
     return int(ordered[len(ordered) // 2]) if len(ordered) else None
 
 
 def nominal_and_bouncing(experiments: pd.DataFrame) -> tuple[int | None, int | None]:
-    """Return a contact run and a jump run that differ in the voltage only, where the campaign has such a
-    pair.
+    """Return a contact run and a jump run that differ only in the voltage, if the campaign has such a pair.
 
-    The jump is the median one by its detachment, the contact the median one by voltage of the same cam and
-    mass.
+    The jump run has the median detachment; the contact run has the median voltage for the same cam and mass.
+
+    Args:
+        experiments: table of the experiments.
+
+    Returns:
+        Rows of the contact run and of the jump run; None if there is none.
     """
     contacts = experiments[experiments["label"] == "contact"]
     jumps = experiments[experiments["label"] == "jump"]
@@ -70,8 +97,14 @@ def nominal_and_bouncing(experiments: pd.DataFrame) -> tuple[int | None, int | N
 
 
 def folded(theta: Array) -> Array:
-    """Return the angle within one revolution, rad.
+    """Return the angle within one revolution.
 
-    Unlike a remainder it does not wrap where the shaft swings back over the end of the revolution.
+    Unlike a remainder, the angle does not wrap where the shaft swings back over the end of the revolution.
+
+    Args:
+        theta: unwrapped angle within about one revolution, rad, shape (n,).
+
+    Returns:
+        Angle, rad, shape (n,).
     """
     return theta - TURN * float(np.floor(np.median(theta) / TURN))

@@ -1,4 +1,4 @@
-"""Where contact is lost: predicted contact forces and boundaries, outside the settings trained on."""
+"""Draw the loss of contact: predicted contact forces and boundaries beyond the training settings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What figures on models share: a fixed look for every model, the band of its repeats, and the tables."""
+"""Tables, looks of the models and bands of repeats, shared by figures of models."""
 
 from __future__ import annotations
 
@@ -26,37 +26,61 @@ LOOKS = {
 
 
 def look(model: str) -> Look:
-    """Return the look of `model`; a model without an entry is labelled with its own name."""
+    """Return the look of a model; an unknown model is labelled with its own name.
+
+    Args:
+        model: name of the model.
+    """
     return LOOKS.get(model, Look(model, "#8c6d31", "*"))
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table written by tabulate from the data folder."""
+    """Read a table written by the verb tabulate.
+
+    Args:
+        data: folder of the data, with the tables in `tables`.
+        name: name of the table.
+    """
     return read_parquet(data / "tables" / "cam_follower" / f"{name}.parquet")
 
 
 def shares(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of models that were trained on a share of the most stable runs, with that
-    `share`, %.
+    """Return the rows of models that were trained on a share of the most stable runs, with the column share
+    (%).
+
+    Args:
+        rows: table with the column fold.
     """
     kept = rows[rows["fold"].str.endswith("%")]
     return kept.assign(share=kept["fold"].str.rstrip("%").astype(float))
 
 
 def smallest_share(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of models that were trained on the smallest share, I1."""
+    """Return the rows of models that were trained on the smallest share, I1.
+
+    Args:
+        rows: table with the column fold.
+    """
     kept = shares(rows)
     return kept[kept["share"] == kept["share"].min()]
 
 
 def present(rows: pd.DataFrame) -> list[str]:
-    """Return the models of `rows` in the order of legends, without the measurement."""
+    """Return the models of a table in the order of legends, without the measurement.
+
+    Args:
+        rows: table with the column model.
+    """
     order = [*LOOKS, *sorted(set(rows["model"]) - set(LOOKS))]
     return [name for name in order if name != "measured" and (rows["model"] == name).any()]
 
 
 def handle(model: str) -> Line2D:
-    """Return the legend entry of `model`."""
+    """Return the legend entry of a model.
+
+    Args:
+        model: name of the model.
+    """
     style = look(model)
     line = Line2D([], [], color=style.colour, marker=style.marker, label=style.label)
     line.set(linestyle=style.line, linewidth=style.width)
@@ -64,8 +88,14 @@ def handle(model: str) -> Line2D:
 
 
 def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
-    """Draw the median of `y` over the repeats at every `x` as a line, and the inner half of the repeats as a
-    band.
+    """Draw the median over the repeats as a line, and the inner half of the repeats as a band.
+
+    Args:
+        axes: axes to draw in.
+        model: name of the model.
+        points: table with one row per repeat.
+        x: name of the column of the horizontal axis.
+        y: name of the column of the vertical axis.
     """
     style = look(model)
     quartiles = points.groupby(x)[y].quantile([0.25, 0.5, 0.75]).unstack()
@@ -85,8 +115,10 @@ def band(axes: Axes, model: str, points: pd.DataFrame, x: str, y: str) -> None:
 
 
 def plain_log(axes: Axes) -> None:
-    """Write round numbers instead of powers of ten beside a logarithmic axis, which rarely covers many
-    decades.
+    """Write round numbers instead of powers of ten beside a logarithmic axis of few decades.
+
+    Args:
+        axes: axes that are changed.
     """
     low, high = axes.get_ylim()
     steps = (1.0, 2.0, 5.0) if high / low > 8.0 else tuple(range(1, 10))

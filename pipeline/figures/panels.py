@@ -1,4 +1,4 @@
-"""Maps over a whole campaign: a panel for every cam, a cell for every voltage and mass."""
+"""Draw maps of a whole campaign: one panel per cam, one cell per voltage and mass."""
 
 from __future__ import annotations
 
@@ -23,8 +23,14 @@ STALL = Patch(color=LABELS["stall"], label="stall")
 
 
 def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Panels]:
-    """Make a panel for every cam: strokes H from the bottom up, rises beta from left to right; axes are
-    shared.
+    """Make one panel per cam: strokes H from bottom to top, rises beta from left to right, shared axes.
+
+    Args:
+        experiments: table of the experiments.
+        panel_height: height of a panel, in.
+
+    Returns:
+        Figure, and axes by stroke and rise.
     """
     strokes, rises = levels(experiments, "H")[::-1], levels(experiments, "beta")
     figure = new_figure(height=0.9 + panel_height * len(strokes))
@@ -39,7 +45,14 @@ def cam_grid(experiments: pd.DataFrame, panel_height: float) -> tuple[Figure, Pa
 
 
 def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
-    """Make the `cam_grid` with axes for `cells`."""
+    """Make a `cam_grid` with axes for `cells`.
+
+    Args:
+        experiments: table of the experiments.
+
+    Returns:
+        Figure, and axes by stroke and rise.
+    """
     figure, panels = cam_grid(experiments, panel_height=1.25)
     masses = levels(experiments, "m")
     for axes in panels.values():
@@ -52,7 +65,14 @@ def map_grid(experiments: pd.DataFrame) -> tuple[Figure, Panels]:
 
 
 def edges(centres: Array) -> Array:
-    """Return the borders between cells around `centres`, increasing; one more than there are centres."""
+    """Return the borders between cells in increasing order.
+
+    Args:
+        centres: centres of the cells, shape (n,).
+
+    Returns:
+        Borders, shape (n + 1,).
+    """
     if len(centres) == 1:
         return np.array([centres[0] - 0.5, centres[0] + 0.5])
     inner = (centres[:-1] + centres[1:]) / 2.0
@@ -62,10 +82,17 @@ def edges(centres: Array) -> Array:
 def cells(
     panels: Panels, experiments: pd.DataFrame, values: Array, colours: Colormap, norm: Normalize
 ) -> QuadMesh:
-    """Draw `values` (one per experiment, NaN leaves a cell empty) and grey cells where the bench stalls.
+    """Draw values as cells of a map, and grey cells where the bench stalls.
+
+    Args:
+        panels: axes made by `map_grid`.
+        experiments: table of the experiments.
+        values: values of the experiments, shape (experiments,); nan leaves a cell empty.
+        colours: colour map of matplotlib.
+        norm: range of the colours.
 
     Returns:
-        The last mesh, for a colour bar.
+        Last mesh, for a colour bar.
     """
     V, m = levels(experiments, "V"), levels(experiments, "m")
     table = experiments[["H", "beta", "m", "V"]].assign(
@@ -94,13 +121,13 @@ def boundary_line(panels: Panels, boundary: pd.DataFrame, masses: Array, name: s
     """Draw a voltage for every cam and mass as a line through the maps.
 
     Args:
-        panels: made by `map_grid`.
-        boundary: columns H, beta, m, Q; where a setting is absent the line is broken.
-        masses: the rows of the maps, kg.
-        name: name in the legend.
+        panels: axes made by `map_grid`.
+        boundary: table with the columns H, beta, m and Q (V); the line is broken at missing settings.
+        masses: masses of the rows of a map, kg, shape (rows,).
+        name: text of the legend entry.
 
     Returns:
-        A handle for the legend.
+        Legend entry.
     """
     borders = edges(masses)
     heights = np.stack([borders[:-1], borders[1:]], axis=1).ravel()

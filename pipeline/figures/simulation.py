@@ -1,4 +1,4 @@
-"""How well the models simulate held-out runs: examples, distributions, and the number of hidden units."""
+"""Draw simulated held-out runs: examples, distributions, and the number of hidden units."""
 
 from __future__ import annotations
 

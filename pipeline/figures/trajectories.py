@@ -1,4 +1,4 @@
-"""Measured runs over time and over the angle, at the logged rate."""
+"""Draw measured runs over time and over the angle, at the logged rate."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Published measurements as log folders: files and units as their authors left them, cut into experiments."""
+"""Convert published measurements to log folders: original files and units, divided into experiments."""

@@ -1,4 +1,4 @@
-"""Published archives as their authors left them: a zip file or a folder, and the tables in it."""
+"""Read published archives in their original form: a zip file or a folder, and its tables."""
 
 from __future__ import annotations
 
@@ -29,10 +29,13 @@ class Archive:
         variable: environment variable that can give `path`, for the error message.
 
     Attributes:
+        path: path of a zip file or folder, with or without folders around the files; None if the user gave no
+            path.
+        variable: environment variable that can give `path`, for the error message.
         members: paths of the files inside, sorted.
 
     Raises:
-        BadInput: when there is no path, or nothing that can be read behind it.
+        BadInput: when there is no path, or no zip file or folder at this path.
     """
 
     def __init__(self, path: str | None, variable: str) -> None:
@@ -62,7 +65,7 @@ class Archive:
             pattern: path with the wildcards of a shell, `sys_id/*.csv` for instance.
 
         Raises:
-            BadInput: when there is none.
+            BadInput: when there is no such member.
         """
         found = [n for n in self.members if fnmatchcase(n, pattern) or fnmatchcase(n, f"*/{pattern}")]
         if not found:
@@ -70,18 +73,22 @@ class Archive:
         return found
 
     def where(self, name: str) -> str:
-        """Return how error messages call the member `name`."""
-        return f"{self.path}: {name}"
-
-    def read(self, name: str, factor: float = OBJECTS) -> bytes:
-        """Return the content of the member `name`.
+        """Return the name of a member for error messages.
 
         Args:
             name: name of the member.
-            factor: bytes in memory per byte of the member, once it has been read.
+        """
+        return f"{self.path}: {name}"
+
+    def read(self, name: str, factor: float = OBJECTS) -> bytes:
+        """Return the content of a member.
+
+        Args:
+            name: name of the member.
+            factor: memory of the read member divided by its size.
 
         Raises:
-            BadInput: when there is none, or it is too large or damaged.
+            BadInput: when there is no such member, or it is too large or damaged.
         """
         if name not in self.members:
             raise BadInput(f"{self.path}: holds no {name}")
@@ -95,7 +102,11 @@ class Archive:
             raise BadInput(f"{self.where(name)}: cannot be read ({error})") from None
 
     def size(self, name: str) -> int:
-        """Return the bytes of the member `name` once unpacked."""
+        """Return the size of a member after unpacking, bytes.
+
+        Args:
+            name: name of the member.
+        """
         return (self.path / name).stat().st_size if self._zip is None else self._zip.getinfo(name).file_size
 
     def cells(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
@@ -131,7 +142,12 @@ class Archive:
         return table[list(columns)]
 
     def table(self, name: str, columns: Sequence[str], names: Sequence[str] | None = None) -> pd.DataFrame:
-        """Return columns of a CSV member as numbers; arguments as in `cells`.
+        """Return columns of a CSV member as numbers.
+
+        Args:
+            name: name of the member.
+            columns: names of the wanted columns.
+            names: names of all columns, for a file without a header; default: the header of the file.
 
         Raises:
             BadInput: as in `cells` and `numbers`.
@@ -142,15 +158,20 @@ class Archive:
 
 
 def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
-    """Return cells as numbers.
+    """Convert cells to numbers.
 
     Args:
-        cells: (n,) text.
-        where, column: file and column that the error message names.
+        cells: texts of n cells.
+        where: file that the error message names.
+        column: column that the error message names.
         first: row of the first cell in the file.
 
+    Returns:
+        Numbers, shape (n,).
+
     Raises:
-        BadInput: naming the row of the first cell that is not a finite number, or beyond any measurement.
+        BadInput: when a cell is not a finite number, or larger than any measurement; the message names its
+            row.
     """
     values = np.asarray(pd.to_numeric(cells, errors="coerce"), np.float64)
     bad = np.flatnonzero(~(np.abs(values) < LARGEST_NUMBER))
@@ -161,7 +182,14 @@ def numbers(cells: pd.Series, where: str, column: str, first: int) -> Array:
 
 
 def measured(value: object) -> float | None:
-    """Return a value of a JSON file as a number (true is 1); None if it is none or beyond any measurement."""
+    """Convert a value of a JSON file to a number (true is 1).
+
+    Args:
+        value: value of the file.
+
+    Returns:
+        Number; None if the value is not a number, or larger than any measurement.
+    """
     if not isinstance(value, int | float) or not abs(value) < LARGEST_NUMBER:
         return None
     return float(value)

@@ -1,4 +1,4 @@
-"""The drivetrain of the cam-follower bench: some of its runs in which the follower never left the cam."""
+"""Measurements of the drivetrain of the cam-follower bench, in runs without follower jumps."""
 
 from __future__ import annotations
 
@@ -24,15 +24,19 @@ FACTORS = ("H", "beta", "m")
 class CamDrivetrainRecording:
     """A full factorial sample of the contact runs of a campaign as a log folder.
 
-    Of every combination of levels the run with the median voltage is taken, of an even number the lower one.
-    The logs hold the angle alone: the bench's speed was filtered when it was logged. They begin some time
-    after the start from rest, for nothing tells when the supply was switched on. Runs with one cam, which is
-    mounted once for all of them, are a group.
+    For every combination of levels, the run with the median voltage is taken (for an even number of runs the
+    lower one of the two in the middle). The logs contain the angle only, because the bench filtered the speed
+    before logging it. A log begins some time after the start from rest, because the time at which the supply
+    was switched on is unknown. Runs with the same cam form a group, because the cam was mounted once for all
+    of them.
 
     Attributes:
-        trajectories: store written by ingest. H (m), beta (rad), m (kg): levels.
-        start: duration that is left out at the start of every run, s.
-        period: sampling period of the logs, s.
+        trajectories: store written by `ingest`.
+        H: levels of the stroke, m.
+        beta: levels of the angle of the rise, rad.
+        m: levels of the follower's mass, kg.
+        start: duration that is left out at the start of every run, s; default 0.1.
+        period: sampling period of the logs, s; default 0.004.
     """
 
     trajectories: str
@@ -43,7 +47,11 @@ class CamDrivetrainRecording:
     period: float = 0.004
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by a log folder and return the provenance; nothing is random, whatever `seed`.
+        """Replace a folder by a log folder, and return the provenance.
+
+        Args:
+            folder: folder that is replaced as a whole.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when the store is missing, or a combination of levels has no contact run.

@@ -1,4 +1,4 @@
-"""Two tanks above each other: a public benchmark of system identification.
+"""Measurements of two cascaded tanks, a public benchmark of system identification.
 
 M. Schoukens and J.P. Noël, "Three benchmarks addressing open challenges in nonlinear system identification",
 IFAC World Congress, 2017; nonlinearbenchmark.org.
@@ -24,18 +24,22 @@ RECORDS = {"est": ("uEst", "yEst"), "val": ("uVal", "yVal")}
 
 @dataclass(frozen=True)
 class CascadedTanksRecording:
-    """The two records as a log folder, each cut into equally long experiments.
+    """The two records as a log folder, each divided into equally long experiments.
 
     Attributes:
-        archive: zip file or folder with `FILE`.
-        parts: number of experiments per record.
+        archive: path of a zip file or folder with `FILE`.
+        parts: number of experiments per record; default 3.
     """
 
     archive: str | None
     parts: int = 3
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when the file is missing, lacks a column or has a cell that is not a finite number.

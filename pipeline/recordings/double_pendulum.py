@@ -1,4 +1,4 @@
-"""A double pendulum with a motor at each joint (design A.0).
+"""Measurements of a double pendulum with a motor at each joint (design A.0).
 
 F. Wiebe et al., "Open source dual-purpose acrobot and pendubot platform", IEEE Robotics and Automation
 Magazine, 2023; recordings of dfki-ric-underactuated-lab/double_pendulum at github.com, folder
@@ -28,20 +28,24 @@ HELD = ("u1", "u2")
 
 @dataclass(frozen=True)
 class DoublePendulumRecording:
-    """The recordings for the identification of the system as a log folder, an experiment each.
+    """The recordings for system identification as a log folder, one experiment per recording.
 
-    The recording in which a controller compensates the friction is another machine, and is left out.
+    The recording with friction compensation by a controller is left out, because it shows another machine.
 
     Attributes:
-        archive: zip file or folder with sys_id/*.csv.
-        period: sampling period of the logs, s; one recording was logged faster.
+        archive: path of a zip file or folder with sys_id/*.csv.
+        period: sampling period of the logs, s; default 0.002. One recording was logged faster.
     """
 
     archive: str | None
     period: float = 0.002
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when a recording lacks a column, or a cell is not a finite number.

@@ -1,4 +1,4 @@
-"""EMPS, a prismatic axis of a positioning system: a public benchmark of system identification.
+"""Measurements of EMPS, a prismatic positioning axis and a public benchmark of system identification.
 
 A. Janot, M. Gautier and M. Brunot, "Data set and reference models of EMPS", Workshop on nonlinear system
 identification benchmarks, 2019.
@@ -33,22 +33,26 @@ COLUMNS = ("t", "vir", "qm")
 
 @dataclass(frozen=True)
 class EmpsRecording:
-    """The recordings as a log folder, each cut into equally long experiments; those of one are a group.
+    """The recordings as a log folder, each divided into equally long experiments that form a group.
 
-    The motion of a recording repeats itself four times. Five parts hold both directions and all speeds but
-    one or two each, and begin elsewhere in the motion, so that what comes with time is told from what comes
-    with place or direction.
+    The motion of a recording is repeated four times. Each of five parts contains both directions and all
+    speeds except one or two, and begins elsewhere in the motion, so that an effect of time can be
+    distinguished from an effect of position or direction.
 
     Attributes:
         dataset: folder with the files of `FILES`.
-        parts: number of experiments per recording.
+        parts: number of experiments per recording; default 5.
     """
 
     dataset: str | None
     parts: int = 5
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by a log folder and return the provenance; nothing is random, whatever `seed`.
+        """Replace a folder by a log folder, and return the provenance.
+
+        Args:
+            folder: folder that is replaced as a whole.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when a recording is missing, is not a MATLAB file or lacks a variable.
@@ -74,9 +78,12 @@ class EmpsRecording:
 def read(path: Path) -> pd.DataFrame:
     """Read the columns `COLUMNS` of one recording.
 
+    Args:
+        path: path of the MATLAB file.
+
     Raises:
-        BadInput: names the file, and the variable that is missing, too large or not a column of finite
-            numbers.
+        BadInput: when the file cannot be read, or a variable is missing, too large or not a column of finite
+            numbers; the message names file and variable.
     """
     check_file(path)
     if not path.is_file():

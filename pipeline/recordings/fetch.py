@@ -1,4 +1,4 @@
-"""The public data set of the dissertation: fetched, or taken from where a user has it."""
+"""Fetch the public data set of the dissertation, or copy it from a local path."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ class PublicDataSet:
     """A measured campaign that is published in a git repository.
 
     Attributes:
-        url, revision: address and revision of the repository.
-        dataset: folder, or downloaded zip file, that is read instead of the network.
+        url: address of the repository.
+        revision: revision of the repository.
+        dataset: path of a folder or downloaded zip file, which replaces the download; default: none.
     """
 
     url: str
@@ -31,7 +32,11 @@ class PublicDataSet:
     dataset: str | None = None
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write `folder`/campaign.zip and return the provenance; nothing is random, whatever `seed`.
+        """Write campaign.zip, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when the data set cannot be found, fetched or read.

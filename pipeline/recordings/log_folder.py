@@ -1,4 +1,4 @@
-"""Log folders of what was measured: experiments cut from recordings, each on its own clock."""
+"""Write log folders of measured experiments, each on its own clock."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class Experiment:
 
     Attributes:
         id: name of the experiment.
-        samples: column t (s, counted from any moment) and the columns of inputs and outputs.
-        constants: operating point, and `group` where experiments belong together.
+        samples: table with the column t (s, from any start) and the columns of inputs and outputs.
+        constants: operating point, and `group` if experiments belong together; default: none.
     """
 
     id: str
@@ -34,10 +34,14 @@ class Experiment:
 
 
 def write_log_folder(folder: Path, experiments: Sequence[Experiment]) -> None:
-    """Write a log folder into the existing `folder`; every log starts at t = 0.
+    """Write a log folder; every log starts at t = 0.
+
+    Args:
+        folder: existing folder that is written into.
+        experiments: experiments with different ids.
 
     Raises:
-        BadInput: when two experiments have one id.
+        BadInput: when two experiments have the same id.
     """
     ids = [one.id for one in experiments]
     if twice := [name for name in ids if ids.count(name) > 1]:
@@ -50,7 +54,7 @@ def write_log_folder(folder: Path, experiments: Sequence[Experiment]) -> None:
 
 
 def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]:
-    """Cut a recording into `count` equally long parts; the samples that are left over at its end are dropped.
+    """Divide a recording into equally long parts; remaining samples at its end are dropped.
 
     Args:
         recording: samples of a file.
@@ -58,7 +62,7 @@ def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]
         where: file that the error message names.
 
     Raises:
-        BadInput: when `count` is not a whole number of parts that the recording has room for.
+        BadInput: when `count` is not a whole number from 1 to the number of samples.
     """
     if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= len(recording):
         most = f"{len(recording)}, the samples of {where}"
@@ -68,12 +72,13 @@ def parts(recording: pd.DataFrame, count: int, where: str) -> list[pd.DataFrame]
 
 
 def on_clock(recording: pd.DataFrame, period: float, held: Sequence[str], where: str) -> pd.DataFrame:
-    """Read a recording at the instants of a uniform clock, for recordings of different sampling rates.
+    """Resample a recording on a uniform clock, for recordings with different sampling rates.
 
     Args:
         recording: column t (s) and signals.
         period: sampling period of the uniform clock, s.
-        held: signals that jump, read by straight lines; all others are read by a cubic spline.
+        held: names of signals with jumps, which are interpolated linearly; other signals are interpolated by
+            cubic splines.
         where: file that the error message names.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Reading the raw logs of the cam-follower bench: a zip file (or folder) of seven-row CSV files.
+"""Read the raw logs of the cam-follower bench: a zip file (or folder) of seven-row CSV files.
 
 `Dataset/parameters.csv` has the columns exp, H, beta, m, V; `Dataset/experiments/exp<i>.csv` has the rows
 t, theta, omega, alpha, y, h, eps without a header.
@@ -30,13 +30,13 @@ COPIES = 4  # of a log's text, while its lines are told apart and read
 
 
 class RawLogs(Archive):
-    """The archive of a campaign, open for reading.
+    """The archive of a campaign.
 
     Args:
-        path: zip file, or folder with the same files.
+        path: path of the zip file, or of a folder with the same files.
 
     Raises:
-        BadInput: when it is missing, damaged, takes too much memory once unpacked, or holds no
+        BadInput: when the archive is missing, damaged, too large after unpacking, or contains no
             parameters.csv.
     """
 
@@ -49,7 +49,7 @@ class RawLogs(Archive):
         check_memory(path, NUMBERS * sum(map(self.size, self._logs.values())))
 
     def parameters(self) -> pd.DataFrame:
-        """Return columns exp, H, beta, m, V, one row per experiment, sorted by exp.
+        """Return the columns exp, H, beta, m and V, one row per experiment, sorted by exp.
 
         Raises:
             BadInput: on a missing column, a cell that is not a finite number, a duplicate or missing
@@ -73,10 +73,16 @@ class RawLogs(Archive):
         return table.sort_values("exp", ignore_index=True)
 
     def log(self, exp: int) -> Array:
-        """Return the log of experiment `exp`, (7, n) in the order of `ROWS`, validated.
+        """Return the validated log of an experiment.
+
+        Args:
+            exp: number of the experiment.
+
+        Returns:
+            Signals in the order of `ROWS`, shape (7, n).
 
         Raises:
-            BadInput: when there is none, see also `parse` and `validate`.
+            BadInput: when there is no such log; see also `parse` and `validate`.
         """
         name = f"exp{exp}.csv"
         if name not in self._logs:
@@ -86,7 +92,14 @@ class RawLogs(Archive):
 
 
 def parse(text: bytes, where: str) -> Array:
-    """Return the numbers of a seven-row CSV file, (7, n).
+    """Read the numbers of a seven-row CSV file.
+
+    Args:
+        text: content of the file.
+        where: file that the error message names.
+
+    Returns:
+        Signals in the order of `ROWS`, shape (7, n).
 
     Raises:
         BadInput: when the number of rows, the length of a row or a cell is wrong.
@@ -118,11 +131,18 @@ def _first_bad_cell(lines: list[bytes]) -> str:
 
 
 def validate(log: Array, where: str) -> Array:
-    """Check the physics of a log that parsed.
+    """Check that the signals of a log are physically possible.
+
+    Args:
+        log: signals in the order of `ROWS`, shape (7, n).
+        where: file that the error message names.
+
+    Returns:
+        The same signals, shape (7, n).
 
     Raises:
-        BadInput: on non-finite cells, time that does not increase, gaps, another sampling rate, too few
-            samples, or a sensor that never changes.
+        BadInput: when a number is not finite, time does not increase or has a gap, the sampling rate is
+            wrong, the log is too short, or a sensor never changes.
     """
     bad = np.argwhere(~np.isfinite(log))
     if len(bad):

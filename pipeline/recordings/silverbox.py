@@ -1,4 +1,4 @@
-"""Silverbox, an electronic oscillator with a hardening spring: a public benchmark of system identification.
+"""Measurements of the Silverbox, an electronic oscillator with a hardening spring and a public benchmark.
 
 T. Wigren and J. Schoukens, "Three free data sets for development and benchmarking in nonlinear system
 identification", European Control Conference, 2013; nonlinearbenchmark.org.
@@ -29,18 +29,22 @@ FIRST, STEP, LENGTH, REALISATIONS = 40_590, 8_692, 8_600, 10
 
 @dataclass(frozen=True)
 class SilverboxRecording:
-    """The record as a log folder: parts of the growing noise (a group) and the realisations of the multisine.
+    """The record as a log folder: parts of the growing noise (one group) and realisations of the multisine.
 
     Attributes:
-        archive: zip file or folder with `FILE`.
-        parts: number of experiments that the growing noise is cut into.
+        archive: path of a zip file or folder with `FILE`.
+        parts: number of experiments that the growing noise is divided into; default 5.
     """
 
     archive: str | None
     parts: int = 5
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when the record is missing, is not a table of numbers or has another length.

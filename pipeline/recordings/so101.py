@@ -1,4 +1,4 @@
-"""SO-101, an arm of six position servos (Feetech STS3215): its first joint, which turns about the vertical.
+"""Measurements of an SO-101 arm with six position servos (Feetech STS3215): its first, vertical joint.
 
 Recordings of isaac-sim2real/sage at github.com, folder output/real/so101/custom; masses, inertias and gains
 in TheRobotStudio/SO-ARM100, folder Simulation/SO101; both Apache-2.0.
@@ -25,21 +25,25 @@ MICROSECOND = 1e-6  # s
 
 @dataclass(frozen=True)
 class So101Recording:
-    """The first joint in every recording as a log folder; a recording is an experiment.
+    """The first joint in every recording as a log folder, one experiment per recording.
 
     Commanded and measured angles have the same time stamps. The arm above the joint keeps about the same
-    posture, so that the joint has one inertia, but for `large_amplitude`.
+    posture, and so the joint keeps its inertia, except in `large_amplitude`.
 
     Attributes:
-        archive: zip file or folder with a folder per recording.
-        seconds: what is read of each from its start, s.
+        archive: path of a zip file or folder with one folder per recording.
+        seconds: duration that is read from the start of each recording, s; default 40.
     """
 
     archive: str | None
     seconds: float = 40.0
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when a recording lacks a file, the joint or a column, or a cell is no list of angles.

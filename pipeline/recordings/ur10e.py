@@ -1,4 +1,4 @@
-"""UR10e, an industrial arm: one joint at a time.
+"""Measurements of an industrial UR10e arm, one joint at a time.
 
 S. Mamedov and S. Mikhel, "Practical aspects of model-based collision detection", Frontiers in Robotics and
 AI 7, 2020; recordings of shamilmamedov/dynamic_calibration at github.com, folder
@@ -23,14 +23,14 @@ COLUMNS = ("t", *(f"{name}{k}" for name in ("q", "qd", "i", "i_des", "tau_des") 
 
 @dataclass(frozen=True)
 class Ur10eJointRecording:
-    """The motion of one joint, the others at rest, as a log folder of equally long experiments.
+    """The motion of one joint, with the others at rest, as a log folder of equally long experiments.
 
-    The clock steps by 10 or 12 ms.
+    The sampling period varies between 10 and 12 ms.
 
     Attributes:
-        archive: zip file or folder with the files of jointwise_motion.
-        joint: number of the joint, 1 to 6 from the base on.
-        parts: number of experiments.
+        archive: path of a zip file or folder with the files of jointwise_motion.
+        joint: number of the joint, 1 (at the base) to 6; default 1.
+        parts: number of experiments; default 8.
     """
 
     archive: str | None
@@ -38,7 +38,11 @@ class Ur10eJointRecording:
     parts: int = 8
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when there is no such joint, or its file cannot be read.

@@ -1,4 +1,4 @@
-"""XL330, a small position servo that swings a mass on a rod.
+"""Measurements of a small XL330 position servo that swings a mass on a rod.
 
 M. Duclusaud and G. Passault, "Extended friction models for the physics simulation of servo actuators", 2024
 (arXiv 2410.08650); recordings of Rhoban/bam at github.com, commit af22604, folder bam/data.bak/raw,
@@ -30,20 +30,25 @@ SHARED = ("mass", "length", "vin")
 
 @dataclass(frozen=True)
 class Xl330Recording:
-    """Runs of 6 s as a log folder, an experiment each: four trajectories, four gains of the position loop.
+    """Runs of 6 s as a log folder, one experiment each: four trajectories with four gains of the position
+    loop.
 
-    The runs were logged at 190 or 285 samples a second, and are read on one clock.
+    The runs were logged with 190 or 285 samples per second, and are resampled on one clock.
 
     Attributes:
-        archive: zip file or folder with the JSON files of the runs.
-        period: sampling period of the logs, s.
+        archive: path of a zip file or folder with the JSON files of the runs.
+        period: sampling period of the logs, s; default 0.005.
     """
 
     archive: str | None
     period: float = 0.005
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write a log folder into `folder` and return the provenance; nothing is random, whatever `seed`.
+        """Write a log folder, and return the provenance.
+
+        Args:
+            folder: existing folder that is written into.
+            seed: unused, because nothing is random.
 
         Raises:
             BadInput: when a run cannot be read, or was made with another mass, rod or supply than the first.

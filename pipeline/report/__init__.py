@@ -1,1 +1,1 @@
-"""The static report: reads tables, figures and small JSON files, writes pages that open from disk."""
+"""The static report: read tables, figures and small JSON files, and write pages that open from disk."""

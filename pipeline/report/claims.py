@@ -1,4 +1,4 @@
-"""The dissertation's claims beside our numbers and verdicts."""
+"""Table of the dissertation's claims with computed numbers and verdicts."""
 
 from __future__ import annotations
 
@@ -37,7 +37,12 @@ COLUMNS = ("Claim", "Page", "Dissertation", "Ours", "Verdict", "Protocol")
 
 
 def claims_table(id: str, claims: Sequence[dict[str, Any]]) -> Table:
-    """Return a table with one row per claim."""
+    """Return a table with one row per claim.
+
+    Args:
+        id: anchor of the table.
+        claims: claims with the keys `KEYS`.
+    """
     return Table(
         id,
         "Claims of the dissertation",

@@ -1,4 +1,4 @@
-"""Equations as pages show them: MathML of which every element is known."""
+"""Read equations for pages: MathML with known elements only."""
 
 from __future__ import annotations
 
@@ -32,10 +32,13 @@ ATTRIBUTES = {"display", "close", "open", "mathvariant"}
 
 
 def read_equations(path: Path) -> dict[str, Any]:
-    """Read a file of chapter and rows (kind, text, mathml).
+    """Read a file with a chapter and rows of kind, text and mathml.
+
+    Args:
+        path: path of the JSON file.
 
     Raises:
-        BadInput: when it is not such a file, or a formula holds anything but mathematics.
+        BadInput: when the file has another form, or a formula contains other elements than mathematics.
     """
     content = read_json(path)
     try:

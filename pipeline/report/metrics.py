@@ -1,4 +1,4 @@
-"""Nested numbers of a metrics file as a table."""
+"""Convert the nested numbers of a metrics file to a table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,12 @@ COLUMNS = ("Metric", "Value", "95 % interval", "Unit", "n", "Protocol")
 
 
 def metrics_table(id: str, content: dict[str, Any]) -> Table:
-    """Flatten nested numbers into a table; a protocol that all numbers share stands above the table."""
+    """Convert nested numbers to a table; a protocol of all numbers is written above the table.
+
+    Args:
+        id: anchor of the table.
+        content: content of the metrics file.
+    """
     general = content.get("protocol", "")
     rows = []
     for name, leaf, protocol in leaves({k: v for k, v in content.items() if k not in ABOUT}, general):
@@ -62,7 +67,13 @@ def _fits(value: Any) -> bool:
 def leaves(
     content: Any, protocol: str, name: tuple[str, ...] = ()
 ) -> Iterator[tuple[tuple[str, ...], Any, str]]:
-    """Name, leaf and protocol of every number; a bare number or word counts as a leaf without a unit."""
+    """Yield name, number and protocol of every number; a plain number or word has no unit.
+
+    Args:
+        content: nested numbers.
+        protocol: protocol of numbers without their own protocol.
+        name: name of `content` within the file; default: the whole file.
+    """
     if not isinstance(content, dict):
         yield name, {"value": content}, protocol
     elif "value" in content:

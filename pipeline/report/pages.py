@@ -1,4 +1,4 @@
-"""What each page of the site holds: a new page is one line of `PAGES`, or that and a template."""
+"""Content of every page of the site; a new page is one line of `PAGES`, or a line and a template."""
 
 from __future__ import annotations
 
@@ -14,9 +14,21 @@ from unmodelled.report.tables import Table
 
 @dataclass(frozen=True)
 class Page:
-    """One page: everything of `chapter`, and what is named; "a|b" names the first of the two that exists.
+    """A page of the site: all results of its chapter, and further results by name.
 
-    `campaign` is what the page shows results of, and `command` makes them where they do not exist yet.
+    Attributes:
+        id: name of the file without suffix.
+        label: label in the navigation.
+        title: title of the page.
+        template: template of the page; default: the template of a chapter.
+        summary: text below the title; default: none.
+        chapter: chapter of the dissertation; default: none.
+        campaign: campaign whose results the page shows; default: none.
+        group: heading in the navigation; default "Chapters".
+        figures: ids of figures; "a|b" stands for the first one of the two that exists; default: none.
+        tables: ids of tables; default: none.
+        metrics: names of metrics files; default: none.
+        command: command that computes missing results; default "make report".
     """
 
     id: str
@@ -34,7 +46,7 @@ class Page:
 
     @property
     def file(self) -> str:
-        """Address, seen from the site folder."""
+        """Address relative to the folder of the site."""
         return "../index.html" if self.id == "index" else f"{self.id}.html"
 
 
@@ -140,7 +152,16 @@ PAGES = (
 
 @dataclass(frozen=True)
 class Contents:
-    """What stands on one page."""
+    """Content of one page.
+
+    Attributes:
+        claims: table of the claims.
+        figures: figures of the page.
+        tables: tables of the page.
+        metrics: tables of numbers.
+        equations: rows of kind, text and mathml.
+        diagnoses: diagnoses of the page.
+    """
 
     claims: Table
     figures: list[Figure]
@@ -151,7 +172,7 @@ class Contents:
 
     @property
     def empty(self) -> bool:
-        """Whether nothing was found for the page."""
+        """Whether the page has no results."""
         return not (
             self.claims.rows
             or self.figures
@@ -163,15 +184,17 @@ class Contents:
 
     @property
     def origins(self) -> set[str]:
-        """Kinds of data that the claims, figures and numbers on the page were made from."""
+        """Kinds of the data behind the claims, figures and numbers of the page."""
         tables = {table.data for table in (*self.tables, *self.metrics)}
         claims = {cell.badge for row in self.claims.rows for cell in row}
         return (tables | claims | {figure.data for figure in self.figures}) - {""}
 
 
 def pages(results: Results) -> list[Page]:
-    """Return the declared pages, one page for every other chapter with results, and one for results without a
-    chapter.
+    """Return the declared pages, and further pages for other chapters and for results without a chapter.
+
+    Args:
+        results: all results.
     """
     found = {figure.chapter for figure in results.figures} | {table.chapter for table in results.tables}
     found |= {row["chapter"] for row in results.claims} | {
@@ -201,7 +224,12 @@ def _leftovers(results: Results) -> list[Page]:
 
 
 def contents(page: Page, results: Results) -> Contents:
-    """Choose what stands on `page`."""
+    """Choose the content of a page.
+
+    Args:
+        page: page of the site.
+        results: all results.
+    """
 
     def here(chapter: int | None) -> bool:
         return chapter is not None and chapter == page.chapter

@@ -1,4 +1,4 @@
-"""Reads what the other stages wrote; whatever does not exist yet is left out."""
+"""Read the results of other stages; missing results are left out."""
 
 from __future__ import annotations
 
@@ -48,10 +48,20 @@ def read(
     diagnoses: Path,
     executions: Path,
 ) -> Results:
-    """Read every input that exists.
+    """Read all existing results.
+
+    Args:
+        metrics: folder of metrics files.
+        claims: folder with <topic>/claims.json and <topic>/equations.json.
+        tables: folder of CSV tables with their descriptions.
+        figures: folder with figures.json.
+        provenance: folder with <campaign>/provenance.json.
+        runs: folder of fits.
+        diagnoses: folder of diagnoses.
+        executions: folder of the records of executed stages.
 
     Raises:
-        BadInput: names the file that cannot be used.
+        BadInput: when a file cannot be used; the message names the file.
     """
     return Results(
         _claims(claims),

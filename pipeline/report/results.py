@@ -1,4 +1,4 @@
-"""Everything that a report is made from."""
+"""Results that the report shows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,14 @@ from unmodelled.report.tables import Table
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A diagnosis with its figures; `name` is its path below the folder of all, `headline` its verdict."""
+    """A diagnosis with its figures.
+
+    Attributes:
+        name: path relative to the folder of all diagnoses.
+        headline: verdict in one sentence.
+        data: kind of the data.
+        folder: folder of the diagnosis.
+    """
 
     name: str
     headline: str
@@ -23,12 +30,12 @@ class Diagnosis:
 
     @property
     def id(self) -> str:
-        """Name of its page's folder."""
+        """Name of the folder of its page."""
         return "_".join(self._parts)
 
     @property
     def label(self) -> str:
-        """What it was made of, in words."""
+        """Machine and system file in words."""
         return ": ".join(self._parts).replace("_", " ")
 
     @property
@@ -38,7 +45,7 @@ class Diagnosis:
 
     @property
     def file(self) -> str:
-        """Address, seen from the site folder."""
+        """Address relative to the folder of the site."""
         return f"diagnoses/{self.id}/index.html"
 
     @property
@@ -49,7 +56,19 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Results:
-    """Everything that was read."""
+    """All results of the report.
+
+    Attributes:
+        claims: claims with their verdicts.
+        figures: drawn figures.
+        tables: CSV tables.
+        metrics: content of the metrics files by name.
+        campaigns: provenance of the campaigns by name.
+        runs: content of fit.json by path of the fit.
+        equations: chapter and rows of every file of equations.
+        diagnoses: diagnoses with figures.
+        executions: records of executed stages.
+    """
 
     claims: list[dict[str, Any]] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
@@ -62,7 +81,11 @@ class Results:
     executions: list[Mapping[str, Any]] = field(default_factory=list)
 
     def chapter_of(self, topic: str) -> int | None:
-        """Return the chapter of a metrics file, from its content or else from its name."""
+        """Return the chapter of a metrics file, from its content or its name.
+
+        Args:
+            topic: name of the metrics file.
+        """
         match = re.fullmatch(r"chapter(\d+)", topic)
         chapter: int | None = self.metrics[topic].get("chapter", int(match[1]) if match else None)
         return chapter

@@ -1,4 +1,4 @@
-"""What was run: executions of stages, fitted models, campaigns and versions as tables."""
+"""Tables of executed stages, fitted models, campaigns and versions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,11 @@ SETTINGS = {"profile": "", "revision": "mono"}
 
 
 def stages_table(executions: Sequence[Execution]) -> Table:
-    """Return the time per stage, the longest first; a stage with cells is their sum."""
+    """Return the duration of every stage, the longest first; cells of a stage are added up.
+
+    Args:
+        executions: records of executed stages.
+    """
     cells: dict[str, list[float]] = defaultdict(list)
     for execution in executions:
         cells[str(execution["stage"]).partition("@")[0]].append(execution["seconds"])
@@ -56,7 +60,11 @@ def _share(seconds: float, everything: float) -> Cell:
 
 
 def executions_table(executions: Sequence[Execution]) -> Table:
-    """Return the last execution of every cell of the graph, with its configuration as a file."""
+    """Return the last execution of every cell of the graph, with a link to its configuration.
+
+    Args:
+        executions: records of executed stages.
+    """
     keys = ("stage", "command", "seed", "seconds", "finished", "revision", "machine")
     rows = [
         (
@@ -81,7 +89,11 @@ def executions_table(executions: Sequence[Execution]) -> Table:
 
 
 def configuration_file(execution: Execution) -> str:
-    """Name of the file that the configuration is saved as."""
+    """Return the name of the file of an execution's configuration.
+
+    Args:
+        execution: record of an executed stage.
+    """
     return f"{str(execution['stage']).replace('/', '_')}.txt"
 
 
@@ -90,7 +102,11 @@ def _moment(iso: str) -> str:
 
 
 def versions_table(executions: Sequence[Execution]) -> Table:
-    """Return packages and machines behind the executions, every version of each."""
+    """Return the versions of packages and the machines of the executions.
+
+    Args:
+        executions: records of executed stages.
+    """
     counts = Counter(item for e in executions for item in e["versions"].items())
     counts.update(("machine", e["machine"]) for e in executions)
     rows = [
@@ -104,7 +120,11 @@ def versions_table(executions: Sequence[Execution]) -> Table:
 
 
 def runs_table(runs: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return one row per fit; the folders above it name the choices in conf/ that it was made with."""
+    """Return one row per fit; the folders of a fit name its choices in conf/.
+
+    Args:
+        runs: content of fit.json by path of the fit.
+    """
     columns = ("Mechanism", "Model", "Split", "Folds", "Repeats", "Seed", "Time (s)", "Parameters")
     rows = []
     for path, about in runs.items():
@@ -119,8 +139,11 @@ def runs_table(runs: Mapping[str, Mapping[str, Any]]) -> Table:
 def campaigns_table(
     campaigns: Mapping[str, Mapping[str, Any]], shown_on: Mapping[str, tuple[str, str]]
 ) -> Table:
-    """Return which data every campaign is from; `shown_on` has label and address of the page with its
-    results.
+    """Return the kind of the data of every campaign.
+
+    Args:
+        campaigns: provenance of the campaigns by name.
+        shown_on: label and address of the page with the results, by campaign.
     """
     rows = []
     for name, about in campaigns.items():
@@ -140,7 +163,11 @@ def campaigns_table(
 
 
 def provenance_table(metrics: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return the data, profile and code behind every file of numbers."""
+    """Return data, profile and code of every metrics file.
+
+    Args:
+        metrics: content of the metrics files by name.
+    """
     rows = [
         (
             Cell(topic.replace("_", " "), topic),
@@ -160,7 +187,11 @@ def provenance_table(metrics: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def settings(metrics: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return profiles and revisions of the code that the numbers from the graph were made with."""
+    """Return the profiles and code revisions of the numbers from the graph.
+
+    Args:
+        metrics: content of the metrics files by name.
+    """
     made = [about for about in metrics.values() if about.get("profile", "-") != "-"]
     found = {key: sorted({str(about[key]) for about in made if about.get(key)}) for key in SETTINGS}
     return [f"{key} {', '.join(values)}" for key, values in found.items() if values]

@@ -1,4 +1,4 @@
-"""Writes the site: index.html, all else in the folder site."""
+"""Write the site: index.html, and all other files in the folder site."""
 
 from __future__ import annotations
 
@@ -37,7 +37,14 @@ GENERATOR = '<meta name="generator" content="pipeline report">'
 
 @dataclass(frozen=True)
 class Site:
-    """All pages and what stands on them."""
+    """All pages with their content.
+
+    Attributes:
+        results: all results.
+        pages: pages in the order of the navigation.
+        shown: content of the pages by id.
+        record: tables of the executed stages, by id of the table.
+    """
 
     results: Results
     pages: list[Page]
@@ -46,8 +53,10 @@ class Site:
     record: dict[str, Table]
 
     def origin(self, page: Page) -> str:
-        """Return the kind of the data behind `page`: of its campaign, else of its content, or of all
-        campaigns.
+        """Return the kind of the data of a page: from its campaign, from its content, or from all campaigns.
+
+        Args:
+            page: page of the site.
         """
         if page.campaign in self.results.campaigns:
             return str(self.results.campaigns[page.campaign]["data"])
@@ -57,10 +66,13 @@ class Site:
 
 
 def check_place(out: Path) -> None:
-    """Refuse a folder in which other pages lie where the site and its home page would be written.
+    """Refuse a folder with other pages at the places of the site and its home page.
+
+    Args:
+        out: folder of the report.
 
     Raises:
-        BadInput: when the folder `out`/site or the page `out`/index.html is not of an earlier report.
+        BadInput: when the folder `site` or the page index.html does not belong to an earlier report.
     """
     check_replaceable(out / "site")
     home = out / "index.html"
@@ -71,8 +83,12 @@ def check_place(out: Path) -> None:
 def build(results: Results, out: Path) -> None:
     """Write the site; equal results give equal bytes.
 
+    Args:
+        results: all results.
+        out: folder of the report.
+
     Raises:
-        BadInput: when the folder cannot be written or holds other pages; the old site stays.
+        BadInput: when the folder cannot be written or contains other pages; the old site is kept.
     """
     check_place(out)
     every = pages(results)
@@ -174,7 +190,13 @@ def _render(template: str, file: str, page: Page, site: Site, more: Mapping[str,
 
 
 def index(every: Sequence[Page], shown: Mapping[str, Contents], results: Results) -> list[Entry]:
-    """Return the search entries of pages, figures, claims, tables, numbers and diagnoses."""
+    """Return the search entries of pages, figures, claims, tables, numbers and diagnoses.
+
+    Args:
+        every: pages of the site.
+        shown: content of the pages by id.
+        results: all results.
+    """
     found = [entry("page", page.title, f"{page.label} {page.summary}", page.file) for page in every]
     found += [entry("diagnosis", d.label, d.headline, d.file) for d in results.diagnoses]
     for page in every[1:]:

@@ -1,1 +1,1 @@
-"""Virtual test benches: independent simulations that stand in for measured data."""
+"""Virtual test benches: independent simulations that replace measured data."""

@@ -1,11 +1,14 @@
-"""Virtual cam-follower bench: an event-driven simulation that logs like the real set-up.
+"""Virtual cam-follower bench: an event-driven simulation with the logs of the real set-up.
 
-The bench plays the part of reality: it shares no code with the models identified from its logs, and it has
-effects they leave out (inductance, torque ripple, cam imbalance, side load on the guide, wind-up, sensors).
+The bench replaces the real machine: it shares no code with the models identified from its logs, and it has
+effects that these models leave out (inductance, torque ripple, cam imbalance, side load on the guide,
+wind-up, sensors).
+
 In *contact* the shaft angle is the only mechanical degree of freedom and the contact force must stay
-positive; in *flight* shaft and follower are independent and the gap must stay positive. The instant at which
-that fails is bisected inside the integration step, so no transition waits for a sample. Dry friction is a
-steep tanh, so that one fixed-step scheme also holds at standstill; a stalled shaft creeps (below 0.02 rad/s).
+positive. In *flight* shaft and follower are independent and the gap must stay positive. The instant at which
+the force or the gap becomes zero is bisected inside the integration step, so that no transition waits for a
+sample. Dry friction is a steep tanh, so that one fixed-step scheme also holds at standstill; a stalled shaft
+creeps (below 0.02 rad/s).
 """
 
 from collections import namedtuple
@@ -75,7 +78,7 @@ def _step(contact: bool, dt: float, s: State, spline: Array, p: _Plant) -> State
 
 @kept()
 def _margin(contact: bool, s: State, spline: Array, p: _Plant) -> float:
-    """What must stay positive: the force (N) in contact, the gap (m) in flight."""
+    """Return the quantity that must stay positive: the force (N) in contact, the gap (m) in flight."""
     force: float = _rates(True, s, spline, p)[1]
     return force if contact else s[3] - profile(s[0], spline)[0]
 
@@ -140,20 +143,45 @@ def _trace(
 
 @dataclass(frozen=True)
 class CamFollowerRig:
-    """All constants of the bench, in SI units (rad, s, m, kg, N, N m, V, A, ohm, H) at the cam shaft.
+    """Constants of the bench at the cam shaft.
 
-    Drive: `torque_constant` with the gear ratio, `resistance`, `inductance`, `inertia` of rotor and gear;
-    friction torque gear_friction - gear_friction_drop exp(-|omega| / gear_friction_speed), with a spread
-    `friction_scatter` between assemblies; `ripple` torque, `ripple_order` periods per turn. Follower: guide
-    friction `guide_coulomb`, `guide_viscous` and `guide_side` times the side load; `restitution` of impacts,
-    none below `merge_velocity`. Cam: `base_radius`, `roller_radius`, `rounding` (rad) of the pitch curve,
-    `plate_density` (kg/m^2, solid PLA).
+    The friction torque of the drive is gear_friction - gear_friction_drop exp(-|omega| /
+    gear_friction_speed). The encoder is on the motor side of the drive shaft, and so measures the wind-up
+    torque / shaft_stiffness too. Speed and acceleration are slopes of parabolas through `smoothing` samples.
 
-    Sensors: the encoder sits before the drive shaft, so it sees the wind-up torque / `shaft_stiffness`; steps
-    `encoder_count` (rad) and `linear_count` (m, a 2 um grating read four times); speed and acceleration are
-    slopes of parabolas through `smoothing` samples; `form_error` of the printed cam (rms, times H) and
-    `vibration` (m, rms at high speed) disturb y; clock `period` and `jitter`. A run starts at `start_mean`,
-    give or take `start_scatter`, and ends at `stop_angle` or after `patience` seconds without progress.
+    Attributes:
+        torque_constant: torque constant including the gear ratio, N m/A.
+        resistance: resistance of the winding, ohm.
+        inductance: inductance of the winding, H.
+        inertia: inertia of rotor and gear, kg m^2.
+        gear_friction: friction torque at high speed, N m.
+        gear_friction_drop: difference between the friction torque at high speed and at standstill, N m.
+        gear_friction_speed: speed over which the friction torque rises, rad/s.
+        friction_scatter: standard deviation of the friction torque between assemblies, N m.
+        ripple: amplitude of the torque ripple, N m.
+        ripple_order: number of periods of the torque ripple per turn.
+        gravity: gravitational acceleration, m/s^2.
+        guide_coulomb: Coulomb friction of the guide, N.
+        guide_viscous: viscous friction of the guide, N s/m.
+        guide_side: friction of the guide as a share of the side load.
+        restitution: coefficient of restitution of impacts.
+        merge_velocity: speed below which an impact has no rebound, m/s.
+        base_radius: base radius of the cams, m.
+        roller_radius: radius of the roller, m.
+        rounding: smoothing width of the pitch curve, rad.
+        plate_density: areal density of a cam, kg/m^2; the default is solid PLA.
+        shaft_stiffness: torsional stiffness of the drive shaft, N m/rad.
+        encoder_count: resolution of the encoder, rad.
+        linear_count: resolution of the linear scale, m; the default is a 2 um grating read four times.
+        smoothing: number of samples in the parabola of the slopes.
+        form_error: form error of a printed cam, root mean square, as a share of H.
+        vibration: vibration of the follower's measurement at high speed, root mean square, m.
+        period: sampling period, s.
+        jitter: standard deviation of the sampling instants, s.
+        start_mean: mean angle at the start of a run, rad.
+        start_scatter: standard deviation of this angle, rad.
+        stop_angle: angle at which a run ends, rad.
+        patience: time without progress after which a run ends, s.
     """
 
     torque_constant: float = 0.267
@@ -193,11 +221,22 @@ class CamFollowerRig:
         self, H: float, beta: float, m: float, V: float, theta: float = 0.0, omega: float = 0.0,
         friction_offset: float = 0.0, duration: float = 15.0,
     ) -> dict[str, Array]:  # fmt: skip
-        """Simulate a noise-free run from angle `theta` (rad) and speed `omega` (rad/s), with the follower on
-        the cam, for `duration` s at most.
+        """Simulate a run without noise, starting with the follower on the cam.
 
-        Keys: t, theta (not wrapped), omega, current, y, v, force (N), contact (0 or 1), h and slope (m/rad)
-        of the pitch curve, and energy (J: kinetic and potential, of shaft, cam and follower).
+        Args:
+            H: stroke, m.
+            beta: angle of the rise, rad.
+            m: mass of the follower, kg.
+            V: motor voltage, V.
+            theta: angle at the start, rad; default 0.
+            omega: speed at the start, rad/s; default 0.
+            friction_offset: additional friction torque of the assembly, N m; default 0.
+            duration: longest duration, s; default 15.
+
+        Returns:
+            Signals by name, each of shape (samples,): t (s), theta (rad, unwrapped), omega (rad/s), current
+            (A), y (m), v (m/s), force (N), contact (0 or 1), h (m) and slope (m/rad) of the pitch curve, and
+            energy (J), kinetic plus potential, of shaft, cam and follower.
         """
         spline, moments = cam_spline(H, beta, self.base_radius, self.roller_radius, self.rounding)
         polar, sine, cosine = (self.plate_density * moment for moment in moments)
@@ -217,11 +256,21 @@ class CamFollowerRig:
         return run | {"t": self.period * np.arange(len(rows)), "energy": motion + self.gravity * height}
 
     def run(self, H: float, beta: float, m: float, V: float, seed: int) -> dict[str, Array]:
-        """Return the log of one experiment in SI units: t, theta (wrapped), omega, alpha, y, h and eps = y -
-        h.
+        """Simulate one experiment, and return its log.
 
-        Each source of scatter is seeded by `seed` and the factors it belongs to (cam, assembly, experiment),
-        so a log does not depend on which other experiments are run.
+        Each source of scatter is seeded with `seed` and the factors that it belongs to (cam, assembly,
+        experiment), so that a log does not depend on the other experiments.
+
+        Args:
+            H: stroke, m.
+            beta: angle of the rise, rad.
+            m: mass of the follower, kg.
+            V: motor voltage, V.
+            seed: seed of the campaign.
+
+        Returns:
+            Logged signals by name, each of shape (samples,): t (s), theta (rad, wrapped), omega (rad/s),
+            alpha (rad/s^2), y (m), h (m) and eps = y - h (m).
         """
         cam, assembly, own = (
             np.random.default_rng([seed, *(round(1e6 * value) for value in factors)])

@@ -44,7 +44,15 @@ class CamFollowerCampaign:
     V: Sequence[float]
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write `folder`/campaign.zip and return the provenance."""
+        """Write campaign.zip, and return the provenance.
+
+        Args:
+            folder: folder of the zip file.
+            seed: seed of the campaign.
+
+        Raises:
+            BadInput: when the disk is full or the folder cannot be written.
+        """
         table = factorial(self.H, self.beta, self.m, self.V)
         with Counter(len(table), "virtual bench") as counter:
             write_campaign(
@@ -65,8 +73,13 @@ class CamFollowerCampaign:
 def factorial(
     heights: Iterable[float], skews: Iterable[float], masses: Iterable[float], voltages: Iterable[float]
 ) -> pd.DataFrame:
-    """Return a full factorial of H (m), beta (rad), m (kg) and V (volt); V varies fastest, exp counts
-    from 1.
+    """Return a full factorial of the settings; V varies fastest, exp counts from 1.
+
+    Args:
+        heights: strokes H, m.
+        skews: angles of the rise beta, rad.
+        masses: masses of the follower m, kg.
+        voltages: motor voltages V, V.
     """
     table = pd.DataFrame(product(heights, skews, masses, voltages), columns=list(FACTORS), dtype=float)
     table.insert(0, "exp", range(1, len(table) + 1))
@@ -81,10 +94,18 @@ def write_campaign(
     workers: int = 2,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Run every experiment of `table` and write the campaign to the zip file `path`.
+    """Simulate every experiment of a table, and write the campaign to a zip file.
 
-    The file appears under its name only when complete, and its bytes do not depend on `workers`. `progress`
-    is called with the number of finished experiments and their total.
+    The file appears under its name only when it is complete. Its bytes do not depend on `workers`.
+
+    Args:
+        path: path of the zip file.
+        table: experiments, with the columns exp, H, beta, m and V.
+        rig: constants of the bench.
+        seed: seed of the campaign.
+        workers: number of processes; default 2.
+        progress: function that is called with the number of finished experiments and the number of all;
+            default: none.
 
     Raises:
         BadInput: when the disk is full or the folder cannot be written; `path` keeps its old content.

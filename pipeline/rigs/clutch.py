@@ -48,12 +48,20 @@ class Profiles:
 
     @property
     def settings(self) -> list[tuple[float, float, float]]:
-        """(u1, u2, u3) of every profile; u3 varies fastest."""
+        """Settings (u1, u2, u3) of every profile; u3 varies fastest."""
         return list(product(self.u1, self.u2, self.u3))
 
     def current(self, t: Array, u1: float, u2: float, u3: float) -> Array:
-        """Return the set-point of the current (A) at times `t` (s): nothing before 0, the pulse until u1,
-        then the ramp.
+        """Return the set-point of the current: zero before t = 0, the pulse until u1, then the ramp.
+
+        Args:
+            t: time, s, shape (n,).
+            u1: width of the pulse, s.
+            u2: level from which the ramp starts, A.
+            u3: slope of the ramp, A/s.
+
+        Returns:
+            Current, A, shape (n,).
         """
         top = u1 + (self.highest - u2) / u3
         times = [0.0, _EDGE, u1, u1 + _EDGE, top]
@@ -105,12 +113,12 @@ class ClutchCampaign:
 
     @property
     def rig(self) -> ClutchRig:
-        """The bench of this campaign."""
+        """Bench of this campaign."""
         return clutch_rig.SHARP if self.sharp else clutch_rig.MILD
 
     @property
     def profiles(self) -> Profiles:
-        """Its current profiles."""
+        """Current profiles of this campaign."""
         return SHARP if self.sharp else MILD
 
     def table(self) -> pd.DataFrame:
@@ -127,11 +135,16 @@ class ClutchCampaign:
         )
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by a log folder and return the provenance.
+        """Replace a folder by a log folder, and return the provenance.
 
-        experiments.csv has the columns of `table`; one CSV per engagement has t (s), current (A), pressure
-        (Pa), omega_1 and omega_2 (rad/s). Theta and noise depend on `seed` and the engagement alone. For
-        judging only: bench.json (alpha, box and constants; theta and shifting time (s) of every engagement).
+        experiments.csv has the columns of `table`. One CSV file per engagement has t (s), current (A),
+        pressure (Pa), omega_1 and omega_2 (rad/s). Theta and noise depend on `seed` and the engagement only.
+        bench.json contains alpha, box, constants, and theta and shifting time (s) of every engagement; only
+        the assessment may read it.
+
+        Args:
+            folder: folder that is replaced as a whole.
+            seed: seed of the random generator.
 
         Raises:
             BadInput: when the folder cannot be written.
@@ -158,12 +171,14 @@ class ClutchCampaign:
         }
 
     def simulate(self, table: pd.DataFrame, theta: Array) -> tuple[Array, dict[str, Array]]:
-        """Return the currents (N, n) of the n engagements in `table` and their noise-free runs
-        (`ClutchRig.simulate`).
+        """Simulate engagements without noise.
 
         Args:
             table: rows of `table()`.
-            theta: (n, 2) scales of the spring threshold and the touch point.
+            theta: scales of the spring threshold and the touch point, shape (n, 2).
+
+        Returns:
+            Currents, A, shape (samples, n), and the signals of `ClutchRig.simulate`.
         """
         t = PERIOD * np.arange(round(DURATION / PERIOD) + 1, dtype=np.float64)
         settings = table[["u1", "u2", "u3"]].itertuples(index=False)
@@ -172,12 +187,24 @@ class ClutchCampaign:
         return current, self.rig.simulate(current, PERIOD, self.setting(table, theta))
 
     def setting(self, table: pd.DataFrame, theta: Array) -> Setting:
-        """Return the settings that differ between engagements; arguments as of `simulate`."""
+        """Return the settings that differ between engagements.
+
+        Args:
+            table: rows of `table()`.
+            theta: scales of the spring threshold and the touch point, shape (n, 2).
+        """
         threshold, touch = self.rig.p_hc0 * theta[:, 0], self.rig.z_p * theta[:, 1]
         return Setting(table["omega_m"].to_numpy(float), table["T_b0"].to_numpy(float), threshold, touch)
 
     def draw(self, source: np.random.Generator) -> Array:
-        """Draw theta from the clipped normal distribution (eq. 3.12)."""
+        """Draw theta from the clipped normal distribution, eq. 3.12.
+
+        Args:
+            source: random generator.
+
+        Returns:
+            Scales of the spring threshold and the touch point, shape (2,).
+        """
         means, deviations = np.reshape(list(self.alpha), (2, 2))
         low, high = norm.cdf((np.transpose(BOX) - means) / deviations)
         return np.asarray(means + deviations * norm.ppf(low + source.uniform(size=2) * (high - low)))

@@ -1,7 +1,7 @@
-"""The virtual wet clutch between converter and flywheel (appendix 3.8), many engagements side by side.
+"""Virtual wet clutch between converter and flywheel (appendix 3.8), many engagements side by side.
 
-The bench of the dissertation was never published; all constants here are invented but plausible. It plays the
-part of reality: it shares no code with the models identified from its logs.
+The bench of the dissertation was never published; all constants are invented but plausible. The bench
+replaces the real machine: it shares no code with the models identified from its logs.
 """
 
 from dataclasses import dataclass
@@ -17,8 +17,13 @@ _START = 0.999  # speed of the idle input shaft over the motor's
 
 @dataclass(frozen=True)
 class Setting:
-    """What differs between n engagements, each (n,): motor speed `omega_m` (rad/s), torque of the `brake`
-    (N m), `threshold` of the return spring (bar) and `touch` point of the plates (mm).
+    """Settings of n engagements.
+
+    Attributes:
+        omega_m: speed of the motor, rad/s, shape (n,).
+        brake: torque of the brake, N m, shape (n,).
+        threshold: threshold pressure of the return spring, bar, shape (n,).
+        touch: touch point of the plates, mm, shape (n,).
     """
 
     omega_m: Array
@@ -27,20 +32,45 @@ class Setting:
     touch: Array
 
     def only(self, i: int) -> "Setting":
-        """Return the setting of engagement `i` alone."""
+        """Return the setting of one engagement, with arrays of shape (1,).
+
+        Args:
+            i: number of the engagement.
+        """
         one = slice(i, i + 1)
         return Setting(self.omega_m[one], self.brake[one], self.threshold[one], self.touch[one])
 
 
 @dataclass(frozen=True)
 class ClutchRig:
-    """All constants of the bench, in bar, mm, A, s, rad, N m and kg m^2.
+    """Constants of the bench.
 
-    Valve and chamber (3.16): natural frequency `wn`, damping ratio `zeta`, gain `Kp`, pressure `p_rest`
-    without current, `b2`. Piston (3.17): `Kz`, `tau_z`, `c2`, threshold `p_hc0` of the spring, stroke `z_M`.
-    Plates: touch point `z_p`, half width `w_delta` of the transition, drag `gamma` of the oil film with its
-    least `gap`, friction `alpha`. Shafts: `R`, `J1`, `J2`, viscous brake `b`. Converter: torque ratio
-    max(1, `ratio` - `slope` nu), capacity `C0` (1 - nu^4).
+    Valve and chamber follow eq. 3.16, the piston eq. 3.17. The torque ratio of the converter is max(1, ratio
+    - slope nu) and its capacity C0 (1 - nu^4), with nu = omega_1 / omega_m.
+
+    Attributes:
+        wn: natural frequency of the valve, rad/s.
+        zeta: damping ratio of the valve.
+        Kp: gain of the valve, bar/A.
+        p_rest: pressure without current, bar.
+        b2: gain of the current's slope, bar/(A s).
+        Kz: gain of the piston, mm/bar.
+        tau_z: time constant of the piston, s.
+        c2: gain of the pressure's slope, mm/bar.
+        p_hc0: threshold pressure of the return spring, bar.
+        z_M: stroke of the piston, mm.
+        z_p: touch point of the plates, mm.
+        w_delta: half width of the transition from film to plates, mm.
+        gamma: drag of the oil film, N m mm s/rad.
+        gap: smallest gap of the oil film, mm.
+        alpha: friction torque of the plates per pressure, N m/bar.
+        R: gear ratio between the shafts.
+        J1: inertia of the input shaft, kg m^2.
+        J2: inertia of the output shaft, kg m^2.
+        b: viscous friction of the output shaft, N m s/rad.
+        ratio: torque ratio of the converter at standstill.
+        slope: slope of the torque ratio over the speed ratio.
+        C0: capacity of the converter at standstill, N m s^2/rad^2.
     """
 
     wn: float = 30.0
@@ -67,13 +97,29 @@ class ClutchRig:
     C0: float = 0.00487
 
     def converter(self, omega_1: Array, omega_m: Array) -> Array:
-        """Return the torque T_1 of the converter on the input shaft, N m."""
+        """Return the torque T_1 of the converter on the input shaft.
+
+        Args:
+            omega_1: speed of the input shaft, rad/s, shape (n,).
+            omega_m: speed of the motor, rad/s, shape (n,).
+
+        Returns:
+            Torque, N m, shape (n,).
+        """
         nu = omega_1 / omega_m
         return omega_m**2 * np.maximum(1.0, self.ratio - self.slope * nu) * self.C0 * (1.0 - nu**4)
 
     def clutch(self, p: Array, z: Array, slip: Array, touch: Array) -> Array:
-        """Return the torque T_c of the slipping clutch, N m, at pressure `p` (bar) and piston position `z`
-        (mm).
+        """Return the torque T_c of the slipping clutch.
+
+        Args:
+            p: pressure, bar, shape (n,).
+            z: position of the piston, mm, shape (n,).
+            slip: difference of the speeds of the plates, rad/s, shape (n,).
+            touch: touch point of the plates, mm, shape (n,).
+
+        Returns:
+            Torque, N m, shape (n,).
         """
         z = np.clip(z, 0.0, self.z_M)
         x = np.clip(0.5 + (z - touch) / (2.0 * self.w_delta), 0.0, 1.0)
@@ -83,8 +129,17 @@ class ClutchRig:
         return contact * self.alpha * plates + (1.0 - contact) * film
 
     def rates(self, x: Array, u: Array, du: Array, setting: Setting, locked: Flags) -> Array:
-        """Return the time derivatives of `x` (5, n): p, p', z~, omega_1, omega_2; at current `u` (A) of slope
-        `du`.
+        """Return the time derivatives of the states.
+
+        Args:
+            x: states p (bar), p' (bar/s), z~ (mm), omega_1 and omega_2 (rad/s), shape (5, n).
+            u: current, A, shape (n,).
+            du: slope of the current, A/s, shape (n,).
+            setting: settings of the n engagements.
+            locked: whether the clutch is locked, shape (n,).
+
+        Returns:
+            Time derivatives, in the unit of the state per second, shape (5, n).
         """
         p, dp, z, omega_1, omega_2 = x
         ddp = self.wn**2 * (self.Kp * u + self.p_rest - p) - 2.0 * self.zeta * self.wn * dp + self.b2 * du
@@ -99,8 +154,18 @@ class ClutchRig:
         return np.array([dp, ddp, dz, d_omega_1, np.where(locked, together / self.R, load)])
 
     def step(self, x: Array, u: Array, du: Array, h: float, setting: Setting, locked: Flags) -> Array:
-        """Return the state (5, n) after `h` s by the method of Runge and Kutta; the current runs along a
-        line.
+        """Integrate one Runge-Kutta step with a linear course of the current.
+
+        Args:
+            x: states of `rates`, shape (5, n).
+            u: current at the start of the step, A, shape (n,).
+            du: slope of the current, A/s, shape (n,).
+            h: length of the step, s.
+            setting: settings of the n engagements.
+            locked: whether the clutch is locked, shape (n,).
+
+        Returns:
+            States at the end of the step, shape (5, n).
         """
         k1 = self.rates(x, u, du, setting, locked)
         k2 = self.rates(x + 0.5 * h * k1, u + 0.5 * h * du, du, setting, locked)
@@ -111,14 +176,18 @@ class ClutchRig:
         return after
 
     def simulate(self, current: Array, period: float, setting: Setting) -> dict[str, Array]:
-        """Simulate noise-free engagements from the steady state without current.
+        """Simulate engagements without noise, from the steady state without current.
 
         Args:
-            current: (N, n) A, every `period` s, straight lines in between; starts at zero.
+            current: current at every sample, A, zero at the first sample, linear between samples, shape (N,
+                n).
+            period: sampling period, s.
+            setting: settings of the n engagements.
 
         Returns:
-            p (bar), its slope dp (bar/s), z (mm, truncated), omega_1 and omega_2 (rad/s), each (N, n), and
-            shift (n,): when the shafts first turn together, s, nan if never.
+            Signals by name, each of shape (N, n): p (bar), its slope dp (bar/s), z (mm, limited to the
+            stroke), omega_1 and omega_2 (rad/s); and shift of shape (n,): time at which the shafts first turn
+            together, s, nan if never.
         """
         n = current.shape[1]
         rest = np.full(n, self.p_rest)
@@ -139,7 +208,9 @@ class ClutchRig:
         return run | {"z": np.clip(run["z"], 0.0, self.z_M), "shift": shift}
 
     def _lock(self, x: Array, u: Array, du: Array, h: float, setting: Setting) -> tuple[float, Array]:
-        """When within a step of `h` the shafts meet (s after its start), and the state at its end."""
+        """Return the time within a step of `h` at which the shafts have equal speeds, s, and the state at its
+        end.
+        """
         slipping, turning = np.array([False]), np.array([True])
 
         def slip(after: float) -> float:

@@ -1,6 +1,6 @@
 """Virtual pendulum bench: a driven pendulum with dry friction in its joint, logged by an encoder.
 
-A small campaign to try the tools on; what a model of it usually leaves out is the friction.
+A small campaign for first steps with the tools. A model of a pendulum usually leaves out the dry friction.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ TURN = 2 * float(np.pi)
 
 @dataclass(frozen=True)
 class PendulumCampaign:
-    """Some runs of the bench under random multi-sine torques, SI units.
+    """Runs of the bench with random multi-sine torques.
 
     Attributes:
         runs: number of runs.
@@ -29,7 +29,8 @@ class PendulumCampaign:
         inertia: moment of inertia J, kg m^2.
         damping: coefficient of viscous friction b, N m s/rad.
         weight: weight times distance of the centre of mass from the joint, N m.
-        coulomb: dry friction, N m, over a speed of `creep`, rad/s.
+        coulomb: dry friction torque, N m.
+        creep: speed over which the dry friction changes its sign, rad/s.
         counts: counts of the encoder per turn.
         torque: amplitude of the drive, N m.
     """
@@ -46,7 +47,11 @@ class PendulumCampaign:
     torque: float = 0.6
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by a log folder (t, torque, theta in every run); return the provenance.
+        """Replace a folder by a log folder with t, torque and theta of every run, and return the provenance.
+
+        Args:
+            folder: folder that is replaced as a whole.
+            seed: seed of the random generator.
 
         Raises:
             BadInput: when the folder cannot be written.

@@ -1,4 +1,4 @@
-"""The virtual bench's own cam: the path of the roller's centre as a spline over the cam's true angle."""
+"""Cam of the virtual bench: path of the roller's centre as a spline over the true angle of the cam."""
 
 from functools import lru_cache
 
@@ -17,11 +17,22 @@ TURN = 2.0 * np.pi
 def cam_spline(
     H: float, beta: float, base: float, roller: float, rounding: float
 ) -> tuple[Array, list[float]]:
-    """Return a spline of the pitch curve, and the cam's area moments: polar (m^4), and first about two axes
-    (m^3).
+    """Return a spline of the pitch curve, and the moments of the cam's area.
 
-    The roller centre lies `roller` along the outward normal of a cycloidal cam without dwell. A sharply
-    concave cam makes that curve fold back; the roller then rests on the outermost branch, its kink blunted.
+    The roller centre has the distance `roller` from a cycloidal cam without dwell, along the outward normal.
+    On a sharply concave cam this curve folds back; the roller then rests on the outermost branch, and the
+    kink is smoothed.
+
+    Args:
+        H: stroke, m.
+        beta: angle of the rise, rad.
+        base: base radius, m.
+        roller: radius of the roller, m.
+        rounding: smoothing width of the curve, rad.
+
+    Returns:
+        Coefficients of cubic polynomials of the lift (m) over the angle (rad), highest power first, shape (4,
+        cells); polar moment (m^4) and first moments about two axes (m^3).
     """
     cells = 1440
     phi = np.linspace(-1.0, TURN + 1.0, 40 * cells)
@@ -45,8 +56,11 @@ def cam_spline(
 
 @kept()
 def profile(theta: float, spline: Array) -> tuple[float, float, float]:
-    """Return the lift of the roller centre (m) and its first and second derivative with respect to the
-    angle.
+    """Return the lift of the roller centre (m) and its first (m/rad) and second derivative (m/rad^2).
+
+    Args:
+        theta: angle of the cam, rad.
+        spline: coefficients of `cam_spline`, shape (4, cells).
     """
     width = 2.0 * np.pi / spline.shape[1]
     k = int((theta % (2.0 * np.pi)) / width) % spline.shape[1]

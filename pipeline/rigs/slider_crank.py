@@ -1,9 +1,10 @@
 """Virtual slider-crank bench (section 4.2.2): rigid bodies in a closed loop (MuJoCo), logged by a drive.
 
-The bench plays the part of reality: it shares no code with the models identified from its logs and runs on
-another engine. It has what they leave out: a progressive compression spring and dry friction on the slider,
-torque ripple, encoder steps and a jittering clock. The crank turns in a vertical plane, the slider moves
-horizontally; d is its distance from the position closest to the shaft, so the spring pushes it to the shaft.
+The bench replaces the real machine: it shares no code with the models identified from its logs and uses
+another simulation engine. It has effects that these models leave out: a progressive compression spring and
+dry friction on the slider, torque ripple, encoder steps and a jittering clock. The crank turns in a vertical
+plane, the slider moves horizontally. The coordinate d is the distance of the slider from its position closest
+to the shaft; the spring pushes the slider towards the shaft.
 """
 
 from collections.abc import Sequence
@@ -59,14 +60,35 @@ _LAYOUT = """
 
 @dataclass(frozen=True)
 class SliderCrankRig:
-    """All constants of the bench, in SI units.
+    """Constants of the bench (linkage of table 4.1).
 
-    Linkage (table 4.1): masses and lengths, `shaft_inertia` of motor and crank about the shaft, `damping` of
-    its bearings; the crank's centre of mass is halfway, the rod is slender. Force of the spring: `preload` +
-    `stiffness` d + `stiffening` (d / 0.1 m)^4. Friction of the slider: `coulomb`, `static` with Stribeck
-    speed `stribeck`, both regularised by tanh(v / `stick`), and `viscous`. Ripple torque of the drive:
-    `ripple` sin(6 theta) + `ripple_share` T sin(12 theta). Sensors: `encoder_counts` per turn, `torque_noise`
-    (rms), clock `period` and `jitter` (rms).
+    The crank's centre of mass is at half its length; the rod is slender. The force of the spring is preload +
+    stiffness d + stiffening (d / 0.1 m)^4. Dry friction of the slider is regularised by tanh(v / stick). The
+    torque ripple is ripple sin(6 theta) + ripple_share T sin(12 theta).
+
+    Attributes:
+        crank_mass: mass of the crank, kg.
+        rod_mass: mass of the rod, kg.
+        slider_mass: mass of the slider, kg.
+        crank_length: length of the crank, m.
+        rod_length: length of the rod, m.
+        shaft_inertia: inertia of motor and crank about the shaft, kg m^2.
+        damping: viscous friction of the shaft, N m s/rad.
+        gravity: gravitational acceleration, m/s^2.
+        preload: force of the spring at d = 0, N.
+        stiffness: linear stiffness of the spring, N/m.
+        stiffening: progressive force of the spring at d = 0.1 m, N.
+        coulomb: Coulomb friction of the slider, N.
+        static: static friction of the slider, N.
+        stribeck: Stribeck speed, m/s.
+        viscous: viscous friction of the slider, N s/m.
+        stick: speed over which dry friction changes its sign, m/s.
+        ripple: amplitude of the torque ripple, N m.
+        ripple_share: amplitude of the torque ripple as a share of the commanded torque.
+        encoder_counts: counts of the encoder per turn.
+        torque_noise: root mean square noise of the torque, N m.
+        period: sampling period, s.
+        jitter: root mean square jitter of the clock, s.
     """
 
     crank_mass: float = 0.23
@@ -93,24 +115,39 @@ class SliderCrankRig:
     jitter: float = 1e-6
 
     def spring(self, d: Any) -> Any:
-        """Return the force of the spring towards the shaft (N) at distance `d` (m; number or array)."""
+        """Return the force of the spring towards the shaft, N.
+
+        Args:
+            d: distance of the slider, m; a number or an array of any shape.
+        """
         return self.preload + self.stiffness * d + self.stiffening * (10.0 * d) ** 4
 
     def friction(self, v: float) -> float:
-        """Return the friction force against the slider's velocity `v` (m/s), N."""
+        """Return the friction force against the motion of the slider, N.
+
+        Args:
+            v: speed of the slider, m/s.
+        """
         dry = self.coulomb + (self.static - self.coulomb) * exp(-((v / self.stribeck) ** 2))
         return dry * tanh(v / self.stick) + self.viscous * v
 
     def without_spring(self) -> "SliderCrankRig":
-        """Return the same bench with the spring taken off."""
+        """Return the same bench without the spring."""
         return replace(self, preload=0.0, stiffness=0.0, stiffening=0.0)
 
     def simulate(self, torque: Profile, start: float, samples: int = 800) -> dict[str, Array]:
-        """Simulate a noise-free run from rest at crank angle `start` (rad), one row per `period`.
+        """Simulate a run without noise from rest.
 
-        Keys: theta (not wrapped), omega, d, v, drive (torque on the shaft with ripple, N m), spring and
-        friction (N), energy (J: kinetic, of gravity and of the spring), gap (m: how far the loop is open at
-        the joint of rod and slider), t and T (command).
+        Args:
+            torque: commanded torque, N m, as a function of time, s.
+            start: angle of the crank at the start, rad.
+            samples: number of samples; default 800.
+
+        Returns:
+            Signals by name, each of shape (samples,): theta (rad, unwrapped), omega (rad/s), d (m), v (m/s),
+            drive (torque on the shaft with ripple, N m), spring and friction (N), energy (J; kinetic, of
+            gravity and of the spring), gap (opening of the loop at the joint of rod and slider, m), t (s) and
+            T (command, N m).
         """
         model = mujoco.MjModel.from_xml_string(self._layout())
         data = mujoco.MjData(model)
@@ -134,10 +171,17 @@ class SliderCrankRig:
         return run | {"t": np.arange(samples, dtype=np.float64) * self.period, "T": commands[::_SUBSTEPS]}
 
     def log(self, true: dict[str, Array], noise: np.random.Generator) -> dict[str, Array]:
-        """Return the drive's log of a run of `simulate`: t (s), theta (rad), omega (rad/s) and T (N m).
+        """Return the log of the drive for a simulated run.
 
-        theta has the encoder's steps and lies in [0, 2 pi). The drive gets omega from it by central
-        differences over two samples, with all its steps.
+        theta has the steps of the encoder and lies in [0, 2 pi). The drive computes omega from theta by
+        central differences over two samples, including the steps.
+
+        Args:
+            true: signals of `simulate`, each of shape (samples,).
+            noise: random generator.
+
+        Returns:
+            Logged signals by name, each of shape (samples,): t (s), theta (rad), omega (rad/s) and T (N m).
         """
         samples = len(true["t"])
         delay = self.jitter * np.append(0.0, noise.standard_normal(samples - 1))
@@ -177,7 +221,12 @@ class SliderCrankRig:
 
 @dataclass(frozen=True)
 class SliderCrankCampaign:
-    """Runs of the bench: every profile (1 to 10; all by default) from two starts, `samples` at 2 kHz each.
+    """Runs of the bench: every torque profile from two starting angles, sampled at 2 kHz.
+
+    Attributes:
+        spring: whether the bench has its spring.
+        profiles: numbers of the torque profiles, 1 to 10; default: all profiles.
+        samples: number of samples per run.
 
     Raises:
         BadInput: when a profile does not exist or is named twice, or there are too few samples for a log.
@@ -201,22 +250,28 @@ class SliderCrankCampaign:
 
     @property
     def chosen(self) -> list[int]:
-        """Numbers of the profiles to run."""
+        """Numbers of the torque profiles to run."""
         return list(range(1, len(PROFILES) + 1)) if self.profiles is None else list(self.profiles)
 
     @property
     def rig(self) -> SliderCrankRig:
-        """The bench as it stands for this campaign."""
+        """Bench of this campaign."""
         return SliderCrankRig() if self.spring else SliderCrankRig().without_spring()
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by a log folder and return the provenance.
+        """Replace a folder by a log folder, and return the provenance.
 
-        experiments.csv has the columns id, file, profile, start (rad); one CSV per experiment has t (s),
-        theta (rad), omega (rad/s) and T (N m), with noise that depends on `seed`, profile and start alone.
-        For judging only: bench.json (constants of the bench), spring.csv (d in m, F in N: its spring on 60
-            points), and
-        truth.parquet (id, t, d, v, F: the load on the slider in every run).
+        experiments.csv has the columns id, file, profile and start (rad). One CSV file per experiment has t
+        (s), theta (rad), omega (rad/s) and T (N m), with noise that depends on `seed`, profile and start
+        only.
+
+        Three files are for the assessment only: bench.json (constants of the bench), spring.csv (d in m and F
+        in N of the spring at 60 points) and truth.parquet (id, t, d, v, F: the load on the slider in every
+        run).
+
+        Args:
+            folder: folder that is replaced as a whole.
+            seed: seed of the random generator.
 
         Raises:
             BadInput: when the folder cannot be written.

@@ -1,6 +1,6 @@
-"""The ten torque profiles of the slider-crank bench (section 4.2.2, figure 4.5), of 0.4 s.
+"""Torque profiles of the slider-crank bench (section 4.2.2, figure 4.5), ten profiles of 0.4 s.
 
-T_1 to T_5 keep the crank slow (about 30 rad/s at most), T_6 to T_10 bring it to 55 to 80 rad/s.
+With T_1 to T_5 the crank stays slow (about 30 rad/s at most); with T_6 to T_10 it reaches 55 to 80 rad/s.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
-"""Virtual benches of the tutorial (chapter 2): a motor whose efficiency is measured, and a swinging pendulum.
+"""Virtual benches of the tutorial (chapter 2): efficiency measurements of a motor, and a swinging pendulum.
 
-The motor of the text is fictitious. This one obeys more physics than the two-parameter model of Fig. 2.4a:
-its winding warms up, its brushes and its dry friction cost something, its field weakens, a fan comes on.
+The motor of the dissertation is fictitious. The motor of this bench has more physics than the two-parameter
+model of Fig. 2.4a: a warming winding, voltage drop of the brushes, dry friction, field weakening, and a fan.
 """
 
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MotorBench:
-    """A separately excited DC motor in steady state at a constant voltage, SI units.
+    """A separately excited DC motor in steady state at a constant voltage.
 
     Attributes:
         voltage: voltage of the armature, V.
@@ -31,9 +31,11 @@ class MotorBench:
         constant: motor constant K without load, V s/rad.
         dry: torque of dry friction, N m.
         viscous: coefficient of viscous friction, N m s/rad.
-        nominal: current, A, at which the winding's resistance has risen by the share `warming` and the motor
-            constant has fallen by the share `reaction`.
-        fan: power, W, that it takes above `fan_starts`, A, within about an ampere.
+        nominal: nominal current, A.
+        warming: relative rise of the winding's resistance at the nominal current.
+        reaction: relative fall of the motor constant at the nominal current.
+        fan: power of the fan, W.
+        fan_starts: current above which the fan runs, A; the transition is about one ampere wide.
     """
 
     voltage: float = 200.0
@@ -49,7 +51,14 @@ class MotorBench:
     fan_starts: float = 9.0
 
     def efficiency(self, current: Array) -> Array:
-        """Return mechanical power by electrical power, at armature currents in A."""
+        """Return the ratio of mechanical to electrical power.
+
+        Args:
+            current: armature current, A, shape (n,).
+
+        Returns:
+            Efficiency, 0 to 1, shape (n,).
+        """
         load = current / self.nominal
         resistance = self.resistance * (1.0 + self.warming * load**2)
         constant = self.constant * (1.0 - self.reaction * load**1.5)
@@ -61,17 +70,20 @@ class MotorBench:
 
 @dataclass(frozen=True)
 class TutorialCampaign:
-    """Efficiencies measured between two currents, and runs of a pendulum with small and with large torques.
+    """Efficiencies of a motor between two currents, and runs of a pendulum with small and large torques.
 
     Attributes:
-        samples: number of measured samples, evenly spread.
+        samples: number of evenly spaced training samples.
         new: number of test samples at random currents.
-        lowest, highest: limits of the current, A.
+        lowest: lowest measured current, A.
+        highest: highest measured current, A.
         noise: standard deviation of the noise of an efficiency.
-        runs: number of runs of the pendulum with a torque of `small`, N m, group "explored"; `far_runs` with
-            `large`, group "unseen".
-        coulomb: dry friction of the pendulum, N m.
-        motor: the bench.
+        runs: number of runs of the pendulum in the group "explored".
+        far_runs: number of runs of the pendulum in the group "unseen".
+        small: amplitude of the torque in the group "explored", N m.
+        large: amplitude of the torque in the group "unseen", N m.
+        coulomb: dry friction torque of the pendulum, N m.
+        motor: constants of the motor.
     """
 
     samples: int = 16
@@ -87,11 +99,16 @@ class TutorialCampaign:
     motor: MotorBench = field(default_factory=MotorBench)
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` and return the provenance.
+        """Replace a folder by the measurements, and return the provenance.
 
-        It gets training.csv (current in A, efficiency) and the log folder `pendulum` (t, torque, theta;
-        groups explored and unseen); for judging only, new.csv and, without noise and over a wider range,
-        truth.csv, and bench.json (the motor, the range of the measured currents and their noise).
+        training.csv has the current (A) and the efficiency. The log folder `pendulum` has t, torque and
+        theta, with the groups explored and unseen. Three files are for the assessment only: new.csv (test
+        samples), truth.csv (a wider range without noise) and bench.json (the motor, the range of the measured
+        currents and their noise).
+
+        Args:
+            folder: folder that is replaced as a whole.
+            seed: seed of the random generator.
 
         Raises:
             BadInput: when the folder cannot be written.

@@ -1,1 +1,1 @@
-"""The slider-crank of chapter 4, as equations by hand that its system file is compared with."""
+"""The slider-crank of chapter 4: equations by hand, which its system file is compared with."""

@@ -1,1 +1,1 @@
-"""The verbs: one file, one function, one DVC stage. Stages never import each other, they meet in files."""
+"""Verbs: one file, one function and one DVC stage each; stages exchange files and never import each other."""

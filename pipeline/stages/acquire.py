@@ -14,19 +14,24 @@ NEXT = "use it as logs={out} with a system file, or: {program} ingest raw={out}"
 
 
 class Source(Protocol):
-    """What a file of conf/source/ names."""
+    """Source of raw logs, as a file of conf/source/ names it."""
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Write raw logs into `folder` and return where they come from."""
+        """Write raw logs, and return their provenance.
+
+        Args:
+            folder: existing folder that is written into, or replaced.
+            seed: seed of a virtual campaign.
+        """
 
 
 @verb()
 def acquire(source: Source, seed: int, out: Path) -> None:
-    """Write the raw logs of `source` to `out`, and `out`/provenance.json (where they come from).
+    """Write raw logs to `out`, and their provenance to `out`/provenance.json.
 
     Args:
-        source: a virtual rig with its campaign, or a published data set.
-        seed: of a virtual campaign.
+        source: virtual test bench with its campaign, or published data set.
+        seed: seed of a virtual campaign.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:

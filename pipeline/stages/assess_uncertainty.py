@@ -41,7 +41,7 @@ def assess_uncertainty(
     workers: int,
     out: Path,
 ) -> None:
-    """Write tables that compare the methods at identified distributions, and on data sets drawn anew.
+    """Write tables that compare the methods at identified distributions, and on redrawn data sets.
 
     `identified`: data_set (0: the observed one), method, every parameter, log_likelihood by the method, and
     exact (the true log-likelihood there). `accuracy`: data_set, alpha_of (the method at whose optimum),
@@ -52,15 +52,25 @@ def assess_uncertainty(
     method. `response`: the output number `shown` over the first two parameters.
 
     Args:
-        system, logs, event, uncertain, step, response, observations: as for identify_uncertainty.
-        uncertainty: as there.
-        profile: `data_sets`, `samples` of the Monte Carlo reference, `sampling_repeats`.
-        found: folder that identify_uncertainty wrote.
-        truth: JSON file whose `alpha` data sets are drawn from; null: the identified one.
-        demo: a distribution whose densities are shown too.
-        shown: number of an output, from 1.
-        fine: nodes of the response surface whose push-forward counts as exact, one number a parameter.
-        seed: of searches and draws. workers: searches side by side.
+        system: system file with an event.
+        logs: log folder.
+        event: name of the event; null: the only one of the system file.
+        uncertain: names of the uncertain parameters; null: those that the system file marks.
+        step: integration step, s.
+        response: Python function from parameters, shape (S, n), to outputs, shape (S, L), with names and
+            bounds.
+        observations: CSV file with the columns id, y.
+        uncertainty: family of the distributions, settings of polynomial chaos and of the search.
+        profile: profile of computing time, with `data_sets`, `samples` of the Monte Carlo reference and
+            `sampling_repeats`.
+        found: folder written by identify_uncertainty.
+        truth: JSON file whose `alpha` is the distribution of the data sets; null: the identified
+            distribution.
+        demo: distribution parameters whose densities are shown too; null: none.
+        shown: number of the output in the table `response`, from 1.
+        fine: numbers of nodes per parameter of the response surface of the exact reference.
+        seed: seed of searches and random samples.
+        workers: number of searches that run side by side.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:

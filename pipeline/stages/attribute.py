@@ -1,4 +1,4 @@
-"""Explain how much each input of a network adds to its predicted follower jump."""
+"""Compute the contribution of each input of a network to its predicted follower jumps."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ def attribute(
         explained: names of the models to explain.
         split: division of the runs into folds.
         fold: name of the fold whose networks are explained.
-        groups: inputs that are one player of the exact game, by the player's name; other inputs play alone.
+        groups: names of the inputs of every player of the exact values; other inputs are players of their
+            own.
         profile: numbers of runs: `explained_runs` and `references` of DeepSHAP, `exact_runs` and
             `exact_references` of the exact values.
         seed: seed of the choice of runs and references.

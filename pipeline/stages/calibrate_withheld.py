@@ -20,9 +20,10 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
     """Write the weights of `confidence` to the file `out`, from cases that no reported number uses.
 
     Args:
-        cases: folder of campaigns of withheld cases, a kind each.
-        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
-        out: file; unmodelled/diagnosis/decide/calibration.json is what diagnoses read.
+        cases: folder of campaigns of withheld cases, one kind per campaign.
+        diagnoses: folder written by diagnose_withheld.
+        refits: folder written by refit_withheld.
+        out: JSON file; diagnoses read unmodelled/diagnosis/decide/calibration.json.
 
     Raises:
         BadInput: when an input is missing, or a verdict does not occur.

@@ -25,8 +25,8 @@ def diagnose_systems(
 ) -> None:
     """Write diagnosis.json, augmented_system.yaml and tables to `out`/<system file> for every system file.
 
-    A run that was killed goes on after the system files that are done, as long as system files, logs,
-    arguments and program are the same.
+    An interrupted run continues with the next system file, as long as system files, logs, arguments and
+    program are the same.
 
     Args:
         systems: system file, or folder of system files that describe the same machine, with known.yaml.

@@ -25,17 +25,18 @@ from unmodelled.systems.reader import read_system
 def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
     """Write `out`/<case>.json, the diagnosis (diagnosis/1), and `out`/costs/<case>.json.
 
-    Of several campaigns these are `out`/<campaign>/<case>.json and `out`/<campaign>/costs/<case>.json.
+    For several campaigns, these files are `out`/<campaign>/<case>.json and
+    `out`/<campaign>/costs/<case>.json.
 
-    A diagnosis sees system.yaml and logs/ of its case and nothing else. `costs` tell seconds, and the largest
-    memory (MB) that the process took until then. A run that was killed goes on after the cases that are done,
-    as long as cases, arguments and program are the same.
+    A diagnosis reads only system.yaml and logs/ of its case. `costs` contain the duration (s) and the largest
+    memory (MB) of the process so far. An interrupted run continues with the next case, as long as cases,
+    arguments and program are the same.
 
     Args:
-        cases: folder of a campaign of withheld cases, as acquire writes it, or of several such campaigns.
-        horizon: of the free-run windows, s.
-        seed: of everything random in a diagnosis.
-        workers: processes, of one thread each; a single case gets as many threads.
+        cases: folder of one campaign of withheld cases, as acquire writes it, or of several such campaigns.
+        horizon: length of the free-run windows, s.
+        seed: seed of all random numbers of a diagnosis.
+        workers: number of processes, of one thread each; a single case gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 
     Raises:
@@ -64,6 +65,6 @@ def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) ->
 
 
 def _memory() -> float:
-    """Of this process at most, MB."""
+    """Return the largest memory of this process so far, MB."""
     unit = 1 if sys.platform == "darwin" else 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

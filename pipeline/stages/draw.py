@@ -30,17 +30,17 @@ def draw(
     """Write `out`/<name>.svg for every figure and `out`/figures.json with their captions.
 
     Args:
-        figures: name (fig_<number> with underscores) -> function of the data folder. The number begins with
-            the chapter, or with a letter where the figure belongs to none.
-        only: the names to draw; all of them if empty.
+        figures: function of the data folder by name (fig_<number> with underscores). The number begins with
+            the chapter, or with a letter if the figure belongs to no chapter.
+        only: names of the figures to draw; null or empty: all figures.
         data: folder with the tables.
-        raw: folder of <campaign>/provenance.json.
-        campaigns: chapter or letter -> the campaign that its figures show.
-        workers: processes that draw.
+        raw: folder with <campaign>/provenance.json.
+        campaigns: campaign that the figures of a chapter or letter show.
+        workers: number of processes that draw.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
-        BadInput: on an unknown name, or when a table is missing.
+        BadInput: when a name is unknown, or a table is missing.
     """
     unknown = sorted(set(only or ()) - set(figures))
     if unknown:

@@ -41,7 +41,7 @@ def featurize(trajectories: Path, mechanism: CamFollower, period: float, out: Pa
     Args:
         trajectories: store written by ingest.
         mechanism: constants of the bench.
-        period: of the new clock, s.
+        period: sampling period of the new clock, s.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
@@ -79,12 +79,25 @@ def _features(log: Mapping[str, Array], curve: Array, m: float, mechanism: CamFo
 
 @cache
 def interface_force() -> Callable[..., Array]:
-    """F-dagger of eq. 6.4 as a function of arrays, N."""
+    """Generate the function for F-dagger of eq. 6.4, N.
+
+    Returns:
+        Function from omega, alpha, dh, d2h, m and the constants to the force, N; all arguments are scalars or
+        arrays of the same shape.
+    """
     symbols = (physics.omega, physics.alpha, physics.dh, physics.d2h, physics.m)
     return numpy_function(physics.INTERFACE_FORCE, (*symbols, *physics.CONSTANTS))
 
 
 def on_cam(curve: Array, theta: Array) -> Array:
-    """(3, n) displacement and its derivatives at the angles `theta` (n,), from a table over one turn."""
+    """Interpolate displacement and derivatives of a cam at given angles.
+
+    Args:
+        curve: displacement (m), first (m/rad) and second derivative (m/rad^2) over one turn, shape (3, N).
+        theta: angles, rad, shape (n,).
+
+    Returns:
+        Displacement and derivatives, shape (3, n).
+    """
     grid = np.arange(curve.shape[1]) * TURN / curve.shape[1]
     return np.stack([np.interp(theta, grid, row, period=TURN) for row in curve])

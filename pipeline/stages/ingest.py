@@ -34,17 +34,18 @@ CHUNK = 40
 def ingest(raw: Path, system: Path | None, mechanism: CamFollower, workers: int, out: Path) -> None:
     """Write the store of a campaign (see `Campaign.write`).
 
-    With `system`, `raw` is a log folder of that system: uniform clock, angles unwrapped, states estimated.
+    With `system`, `raw` is a log folder of that system. The logs are resampled on a uniform clock, angles are
+    unwrapped, and states are estimated.
 
     Args:
         raw: folder with campaign.zip and provenance.json, or a log folder.
         system: system file.
-        mechanism: thresholds of the cam-follower's labels.
-        workers: processes that parse.
+        mechanism: constants of the cam-follower bench, which contain the thresholds of the labels.
+        workers: number of processes that parse logs.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
-        BadInput: at the first log that cannot be used; nothing is written.
+        BadInput: when a log cannot be used; nothing is written then.
     """
     if system is not None:
         read_logs(raw, read_system(system)).write(out)

@@ -23,15 +23,15 @@ from unmodelled.systems.reader import read_system
 def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, out: Path) -> None:
     """Write `out`/<campaign>/<case>.json: `oracle` (see `pipeline.withheld.oracle`) and `sparse_regression`.
 
-    The oracle is told the families and channels that are planted. Both learn from the experiments that the
-    diagnosis learned from, and the oracle is judged on those that the diagnosis held out. A run that was
-    killed goes on after the cases that are done, as long as cases, diagnoses, arguments and program are the
-    same.
+    The oracle knows the families and channels of the planted effects. Both methods use the training
+    experiments of the diagnosis, and the oracle is assessed on its held-out experiments. An interrupted run
+    continues with the next case, as long as cases, diagnoses, arguments and program are the same.
 
     Args:
-        cases: folder of campaigns of withheld cases. diagnoses: of diagnose_withheld, <campaign>/<case>.json.
-        horizon: of the free-run windows, s.
-        workers: processes, of one thread each.
+        cases: folder of campaigns of withheld cases.
+        diagnoses: folder written by diagnose_withheld, with <campaign>/<case>.json.
+        horizon: length of the free-run windows, s.
+        workers: number of processes, of one thread each.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 
     Raises:

@@ -24,22 +24,22 @@ def report(
 ) -> None:
     """Write `out`/index.html, the folder `out`/site and `out`/claims.json.
 
-    The pages say which inputs do not exist yet.
+    The pages name missing inputs.
 
     Args:
-        metrics: folder of <topic>.json, nested objects of numbers.
-        claims: folder of <mechanism>/claims.json, the dissertation's claims with our numbers and verdicts,
-            and, where the physics is a system file, <mechanism>/equations.json.
-        tables: folder of <name>.csv, each with an optional <name>.json (title, caption, protocol, chapter).
-        figures: folder of SVG files and figures.json, which says what they show.
-        provenance: folder of <campaign>/provenance.json.
+        metrics: folder with <topic>.json, nested objects of numbers.
+        claims: folder with <mechanism>/claims.json (claims of the dissertation with computed numbers and
+            verdicts) and, if the physics is a system file, <mechanism>/equations.json.
+        tables: folder with <name>.csv, each with an optional <name>.json (title, caption, protocol, chapter).
+        figures: folder with SVG files and their list figures.json.
+        provenance: folder with <campaign>/provenance.json.
         runs: folder that is searched for fit.json.
         diagnoses: folder that is searched for diagnoses with figures, as draw_diagnoses writes them.
-        executions: folder of <stage>.json, what was noted of every stage that was executed.
-        out: folder; these three in it are replaced as a whole, anything else in it is left alone.
+        executions: folder with <stage>.json, the record of every executed stage.
+        out: folder in which these three results are replaced as a whole; other files are kept.
 
     Raises:
-        BadInput: when an input is damaged; nothing is written.
+        BadInput: when an input is damaged; nothing is written then.
     """
     check_place(out)
     results = read(metrics, claims, tables, figures, provenance, runs, diagnoses, executions)

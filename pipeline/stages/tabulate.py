@@ -48,10 +48,10 @@ def tabulate(
         tuning: folder with <model>.parquet as written by tune.
         fits: folder with <model>/<split>/fit.json as written by train.
         mechanism: constants of the bench.
-        split: the extrapolation, for the direct baseline.
-        profile_name: of the profile that the models were trained with.
+        split: extrapolation split, for the direct baseline.
+        profile_name: name of the profile that the models were trained with.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        reports: folder; its metrics and tables are rewritten.
+        reports: folder whose metrics and tables are rewritten.
 
     Raises:
         BadInput: when an input is missing.

@@ -31,12 +31,12 @@ def tabulate_clutch(
     """Write tables, claims and equations to `out`, chapter3.json and readable tables to `reports`.
 
     Args:
-        campaign: the clutch bench of claims and figures; any other that was assessed is a stress test.
-        systems: folder of its system file, <campaign>.yaml.
+        campaign: clutch campaign of claims and figures; every other assessed campaign is a stress test.
+        systems: folder with the system file <campaign>.yaml.
         data: folder with raw, trajectories, uncertainty and assessments of the campaigns.
-        profile_name: of the profile that they were assessed with.
+        profile_name: name of the profile that the campaigns were assessed with.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        reports: folder; its metrics/chapter3.json and tables are rewritten.
+        reports: folder whose metrics/chapter3.json and tables are rewritten.
 
     Raises:
         BadInput: when an input is missing.

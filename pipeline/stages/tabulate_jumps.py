@@ -54,10 +54,10 @@ def tabulate_jumps(
         predictions: folder with <model>/<split>/ as written by evaluate.
         attributions: folder written by attribute.
         fits: folder with <model>/<split>/fit.json as written by train.
-        split: the uniform one, for F-dagger as a classifier.
-        profile_name: of the profile that the models were trained with.
+        split: uniform split, for F-dagger as a classifier.
+        profile_name: name of the profile that the models were trained with.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        reports: folder; its metrics/chapter5.json and tables/jumps are rewritten.
+        reports: folder whose metrics/chapter5.json and tables/jumps are rewritten.
 
     Raises:
         BadInput: when an input is missing.

@@ -37,9 +37,9 @@ def tabulate_slider_crank(
         system: system file of the slider-crank.
         data: folder with raw, trajectories, fits, predictions and identifiability of the campaigns
             slider_crank and slider_crank_bare (without spring).
-        profile_name: of the profile that the models were trained with.
+        profile_name: name of the profile that the models were trained with.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        reports: folder; its metrics/chapter4.json and tables are rewritten.
+        reports: folder whose metrics/chapter4.json and tables are rewritten.
 
     Raises:
         BadInput: when an input is missing.

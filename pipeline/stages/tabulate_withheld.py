@@ -24,15 +24,16 @@ def tabulate_withheld(
 ) -> None:
     """Write tables for figures to `out`, withheld.json and readable tables to `reports`.
 
-    Tables: `cases` (a row per case, see `judging.judged`), `detection` (by level of the effect),
+    Tables: `cases` (one row per case, see `judging.judged`), `detection` (by level of the effect),
     `calibration` (by confidence), `confusion` (by family), `misses`.
 
     Args:
-        cases: folder of campaigns of withheld cases, a kind each.
-        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
-        profile_name: of the profile that chose the cases.
+        cases: folder of campaigns of withheld cases, one kind per campaign.
+        diagnoses: folder written by diagnose_withheld.
+        refits: folder written by refit_withheld.
+        profile_name: name of the profile that chose the cases.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        reports: folder; its metrics/withheld.json and its tables withheld and withheld_misses are rewritten.
+        reports: folder whose metrics/withheld.json and tables withheld and withheld_misses are rewritten.
 
     Raises:
         BadInput: when an input is missing.

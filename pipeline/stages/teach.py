@@ -1,4 +1,4 @@
-"""Work the examples of chapter 2, the tutorial, with physics, networks and both together."""
+"""Compute the examples of chapter 2, the tutorial, with physics, networks and both together."""
 
 from __future__ import annotations
 
@@ -57,19 +57,19 @@ def teach(
     """Write tables, claims and equations to `out`, and metrics/chapter2.json to `reports`.
 
     Args:
-        raw: folder that acquire source=tutorial wrote.
-        system: file of the pendulum's known physics.
-        models: of the pendulum: physics, black_box and any others.
-        windows: how they are trained.
-        trained: runs of the group explored that they see; the others are held out.
-        repeats: trainings of every one of them, from different initial weights.
-        hidden: numbers of neurons of the networks that learn the motor's efficiency; the one shown beside the
-            physics has the last.
-        penalty: lambda of Eq. 2.6.
-        seeds: networks of every number of neurons, with and without the penalty.
-        seed: of the initial weights and mini-batches of the models of the pendulum.
+        raw: folder written by acquire with source=tutorial.
+        system: system file of the pendulum's known physics.
+        models: structures of the pendulum's models by name: physics, black_box and any others.
+        windows: settings of their training.
+        trained: number of training runs from the group explored; the other runs are held out.
+        repeats: number of trainings per model, from different initial weights.
+        hidden: numbers of neurons of the networks for the motor's efficiency; the figures show the last one
+            beside the physics.
+        penalty: weight lambda of eq. 2.6.
+        seeds: number of networks per number of neurons, with and without the penalty.
+        seed: seed of the initial weights and mini-batches of the pendulum's models.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        reports: folder.
+        reports: folder whose metrics/chapter2.json is rewritten.
 
     Raises:
         BadInput: when an input is missing, or there is no run to train on or to hold out.
@@ -123,7 +123,7 @@ def _rms(values: Array) -> float:
 
 
 def _curves(motor: Tables, hidden: int, penalty: float) -> pd.DataFrame:
-    """What physics and networks say, beside the truth: model, seed, current, efficiency, truth."""
+    """Return the predictions and the truth: columns model, seed, current, efficiency, truth."""
     networks = motor["networks"]
     shown = networks[(networks["hidden"] == hidden) & (networks["penalty"] == penalty)]
     both = [motor["physics"].assign(model="physics", seed=0), shown.assign(model="network")]

@@ -1,1 +1,1 @@
-"""The withheld check: diagnoses of machines whose faults are known, judged."""
+"""The withheld check: compare diagnoses with the known faults of virtual machines."""

@@ -1,4 +1,4 @@
-"""What was said of the cases of the withheld check, beside what is planted in them."""
+"""Read the diagnoses of withheld cases together with the planted effects."""
 
 from __future__ import annotations
 
@@ -17,11 +17,13 @@ from unmodelled.systems.reader import read_system
 def answers(
     cases: Path, diagnoses: Path, refits: Path
 ) -> Iterator[tuple[Path, dict[str, Any], dict[str, Any]]]:
-    """Return for every case <campaign>/<case>, the content of its diagnosis.json, and its row (see `judged`).
+    """Return the place <campaign>/<case>, the content of diagnosis.json and the table row (see `judged`) of
+    every case.
 
     Args:
-        cases: folder of campaigns of withheld cases, a kind each.
-        diagnoses, refits: folders of diagnose_withheld and refit_withheld.
+        cases: folder of campaigns of withheld cases, one kind per campaign.
+        diagnoses: folder written by `diagnose_withheld`.
+        refits: folder written by `refit_withheld`.
 
     Raises:
         BadInput: when an input is missing or damaged.

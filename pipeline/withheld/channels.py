@@ -1,4 +1,4 @@
-"""Where a parameter acts, in the words for places where effects act."""
+"""Determine the channels at which a parameter acts."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _CLOSE = 1e-9
 
 
 def parameter_channels(system: System) -> dict[str, frozenset[str]]:
-    """Find where every parameter of a system acts, in the words for places where effects act.
+    """Find the channels at which every parameter of a system acts.
 
-    A parameter whose influence on the states' rates has no input in it acts at those ports whose effort has
-    the same influence but for a factor, as a damping does. One whose influence has an input in it, and is
-    zero at rest without that input, acts at this input, as the constant of a motor does. All others act
-    nowhere in particular: masses, for instance.
+    A parameter whose influence on the rates of the states contains no input acts at every port whose effort
+    has a proportional influence, like a damping. A parameter whose influence contains an input, and is zero
+    at rest without this input, acts at this input, like a motor constant. Other parameters, such as masses,
+    act at no channel.
 
     Args:
-        system: system whose parameters are placed.
+        system: system of the parameters.
 
     Returns:
-        Names of ports and actuator:<input> by parameter:<name>.
+        Names of ports and actuator:<input>, by parameter:<name>.
 
     Examples:
         >>> from pathlib import Path

@@ -1,4 +1,4 @@
-"""Where cases of the withheld check and what is said of them lie: <campaign>/<case>, a kind a campaign."""
+"""Paths of withheld cases and their diagnoses: <campaign>/<case>, one kind of cases per campaign."""
 
 from __future__ import annotations
 
@@ -15,19 +15,25 @@ PROVENANCE = "provenance.json"
 
 
 def campaigns_in(folder: Path) -> list[Path]:
-    """Return the folders of campaigns.
+    """Return the folders of campaigns, sorted.
+
+    Args:
+        folder: folder of all campaigns.
 
     Raises:
-        BadInput: when there are none.
+        BadInput: when there is no campaign.
     """
     return _found(folder, PROVENANCE, "campaign of withheld cases")
 
 
 def cases_in(campaign: Path) -> list[Path]:
-    """Return the folders of cases.
+    """Return the folders of cases, sorted.
+
+    Args:
+        campaign: folder of the campaign.
 
     Raises:
-        BadInput: when there are none.
+        BadInput: when there is no case.
     """
     return _found(campaign, SYSTEM, "withheld case")
 

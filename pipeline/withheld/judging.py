@@ -1,9 +1,9 @@
-"""Judging a diagnosis where the truth is known: rules of the withheld check, for one case.
+"""Assess a diagnosis with known planted effects: rules of the withheld check for one case.
 
-An answer is right if it names family and channel of what is planted, or of what the logs of this machine
-cannot tell from it (`alike` in truth.json). A parameter that is said to drift or to scatter is at the
-channels where it acts (`parameter_channels`). Only a verdict `effect` names effects: what stands beside a
-verdict `unknown` is a partial explanation.
+An answer is right if it names family and channel of the planted effect, or of an effect that the logs of this
+machine cannot distinguish from it (`alike` in truth.json). A drifting or scattering parameter has the
+channels at which it acts (`parameter_channels`). Only the verdict `effect` names effects; an effect beside
+the verdict `unknown` is a partial explanation.
 """
 
 from __future__ import annotations
@@ -27,7 +27,17 @@ OUTSIDE = "unknown"  # what truth.json has as verdict where an effect is of no f
 
 @dataclass(frozen=True)
 class Planted:
-    """An effect of truth.json; `answers`: families and channels that are right. `seen`: by the oracle."""
+    """A planted effect of truth.json.
+
+    Attributes:
+        family: family of the effect.
+        channel: channel of the effect.
+        answers: families and channels of the right answers.
+        factor: factor of the operating point at one level of which the effect acts; None: the effect acts in
+            all experiments.
+        level: level of the factor.
+        seen: whether the oracle sees the effect.
+    """
 
     family: str
     channel: str
@@ -38,7 +48,12 @@ class Planted:
 
     @classmethod
     def of(cls, row: Content, seen: bool) -> Planted:
-        """Read a planted effect from its row in truth.json."""
+        """Read a planted effect.
+
+        Args:
+            row: row of truth.json.
+            seen: whether the oracle sees the effect.
+        """
         own = (row["family"], row["channel"])
         alike = {(other["family"], other["channel"]) for other in row["alike"]}
         return cls(*own, frozenset({own, *alike}), row.get("factor"), row.get("level"), seen)
@@ -52,23 +67,46 @@ class Planted:
         return frozenset(channel for _, channel in self.answers)
 
     def is_named(self, named: Content, acts_at: ActsAt) -> bool:
-        """Return whether an effect of diagnosis.json names it, whichever experiments that effect acts in."""
+        """Tell whether a diagnosed effect names this effect, in whichever experiments the diagnosed effect
+        acts.
+
+        Args:
+            named: effect of diagnosis.json.
+            acts_at: channels at which each parameter acts, see `parameter_channels`.
+        """
         return any((named["family"], channel) in self.answers for channel in channels(named["port"], acts_at))
 
     def is_placed(self, named: Content) -> bool:
-        """Return whether `named` acts in the right experiments, too."""
+        """Tell whether a diagnosed effect acts in the same experiments as this effect.
+
+        Args:
+            named: effect of diagnosis.json.
+        """
         return (named.get("factor"), named.get("level")) == (self.factor, self.level)
 
 
 def channels(port: str, acts_at: ActsAt) -> Iterator[str]:
-    """Return a channel of diagnosis.json; for a parameter, the channels where the parameter acts."""
+    """Yield a channel of diagnosis.json, and for a parameter also the channels at which the parameter acts.
+
+    Args:
+        port: channel of diagnosis.json.
+        acts_at: channels at which each parameter acts, see `parameter_channels`.
+    """
     yield port
     yield from acts_at.get(port, ())
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is planted, and what was said of it."""
+    """Planted effects and diagnosis of a case.
+
+    Attributes:
+        planted: planted effects.
+        outside: whether the planted effect belongs to no family.
+        gap_seen: whether the oracle sees a gap.
+        diagnosis: content of diagnosis.json.
+        acts_at: channels at which each parameter acts, see `parameter_channels`.
+    """
 
     planted: tuple[Planted, ...]
     outside: bool
@@ -78,17 +116,18 @@ class Case:
 
     @property
     def verdict(self) -> str:
+        """Verdict of the diagnosis."""
         return str(self.diagnosis["verdict"])
 
     @property
     def named(self) -> Sequence[Content]:
-        """The strongest first."""
+        """Named effects, the strongest first."""
         effects: Sequence[Content] = self.diagnosis["effects"]
         return effects if self.verdict == "effect" else ()
 
     @property
     def reported(self) -> list[list[Content]]:
-        """By named effect, it and what cannot be told from it."""
+        """Every named effect together with the effects that the diagnosis cannot distinguish from it."""
         return [[effect, *effect["indistinguishable"]] for effect in self.named]
 
     @property
@@ -98,26 +137,26 @@ class Case:
 
     @property
     def all_reported(self) -> bool:
-        """Whether everything that is planted is named, or said to be indistinguishable from what is."""
+        """Whether every planted effect is named, or reported as indistinguishable from a named effect."""
         said = [effect for effects in self.reported for effect in effects]
         return all(any(p.is_named(effect, self.acts_at) for effect in said) for p in self.planted)
 
     @property
     def pairings(self) -> Iterator[list[tuple[Planted, Content]]]:
-        """All ways of taking every named effect for another one of the planted."""
+        """All assignments of the named effects to different planted effects."""
         if len(self.named) <= len(self.planted):
             for order in permutations(self.planted, len(self.named)):
                 yield list(zip(order, self.named, strict=True))
 
     @property
     def exact(self) -> bool:
-        """Whether what is planted is named, all of it and nothing else."""
+        """Whether exactly the planted effects are named."""
         every = len(self.named) == len(self.planted)
         return every and any(all(p.is_named(n, self.acts_at) for p, n in pairs) for pairs in self.pairings)
 
     @property
     def placed(self) -> bool:
-        """Whether the experiments in which it acts are right, too."""
+        """Whether exactly the planted effects are named, in the right experiments."""
         return self.exact and any(
             all(p.is_named(n, self.acts_at) and p.is_placed(n) for p, n in pairs) for pairs in self.pairings
         )
@@ -129,9 +168,10 @@ class Case:
 
     @property
     def channel(self) -> bool:
-        """Whether the gap is said to come from a channel where something is planted.
+        """Whether the diagnosis attributes the gap to a channel with a planted effect.
 
-        That of the strongest effect, which may be a partial explanation, else the one with the largest share.
+        The channel of the strongest effect counts, which may be a partial explanation; without effects, the
+        channel with the largest share counts.
         """
         said: list[str] = [effect["port"] for effect in self.diagnosis["effects"]]
         if not said:
@@ -143,14 +183,14 @@ class Case:
 
     @property
     def right(self) -> bool:
-        """Whether verdict and effects are what a reader should be told: what the confidence is about.
+        """Whether verdict and effects are right; the confidence is the probability of this event.
 
-        - `no_gap` is right if nothing planted can be seen (the oracle says what can).
-        - `effect` is right if every named effect, or one that is said to be indistinguishable from it, is
-          another one of the planted, in the right experiments, and everything planted that can be seen is
+        - `no_gap` is right if the oracle sees none of the planted effects.
+        - `effect` is right if every named effect, or an effect reported as indistinguishable from it, is
+          another planted effect in the right experiments, and all planted effects that the oracle sees are
           among them.
-        - `unknown` is right for an effect of no family, and wrong for any other.
-        - `check_logs` is wrong: the logs of the withheld machines have no fault.
+        - `unknown` is right for an effect of no family, and wrong for any other effect.
+        - `check_logs` is wrong, because the logs of the withheld machines have no fault.
         """
         if self.verdict == "check_logs":
             return False
@@ -177,16 +217,17 @@ def judged(truth: Content, diagnosis: Content, refit: Content, acts_at: ActsAt) 
     """Return a row of the table of cases.
 
     Args:
-        truth, diagnosis: content of truth.json and diagnosis.json.
-        refit: `oracle` (see `pipeline.withheld.oracle`: reidentified, floor, shrink, gap_seen, seen) and
-            `sparse_regression` (family and channel of the largest term, or null).
-        acts_at: see `parameter_channels`.
+        truth: content of truth.json.
+        diagnosis: content of diagnosis.json.
+        refit: entries `oracle` (see `pipeline.withheld.oracle`: reidentified, floor, shrink, gap_seen, seen)
+            and `sparse_regression` (family and channel of the largest term, or null).
+        acts_at: channels at which each parameter acts, see `parameter_channels`.
 
     Returns:
-        system, level, truth and said (texts), verdict, confidence; seen: whether the oracle sees all that is
-        planted (of an effect of no family: whether there is a gap); the answers of `Case` by name; set_size:
-        how many effects are reported for each that is named; shrink, oracle_shrink and network_shrink;
-        sparse_first: whether the largest term of a sparse regression is planted.
+        Columns system, level, truth and said (texts), verdict and confidence; seen (whether the oracle sees
+        all planted effects, or the gap of an effect of no family); the answers of `Case` by name; set_size
+        (number of reported effects per named effect); shrink, oracle_shrink and network_shrink; sparse_first
+        (whether the largest term of a sparse regression is planted).
     """
     best = refit["oracle"]
     planted = tuple(Planted.of(row, seen) for row, seen in zip(truth["effects"], best["seen"], strict=True))

@@ -1,4 +1,4 @@
-"""What a diagnosis could find at best: the effects are known, only their numbers are fitted."""
+"""Compute the best possible diagnosis: the effects are known, only their parameters are fitted."""
 
 from __future__ import annotations
 
@@ -30,7 +30,15 @@ STARTS = 64
 
 @dataclass(frozen=True)
 class Known:
-    """An effect that is there: its family and where, see `Place`."""
+    """A planted effect.
+
+    Attributes:
+        family: family of the effect.
+        channel: channel of the effect.
+        factor: factor of the operating point at one level of which the effect acts; default: the effect acts
+            in all experiments.
+        level: level of the factor.
+    """
 
     family: str
     channel: str
@@ -38,7 +46,11 @@ class Known:
     level: float | str | None = None
 
     def candidates(self, system: System) -> Iterator[tuple[Effect, Place]]:
-        """The variants of the family, wherever they act at this channel."""
+        """Yield the variants of the family with all their places at this channel.
+
+        Args:
+            system: known physics.
+        """
         acts_at = parameter_channels(system)
         for effect in effects():
             if effect.family != self.family:
@@ -50,15 +62,20 @@ class Known:
 
 @dataclass(frozen=True)
 class Oracle:
-    """What is left of the gap when the effects are known.
+    """The gap that remains with known effects.
+
+    The two gaps are the same if there are no effects.
 
     Attributes:
-        reidentified, augmented, floor: gaps on the held-out experiments, and the floor of the latter model.
-            Without effects both gaps are the same.
-        gap_seen: whether the reidentified model has a gap (`Judged.has_gap`).
-        seen: by effect, whether the model without it, the other effects being known, is worse than with it
-            (`Judged.is_worse_than`): else no diagnosis can be asked to find it.
-        variants: by effect, which one of its family fitted best, or "" where there is but one.
+        reidentified: gap of the physics with refitted parameters on the held-out experiments, in standard
+            deviations of the outputs.
+        augmented: gap with the known effects on the held-out experiments, in standard deviations of the
+            outputs.
+        floor: noise floor of the latter gap.
+        gap_seen: whether the physics with refitted parameters has a gap (`Judged.has_gap`).
+        seen: whether the model without an effect, but with the other known effects, is worse than with it,
+            per effect (`Judged.is_worse_than`); a diagnosis cannot be expected to find other effects.
+        variants: best-fitting variant of every effect; empty for a family with a single variant.
     """
 
     reidentified: float
@@ -70,16 +87,20 @@ class Oracle:
 
     @property
     def shrink(self) -> float:
-        """By the definition of the contract; 0 where there is nothing to explain."""
+        """Share of the squared gap above the floor that the known effects explain; 0 without a gap."""
         return shrink(self.reidentified, self.augmented, self.floor)
 
 
 def oracle(study: Study, known: Sequence[Known]) -> Oracle:
-    """Fit the physics with the effects that are there, and see what each of them is worth.
+    """Fit the physics with the known effects, and assess the contribution of every effect.
 
-    Every variant of a family is tried, from starts all over its shapes; the one with the least gap on the
-    experiments that are learned from stays. Of several effects the one that explains most comes first. An
-    effect whose family is not in the library is left out.
+    Every variant of a family is fitted from starts over all its shapes; the variant with the smallest gap on
+    the training experiments is kept. Of several effects, the effect that explains most is added first.
+    Effects of families outside the library are left out.
+
+    Args:
+        study: known physics, logs and held-out experiments.
+        known: planted effects.
     """
     named = [effect for effect in known if any(effect.candidates(study.system))]
     refits = _Refits(FittedHypothesis.of(Hypothesis.known(study), study.recording))
@@ -153,11 +174,12 @@ DRAWS = 1000
 
 @dataclass(frozen=True)
 class Judged:
-    """How far free runs of a model lie from held-out measurements.
+    """Distance between free runs of a model and held-out measurements.
 
     Attributes:
-        square: (windows,) square error, mean over samples and outputs, in variances of the outputs.
-        samples: (windows,) their numbers. floor: of the gap.
+        square: mean squared error over samples and outputs, in variances of the outputs, shape (windows,).
+        samples: number of samples, shape (windows,).
+        floor: noise floor of the gap, in standard deviations of the outputs.
     """
 
     square: Array
@@ -166,7 +188,11 @@ class Judged:
 
     @classmethod
     def of(cls, fitted: FittedHypothesis) -> Judged:
-        """From windows that start at the measured states; see `deviation.gap`."""
+        """Assess a fitted model in windows that start at the measured states; see `deviation.gap`.
+
+        Args:
+            fitted: fitted model.
+        """
         study = fitted.hypothesis.study
         recording = Recording.of(study.logs, study.horizon, study.held_out, study.latest, study.sensors)
         simulation = fitted.hypothesis.simulation(recording)
@@ -179,19 +205,22 @@ class Judged:
 
     @property
     def gap(self) -> float:
-        """Root mean square over windows, samples and outputs."""
+        """Root mean square error over windows, samples and outputs, in standard deviations of the outputs."""
         return float(np.sqrt(np.average(self.square, weights=self.samples)))
 
     @property
     def has_gap(self) -> bool:
-        """Whether it is worse than noise explains."""
+        """Whether the gap is larger than noise explains."""
         return self.gap > BEYOND * self.floor
 
     def is_worse_than(self, other: Judged) -> bool:
-        """Whether the other model is better by more than chance and by more than a part of the noise.
+        """Tell whether another model is better by more than chance and by more than a part of the noise.
 
-        Its mean square error is lower by more than the square of a quarter of the floor, and by more than
-        zero in 97.5 % of the bootstrap samples of the windows.
+        The mean squared error of the other model must be lower by more than the square of a quarter of the
+        floor, and by more than zero in 97.5 % of the bootstrap samples of the windows.
+
+        Args:
+            other: assessment of the other model, in the same windows.
         """
         rise = self.square - other.square
         drawn = np.random.default_rng(0).integers(0, len(rise), (DRAWS, len(rise)))

@@ -1,6 +1,6 @@
-"""Numbers of the withheld check, from its table of cases.
+"""Compute the numbers of the withheld check from its table of cases.
 
-The table has what `judging.judged` returns, and kind, case, seconds (s) and memory (MB).
+The table has the columns of `judging.judged`, and kind, case, seconds (s) and memory (MB).
 """
 
 from __future__ import annotations
@@ -48,6 +48,9 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
     - calibration_error: expected calibration error of the confidence over ten bins, of all cases.
     - cost: seconds of a diagnosis, and the largest memory.
     - sparse_regression, network: the yardsticks; the latter: a network in every port, which names nothing.
+
+    Args:
+        cases: table of the cases.
     """
     kinds = {str(kind): group for kind, group in cases.groupby("kind")}
     seen = {kind: group[group["seen"]] for kind, group in kinds.items()}
@@ -72,7 +75,11 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
 
 
 def listed(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return `scores` without costs as a table: a row per leaf, with its value on every machine."""
+    """Return the scores without costs as a table: one row per number, with its value on every machine.
+
+    Args:
+        cases: table of the cases.
+    """
     systems = {str(name): dict(_leaves(scores(group))) for name, group in cases.groupby("system")}
     rows = []
     leaves = ((name, leaf) for name, leaf in _leaves(scores(cases)) if not name.startswith("cost."))
@@ -147,8 +154,12 @@ def _pruned(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def calibration_error(cases: pd.DataFrame) -> dict[str, Any]:
-    """Return the mean distance between confidence and share of right answers over the bins; interval by
-    bootstrap.
+    """Return the expected calibration error: the mean distance between confidence and share of right answers.
+
+    The mean is taken over ten bins of the confidence, its interval by bootstrap.
+
+    Args:
+        cases: table of the cases.
     """
     confidence, right = cases["confidence"].to_numpy(np.float64), cases["right"].to_numpy(np.float64)
     rng = np.random.default_rng(0)
@@ -166,8 +177,14 @@ def _expected_error(confidence: Array, right: Array) -> float:
 
 
 def calibration(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return per bin of the confidence its mean, the share of right answers with its interval, and the number
-    of cases.
+    """Return the calibration curve.
+
+    Args:
+        cases: table of the cases.
+
+    Returns:
+        One row per bin of the confidence: mean confidence, share of right answers with its interval, number
+        of cases.
     """
     bins = np.minimum((cases["confidence"] * BINS).astype(int), BINS - 1)
     rows = []
@@ -179,8 +196,10 @@ def calibration(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def detection(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return per level of single effects how many of them the oracle sees, and how many are found, seen or
-    not.
+    """Return the shares of single effects that the oracle and the diagnosis find, by level of the effects.
+
+    Args:
+        cases: table of the cases.
     """
     single = cases[cases["kind"] == "single"]
     bins = np.clip(np.searchsorted(LEVELS, single["level"], "right") - 1, 0, len(LEVELS) - 2)
@@ -193,12 +212,20 @@ def detection(cases: pd.DataFrame) -> pd.DataFrame:
 
 
 def confusion(cases: pd.DataFrame) -> pd.DataFrame:
-    """Count which family or verdict is named first, by planted family, for effects that the oracle sees."""
+    """Count the first named family (or the verdict) by planted family, for effects that the oracle sees.
+
+    Args:
+        cases: table of the cases.
+    """
     some = cases[cases["kind"].isin(["single", "local"]) & cases["seen"]]
     counts = some.groupby(["family", "first_family"]).size()
     return counts.rename("cases").reset_index()
 
 
 def misses(cases: pd.DataFrame) -> pd.DataFrame:
-    """Return the cases whose answer is not right, the most confident first."""
+    """Return the cases with a wrong answer, the most confident first.
+
+    Args:
+        cases: table of the cases.
+    """
     return cases.loc[~cases["right"], SHOWN].sort_values("confidence", ascending=False, kind="stable")

@@ -1,4 +1,4 @@
-"""Plain sparse regression of accelerations, as a yardstick: SINDy with the laws of the library as its terms.
+"""Sparse regression of accelerations as a reference: SINDy with the laws of the library as candidate terms.
 
 Brunton, Proctor, Kutz: Discovering governing equations from data by sparse identification of nonlinear
 dynamical systems, PNAS 113 (2016). It differentiates the measured speeds, subtracts the known physics and
@@ -37,19 +37,26 @@ EXPLAINED = 0.02
 
 @dataclass(frozen=True)
 class Term:
-    """What the largest term says: family and channel of its effect."""
+    """Effect of the largest term.
+
+    Attributes:
+        family: family of the effect.
+        channel: channel of the effect.
+    """
 
     family: str
     channel: str
 
 
 def largest_term(study: Study) -> Term | None:
-    """The effect of the term that contributes most; None if nothing is left to explain.
+    """Return the effect of the term with the largest contribution; None if nothing remains to explain.
 
-    Terms are what one unit of the amplitudes of memoryless effects at ports and inputs adds to the rates of
-    the velocities, shapes at some values of their grid. Uncertain parameters are fitted along, without
-    penalty; the penalty of the others is chosen by cross-validation over the experiments of `study` that are
-    learned from (lasso).
+    A term is the influence of one unit of amplitude of a memoryless effect at a port or input on the rates of
+    the velocities, with shapes on a grid. Uncertain parameters are fitted too, without penalty. The penalty
+    of the terms is chosen by cross-validation over the training experiments (lasso).
+
+    Args:
+        study: known physics, logs and held-out experiments.
     """
     problem = _Problem.of(study)
     columns = [(term, column) for term, column in problem.columns() if np.std(column) > 0.0]
@@ -72,7 +79,7 @@ def largest_term(study: Study) -> Term | None:
 
 
 def _rest(columns: Array, others: Array) -> Array:
-    """What is left of columns (samples, k) when `others` (samples, j) explain what they can."""
+    """Return the residual of columns, shape (samples, k), after regression on `others`, (samples, j)."""
     return np.asarray(columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0])
 
 
@@ -81,8 +88,12 @@ class _Problem:
     """Rates of the k velocities, each in units of its standard deviation, one after the other.
 
     Attributes:
-        rows: (n,) samples that are looked at. states: numbers of the velocities. scale: (k,) of their rates.
-        owner: (k n,) experiments. target: (k n,) what the known physics leaves of the rates.
+        study: known physics, logs and held-out experiments.
+        rows: numbers of the used samples, shape (n,).
+        states: numbers of the velocities.
+        scale: standard deviations of the rates, shape (k,).
+        owner: experiment of every rate, shape (k n,).
+        target: rates that the known physics does not explain, shape (k n,).
     """
 
     study: Study

@@ -1,4 +1,4 @@
-"""What the confidence of a diagnosis is made of: how often verdicts with the same signs were right."""
+"""Fit the weights of the confidence of a diagnosis to cases with known faults."""
 
 from __future__ import annotations
 
@@ -16,8 +16,12 @@ def fitted_weights(table: pd.DataFrame, signs: Sequence[str]) -> dict[str, dict[
     """Fit a logistic regression per verdict, with a normal prior of mean zero on the weights.
 
     Args:
-        table: a row per diagnosis: `verdict`, whether it was `right`, and its signs.
-        signs: names of the columns with the signs.
+        table: table with one row per diagnosis: `verdict`, `right` (whether the diagnosis was right) and its
+            signs.
+        signs: names of the columns of the signs.
+
+    Returns:
+        Intercept and weights by verdict.
     """
     found = {}
     for verdict, mine in table.groupby("verdict"):

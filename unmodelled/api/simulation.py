@@ -149,7 +149,7 @@ class Simulation:
         return shown(f"Free runs of {self.system.name}", repr(self).splitlines(), tables)
 
     def _content(self) -> dict[str, Any]:
-        """What simulation.json holds."""
+        """Return the content of simulation.json."""
         found = self.gap
         return {
             "schema": "simulation/1",

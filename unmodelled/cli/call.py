@@ -31,7 +31,17 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 
 def call(program: Program, config: DictConfig) -> Any:
-    """Call the verb that `config` names and return what it returns: a sweeper may minimise it."""
+    """Call the verb that a configuration names, and return its result, which a sweeper may minimise.
+
+    Args:
+        program: program of the command line.
+        config: configuration of the job that Hydra runs.
+
+    Raises:
+        SystemExit: when the verb fails in a single run: code 2 on bad input, code 1 on a fault of the
+            program.
+        BadInput: when the input is bad in a run of a sweep.
+    """
     try:
         return _called(program, config)
     except Exception as error:
@@ -70,7 +80,7 @@ def _called(program: Program, config: DictConfig) -> Any:
 
 
 def _cause(error: InstantiationException) -> BaseException:
-    """What the verb raised, which Hydra wraps."""
+    """Return the exception of the verb, which Hydra wraps."""
     cause: BaseException = error
     while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
         cause = cause.__cause__

@@ -1,4 +1,4 @@
-"""The words of a command line, and the exit code that they lead to."""
+"""Interpret the words of a command line, and return an exit code."""
 
 from __future__ import annotations
 
@@ -47,7 +47,15 @@ INTERRUPTION = "interrupted: what was not finished is not written; the same comm
 
 
 def main(program: Program, arguments: list[str]) -> int:
-    """Run one verb; return the exit code."""
+    """Run one verb.
+
+    Args:
+        program: program of the command line.
+        arguments: words of the command line after the name of the program.
+
+    Returns:
+        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted.
+    """
     try:
         return _main(program, arguments)
     except BaseException as error:
@@ -58,7 +66,11 @@ def main(program: Program, arguments: list[str]) -> int:
 
 
 def run(program: Program) -> None:
-    """Be the process of a command line: run what its words say, and end with the exit code."""
+    """Run the command line of the current process, and end the process with the exit code.
+
+    Args:
+        program: program of the command line.
+    """
     workers.limit_threads()
     workers.heed_interruptions()
     try:
@@ -170,7 +182,7 @@ def _sweeps(rest: list[str]) -> bool:
 
 
 def _hydra_settings(verb: str, rest: list[str]) -> list[str]:
-    """What is set unless the command line says otherwise."""
+    """Return the default settings of Hydra, which the command line can override."""
     if not _sweeps(rest):
         # a stage writes where `out` says and nowhere else; without `out` a folder of its own
         own = "." if any(r.startswith("out=") for r in rest) else "outputs/${hydra.job.config_name}/last"

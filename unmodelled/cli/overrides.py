@@ -1,4 +1,4 @@
-"""What the command line gives must be keys of the config file, and of the kind that it has."""
+"""Check keys and values of the command line against the configuration files."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def _escaped(text: str) -> str:
 
 
 def _all_keys(program: Program, verb: str) -> str:
-    """How an error message goes on that should lead to the keys of a verb."""
+    """Return the end of an error message, which leads to the keys of a verb."""
     return f" (all keys: {program.name} help {verb})"
 
 
@@ -152,7 +152,9 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
 
 
 def _either(name: str, known: Collection[str]) -> str:
-    """As `closest`, for dotted names too: a name is often near in its last part, and in another place."""
+    """Return the suggestion of `closest` for dotted names too, whose last part is often right in another
+    place.
+    """
     last = name.rpartition(".")[2]
     near = nearest(last, {key.rpartition(".")[2] for key in known})
     same = [key for key in known if key.rpartition(".")[2] == near]
@@ -220,7 +222,8 @@ def check_kinds(given: Mapping[str, Any], written: Mapping[str, Any], place: str
     a list stays a list of such things. Where null is written anything may stand.
 
     Args:
-        given: the configuration after changes, as plain Python. written: the same before them.
+        given: the configuration after changes, as plain Python.
+        written: the same before them.
         place: dotted name of both.
 
     Raises:
@@ -262,7 +265,9 @@ def _numbers(values: list[Any]) -> bool:
 
 
 def _like(written: list[Any], k: int) -> Any:
-    """What an item of a list must be like; of numbers the least strict, whatever their order."""
+    """Return the written value that an item of a list is compared with; of numbers the least strict, in any
+    order.
+    """
     if _numbers(written):
         return min(written) if all(isinstance(value, int) for value in written) else float(min(written))
     return written[min(k, len(written) - 1)] if written else None

@@ -1,4 +1,4 @@
-"""Which verbs a program of the command line has, and where their config files lie."""
+"""Find the verbs of a program of the command line, and their configuration files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Source:
-    """A package that brings verbs.
+    """A package that provides verbs.
 
     Attributes:
         package: dotted name of the package of its verbs; a verb is the function of a module's own name.
@@ -34,11 +34,12 @@ class Program:
     """A program of the command line.
 
     Attributes:
-        name: what a user types before the verb.
-        sources: where verbs and config files come from; of two files of one name the first is used.
+        name: command that a user types before the verb.
+        sources: packages of verbs and folders of configuration files; the first one wins if two have the same
+            file.
         version: function that returns the line that `--version` prints.
-        note: function that notes every finished verb: its command, configuration (YAML), seed and time, s;
-            None: nothing is noted.
+        note: function that records every finished verb: command, configuration (YAML), seed and duration, s;
+            None: nothing is recorded.
     """
 
     name: str
@@ -48,33 +49,45 @@ class Program:
 
     @functools.cached_property
     def verbs(self) -> dict[str, Path]:
-        """The file of every verb, by its name in alphabetical order."""
+        """Path of the module of every verb, by name in alphabetical order."""
         found = {path.stem: path for source in self.sources[::-1] for path in source.verbs.glob("[a-z]*.py")}
         return {name: found[name] for name in sorted(found) if self._find(f"{name}.yaml")}
 
     def target(self, verb: str) -> str:
-        """Dotted name of a verb's function."""
+        """Return the dotted name of a verb's function.
+
+        Args:
+            verb: name of the verb.
+        """
         package = next(s.package for s in self.sources if s.verbs == self.verbs[verb].parent)
         return f"{package}.{verb}.{verb}"
 
     def summaries(self) -> dict[str, str]:
-        """The first line of every verb's module, which says what the verb does."""
+        """Return the first line of the module docstring of every verb."""
         return {name: file.read_text().splitlines()[0].strip('"') for name, file in self.verbs.items()}
 
     def docstring(self, verb: str) -> str:
-        """The docstring of a verb, read without importing anything."""
+        """Return the docstring of a verb, without importing the verb.
+
+        Args:
+            verb: name of the verb.
+        """
         tree = ast.parse(self.verbs[verb].read_text())
         function = next(n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == verb)
         return ast.get_docstring(function) or ""
 
     def config(self, verb: str) -> Path:
-        """The config file of a verb."""
+        """Return the path of the configuration file of a verb.
+
+        Args:
+            verb: name of the verb.
+        """
         found = self._find(f"{verb}.yaml")
         assert found is not None, verb
         return found
 
     def groups(self) -> dict[str, dict[str, Path]]:
-        """The config files that keys choose: group, choice, file."""
+        """Return the configuration files that keys can choose: paths by group and choice."""
         found: dict[str, dict[str, Path]] = {}
         for source in self.sources[::-1]:
             for path in source.conf.glob("*/*.yaml"):
@@ -82,27 +95,50 @@ class Program:
         return {group: dict(sorted(found[group].items())) for group in sorted(found)}
 
     def choices(self, verb: str) -> dict[str, list[str]]:
-        """The groups that a verb's keys choose from, with their choices."""
+        """Return the groups that the keys of a verb choose from, with their choices.
+
+        Args:
+            verb: name of the verb.
+        """
         config = self.config(verb).read_text()
         return {group: list(files) for group, files in self.groups().items() if f"- {group}:" in config}
 
     def is_choice(self, override: str) -> bool:
-        """Whether an override such as `model=hybrid` chooses a config file."""
+        """Tell whether an override such as `model=hybrid` chooses a configuration file.
+
+        Args:
+            override: word `key=value` of the command line.
+        """
         return any((source.conf / override.split("=")[0]).is_dir() for source in self.sources)
 
     def folder(self, verb: str) -> str:
-        """Folder of config files that Hydra starts from: the one with the verb's own."""
+        """Return the folder of configuration files with which Hydra starts: the folder of the verb's own
+        file.
+
+        Args:
+            verb: name of the verb.
+        """
         return str(self.config(verb).parent.resolve())
 
     def search_path(self, verb: str) -> list[str]:
-        """Overrides by which Hydra finds the config files in the other folders."""
+        """Return overrides with which Hydra finds the configuration files in the other folders.
+
+        Args:
+            verb: name of the verb.
+        """
         folders = [str(source.conf.resolve()) for source in self.sources]
         others = [folder.replace("'", "\\'") for folder in folders if folder != self.folder(verb)]
         paths = ",".join(f"'file://{folder}'" for folder in others)
         return [f"hydra.searchpath=[{paths}]"] if paths else []
 
     def compose(self, verb: str, overrides: Sequence[str] = (), with_hydra: bool = False) -> DictConfig:
-        """The configuration of a verb after overrides, with Hydra's own part if asked for."""
+        """Compose the configuration of a verb.
+
+        Args:
+            verb: name of the verb.
+            overrides: words `key=value` that change the configuration; default: none.
+            with_hydra: whether Hydra's own part is included; default: no.
+        """
         from hydra import compose, initialize_config_dir
         from hydra.core.global_hydra import GlobalHydra
 

@@ -1,4 +1,4 @@
-"""What a user reads when an input cannot be used."""
+"""Print the faults of an input."""
 
 from __future__ import annotations
 
@@ -12,7 +12,17 @@ FAULTS = 20
 
 
 def refuse(error: BadInput) -> int:
-    """Print the first fault after `error: `, and every other one after `also: `; return the exit code."""
+    """Print the first fault after `error: ` and the others after `also: `.
+
+    Args:
+        error: bad input with all its faults.
+
+    Returns:
+        Exit code 2.
+
+    Raises:
+        KeyboardInterrupt: when the process was interrupted.
+    """
     if workers.interrupted.is_set():
         raise KeyboardInterrupt
     count = len(error.others)

@@ -1,4 +1,4 @@
-"""What a verb has written, and how to look at it: the line that every verb ends with."""
+"""Say what a verb has written, and how to look at it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def written(program: str, verb: str, arguments: Mapping[str, Any], since: float,
     """Return the line that says what a verb wrote and how to look at it.
 
     Args:
-        program: what a user types before the verb.
+        program: command that a user types before the verb.
         verb: dotted name of the verb's module. Its constant `NEXT`, if any, is the next step, with {program}
             for the program and {key} for the value of an argument.
         arguments: arguments of the verb by name.
@@ -50,7 +50,7 @@ def written(program: str, verb: str, arguments: Mapping[str, Any], since: float,
 
 
 def _near(path: Path) -> Path:
-    """As a user in this folder would write it."""
+    """Return a path as a user in the working directory would write it."""
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 

@@ -1,4 +1,4 @@
-"""Which parameters of a system can be identified from its logs, as a result with tables and advice."""
+"""Determine which parameters of a system can be identified from its logs: a result with tables and advice."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class ParameterStudy:
         return shown(f"Identifiability of {self.system.name}", self.advice, tables)
 
     def _content(self) -> dict[str, Any]:
-        """What identifiability.json holds."""
+        """Return the content of identifiability.json."""
         found, system = self.found, self.system
         parameters = {
             p.name: {

@@ -98,8 +98,8 @@ class AugmentedRecipe:
             system: known physics.
             data: measured samples.
             period: sampling period, s.
-            runs: training experiments of every model of the stack, each (experiments,); scales come from a
-                model's own training experiments.
+            runs: training experiments of every model of the stack, each shape (experiments,); scales come
+                from a model's own training experiments.
             seed: seed of the random generators; a model starts the same whatever the size of the stack.
 
         Raises:
@@ -182,7 +182,23 @@ class AugmentedRecipe:
         seed: int,
         out: Path,
     ) -> None:
-        """Fit the model to the experiments of a log folder, see `unmodelled.learning.recipe.Recipe`."""
+        """Fit the model to the experiments of a log folder, and write the fit (see
+        `unmodelled.learning.recipe.Recipe`).
+
+        Args:
+            system: path of the system file.
+            logs: path of the log folder, or of the store that `ingest` made of one.
+            split: division of the experiments into folds.
+            profile: numbers of models; `system_repeats` is the number of models per fold.
+            start: folder of the fit to continue from; None: from scratch.
+            device: `cpu` for the compiled kernels, or a device of torch such as `cuda`.
+            seed: seed of the random generators.
+            out: folder of the fit.
+
+        Raises:
+            BadInput: when the system, the logs or the fit to start from is missing or does not suit the
+                recipe.
+        """
         system, logs = required(system, logs)
         known = read_system(system)
         measured = read_logs(logs, known)
@@ -195,7 +211,20 @@ class AugmentedRecipe:
         print(found)
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:
-        """Simulate the held-out experiments, see `unmodelled.learning.recipe.Recipe`."""
+        """Simulate the held-out experiments with the fitted models (see `unmodelled.learning.recipe.Recipe`).
+
+        Args:
+            system: path of the system file.
+            logs: path of the log folder, or of the store that `ingest` made of one.
+            fits: folder of the fit.
+            split: division of the experiments into folds, the same as in training.
+
+        Returns:
+            Tables errors, examples, efforts and surface.
+
+        Raises:
+            BadInput: when the system or the logs are missing, or the fit belongs to another recipe or split.
+        """
         system, logs = required(system, logs)
         known = read_system(system)
         measured = read_logs(logs, known)

@@ -166,8 +166,8 @@ def judged(
     Args:
         model: stack of len(tests) * repeats models, the repeats of the first fold first.
         logs: measured experiments.
-        trained: numbers of the training experiments by the name of the fold, each (experiments,).
-        tests: numbers of the test experiments by the name of the fold, each (experiments,).
+        trained: numbers of the training experiments by the name of the fold, each shape (experiments,).
+        tests: numbers of the test experiments by the name of the fold, each shape (experiments,).
         repeats: number of models per fold.
         how: integration of the free runs.
 

@@ -46,7 +46,7 @@ def free_runs(
     Args:
         model: stack of len(tests) * repeats models, the repeats of the first fold first.
         logs: measured experiments.
-        tests: numbers of the test experiments by the name of the fold, each (experiments,).
+        tests: numbers of the test experiments by the name of the fold, each shape (experiments,).
         repeats: number of models per fold.
         how: integration of the free runs.
 
@@ -131,7 +131,7 @@ def learned_efforts(model: Nnap, logs: Logs, trained: Mapping[str, Indices], rep
     Args:
         model: stack of len(trained) * repeats models, the repeats of the first fold first.
         logs: measured experiments.
-        trained: numbers of the training experiments by the name of the fold, each (experiments,).
+        trained: numbers of the training experiments by the name of the fold, each shape (experiments,).
         repeats: number of models per fold.
 
     Returns:

@@ -33,7 +33,7 @@ def initial_parameters(
         rng: random generator of this member.
 
     Returns:
-        Parameters of the system in its order, (parameters,) SI.
+        Parameters of the system in its order, shape (parameters,), SI.
     """
     start = np.array(structure.system.values)
     for k, parameter in enumerate(structure.system.parameters):
@@ -55,7 +55,7 @@ def initial_weights(structure: Augmented, rng: np.random.Generator) -> Array:
         rng: random generator of this member.
 
     Returns:
-        Weights of all networks, one network after the other, (structure.size,).
+        Weights of all networks, one network after the other, shape (structure.size,).
     """
     parts = []
     for network in structure.networks:
@@ -77,13 +77,13 @@ def scales(
     Args:
         structure: physics, networks and trained parameters.
         data: measured samples.
-        runs: training experiments of every member, each (experiments,).
-        p: parameters of every member, (members, parameters) SI.
+        runs: training experiments of every member, each shape (experiments,).
+        p: parameters of every member, shape (members, parameters), SI.
         period: sampling period, s.
 
     Returns:
-        1 / standard deviation of every network input, eq. 4.4, (members, inputs); gain of every network in
-        the unit of its effort, (members, networks).
+        1 / standard deviation of every network input, eq. 4.4, shape (members, inputs); gain of every network
+        in the unit of its effort, shape (members, networks).
     """
     scale = np.ones((len(runs), len(structure.inputs)))
     gain = np.ones((len(runs), len(structure.networks)))

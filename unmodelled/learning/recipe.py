@@ -1,4 +1,4 @@
-"""What training and evaluation ask of a model: the protocol behind the verbs `train` and `evaluate`."""
+"""Protocol of models for training and evaluation, behind the verbs `train` and `evaluate`."""
 
 from __future__ import annotations
 

@@ -121,9 +121,9 @@ class Segments:
 
     Attributes:
         steps: number of samples of every segment.
-        starts: first samples of the segments, (segments,).
-        joined: numbers of the segments that another segment of the same experiment follows, (joints,).
-        after: number of samples from the start of such a segment to that of the next, (joints,).
+        starts: first samples of the segments, shape (segments,).
+        joined: numbers of the segments that another segment of the same experiment follows, shape (joints,).
+        after: number of samples from the start of such a segment to that of the next, shape (joints,).
     """
 
     steps: int
@@ -137,7 +137,7 @@ class Segments:
 
         Args:
             data: measured samples.
-            runs: numbers of the experiments, (experiments,).
+            runs: numbers of the experiments, shape (experiments,).
             steps: number of samples of a segment.
 
         Raises:
@@ -188,19 +188,20 @@ class Objective:
             state: state of the training.
 
         Returns:
-            Vector, (size + trained + segments * states,).
+            Vector, shape (size + trained + segments * states,).
         """
         nodes = (torch.from_numpy(state.nodes) - self.measured[:, 0]) / self.unit
         return np.concatenate([state.weights, state.xi, nodes.numpy().ravel()])
 
     def unpack(self, z: Array) -> tuple[Array, Array, Array]:
-        """Split a vector of `pack` into weights (size,), scaled parameters (trained,) and first states.
+        """Split a vector of `pack` into its parts.
 
         Args:
-            z: vector as `pack` makes it, (size + trained + segments * states,).
+            z: vector as `pack` makes it, shape (size + trained + segments * states,).
 
         Returns:
-            Weights (size,), scaled parameters (trained,), first states (segments, states) SI.
+            Weights, shape (size,), scaled parameters, shape (trained,), and first states, SI, shape
+            (segments, states).
         """
         size, trained = self.model.weights.shape[1], self.model.xi.shape[1]
         weights, xi, nodes = np.split(z, [size, size + trained])
@@ -208,9 +209,12 @@ class Objective:
         return weights, xi, (self.measured[:, 0] + self.unit * scaled).numpy()
 
     def bounds(self) -> Array:
-        """Return lower and upper bounds of a vector of `pack`, (size + trained + segments * states, 2).
+        """Return lower and upper bounds of a vector of `pack`.
 
         Only the parameters have bounds.
+
+        Returns:
+            Lower and upper bounds of the vector, shape (size + trained + segments * states, 2).
         """
         low_high = self.problem.bounds / self.model.unit.numpy()[:, None]
         free = np.array([[-np.inf, np.inf]])
@@ -221,7 +225,7 @@ class Objective:
         """Return the misfit of all samples (eq. 4.9) plus the penalties of gaps and of efforts.
 
         Args:
-            nodes: first states of the segments, (segments, states) SI.
+            nodes: first states of the segments, shape (segments, states), SI.
 
         Returns:
             Loss, a scalar that torch can differentiate.
@@ -284,7 +288,7 @@ def _stage(problem: Problem, shooting: Shooting, state: Progress, member: int, c
 def _minimize(
     objective: Objective, start: Array, iterations: int
 ) -> tuple[Array, list[tuple[float, Array, float]]]:
-    """Where L-BFGS leads, and loss, xi and seconds of every iteration."""
+    """Minimise by L-BFGS, and return the result with loss, xi and seconds of every iteration."""
     rows: list[tuple[float, Array, float]] = []
     last = time.perf_counter()
 

@@ -1,4 +1,4 @@
-"""Which experiments a model may see and which it is judged on (section 6.5)."""
+"""Divide experiments into training and test experiments (section 6.5)."""
 
 from __future__ import annotations
 

@@ -32,10 +32,12 @@ class Training(Protocol):
     """
 
     @property
-    def horizon(self) -> int: ...
+    def horizon(self) -> int:
+        """Number of samples of free run that the loss looks ahead."""
 
     @property
-    def epochs(self) -> int: ...
+    def epochs(self) -> int:
+        """Number of passes over the training data, of every model of a stack."""
 
     def train(self, problem: Problem, stack: list[Progress]) -> Iterator[int]:
         """Train a stack to the end.
@@ -104,18 +106,18 @@ class Progress:
     """State of the training of one model: everything that a checkpoint needs.
 
     Attributes:
-        p: parameters of the system, (parameters,) SI.
-        xi: trained parameters, scaled to order one, (trained,).
-        weights: weights of all networks, (size,).
-        moments_p: moments of Adam for the trained parameters, (2, trained).
-        moments_W: moments of Adam for the weights, (2, size).
+        p: parameters of the system, shape (parameters,), SI.
+        xi: trained parameters, scaled to order one, shape (trained,).
+        weights: weights of all networks, shape (size,).
+        moments_p: moments of Adam for the trained parameters, shape (2, trained).
+        moments_W: moments of Adam for the weights, shape (2, size).
         epoch: number of finished epochs.
         batches: number of finished mini-batches.
         losses: mean loss of every epoch.
-        history: trained parameters after every epoch, each (trained,) SI.
+        history: trained parameters after every epoch, each of shape (trained,), SI.
         seconds: duration of every epoch, s.
         diverged: whether a loss was not finite; the training then ended with the weights of the epoch before.
-        nodes: trained first states of segments, (segments, states) SI; empty where none are trained.
+        nodes: trained first states of segments, shape (segments, states), SI; empty where none are trained.
     """
 
     p: Array
@@ -153,10 +155,10 @@ class Problem:
     Attributes:
         model: stack of untrained models.
         data: measured samples.
-        runs: numbers of the training experiments of every model, each (experiments,).
-        bounds: lower and upper bounds of the trained parameters, (trained, 2) SI.
-        penalties: weight of the mean squared effort of every network in the loss, (networks,), per squared
-            unit of the effort.
+        runs: numbers of the training experiments of every model, each shape (experiments,).
+        bounds: lower and upper bounds of the trained parameters, shape (trained, 2), SI.
+        penalties: weight of the mean squared effort of every network in the loss, shape (networks,), per
+            squared unit of the effort.
         how: integration of the free runs.
         seed: seed of the mini-batches.
     """
@@ -177,11 +179,11 @@ def weighting(data: Measured, runs: Indices, horizon: int) -> Array:
 
     Args:
         data: measured samples.
-        runs: numbers of the training experiments, (experiments,).
+        runs: numbers of the training experiments, shape (experiments,).
         horizon: number of samples of a window.
 
     Returns:
-        1 / mean squared change of every state over a window, (states,), per squared unit of the state.
+        1 / mean squared change of every state over a window, shape (states,), per squared unit of the state.
     """
     starts = data.window_starts(runs, horizon)
     if not len(starts):
@@ -239,7 +241,7 @@ def drawn_windows(problem: Problem, windows: Windows, member: int, epoch: int) -
         epoch: number of the epoch, from 0.
 
     Returns:
-        First samples of the windows, (batches, windows per batch).
+        First samples of the windows, shape (batches, windows per batch).
 
     Raises:
         BadInput: when no training experiment is as long as the horizon.
@@ -262,7 +264,7 @@ def fall(windows: Windows, epoch: int, count: int) -> Array:
         count: number of mini-batches.
 
     Returns:
-        Relative learning rates, (count,), 1 at the start of the training and 0 after its end.
+        Relative learning rates, shape (count,), 1 at the start of the training and 0 after its end.
 
     Examples:
         >>> fall(Windows(horizon=1, epochs=2), epoch=1, count=2).round(3).tolist()

@@ -1,1 +1,1 @@
-"""What was measured on a system: log folders, read into arrays on one uniform clock."""
+"""Measurements of a system: log folders, read into arrays on one uniform clock."""

@@ -83,7 +83,7 @@ def common_period(logs: Sequence[Columns]) -> float:
 
 
 def _unit(period: float, other: float) -> str:
-    """What to do where one of two sampling periods is in another unit of time."""
+    """Return advice for two sampling periods of which one is in another unit of time."""
     for unit, size in UNITS.items():
         if abs(period / other / size - 1.0) < TOLERANCE:
             return f": it looks like {unit}; multiply the column by {1.0 / size:g}"

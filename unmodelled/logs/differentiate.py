@@ -79,7 +79,9 @@ def quantum(y: Array) -> float:
 
 
 def _common_step(sizes: Array) -> float:
-    """What nearly all sizes are whole multiples of, about the smallest of them; 0 if there is nothing."""
+    """Return the step of which nearly all sizes are whole multiples, about the smallest size; 0 if there is
+    none.
+    """
     if len(sizes) == 0:
         return 0.0
     step = float(np.median(sizes[sizes < 1.5 * sizes.min()]))

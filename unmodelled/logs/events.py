@@ -1,4 +1,4 @@
-"""When an event of the model happened in measured experiments: the shifting times of section 3.3.1."""
+"""Determine the time of a model's event in measured experiments: the shifting times of section 3.3.1."""
 
 from __future__ import annotations
 
@@ -109,7 +109,9 @@ def _fall(z: Array, held: bool) -> slice | None:
 
 
 def _located(t: Array, z: Array, held: bool) -> tuple[float, float]:
-    """Where a parabola through `z` (n,) at times `t` (n,) meets zero, and the standard error of that."""
+    """Return the zero of a parabola through `z`, shape (n,), at times `t`, shape (n,), and its standard
+    error.
+    """
     middle = float(np.median(t))
 
     def model(p: Array) -> Array:

@@ -260,7 +260,7 @@ def _columns(place: Address, units: Mapping[str, str]) -> dict[str, Array]:
 
 
 def _member(group: Any, name: str, place: Path) -> Any:
-    """What a group holds under a name, if it lies in the group itself."""
+    """Return the member of a group with a given name, if it lies in the group itself."""
     import h5py
 
     link = group.get(name, getlink=True) if isinstance(group, h5py.Group) else None
@@ -304,7 +304,7 @@ def _check_unit(where: str, found: str, unit: str) -> None:
 
 
 def _groups(place: Address) -> tuple[dict[str, dict[str, str]], str | None]:
-    """Of every group its attributes as text, and the text of the provenance."""
+    """Return the attributes of every group as text, and the text of the provenance."""
     import h5py
 
     with h5py.File(place.file, "r") as file:

@@ -1,4 +1,4 @@
-"""Which output shows which state, and how."""
+"""Match outputs with the states that they show."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ def _start(path: Path) -> list[str]:
 
 
 def _separator(header: Sequence[str], wanted: Sequence[str]) -> str:
-    """What stands between the columns of a header that was cut at commas."""
+    """Return the separator of the columns of a header that was cut at commas."""
     row = ",".join(header)
     best, most = ",", sum(name in header for name in wanted)
     for separator in SEPARATORS:
@@ -163,7 +163,7 @@ def _cells(row: str, separator: str) -> list[str]:
 
 
 def _commas(separator: str, rows: Sequence[str]) -> str:
-    """How to save a table whose columns have another separator, as a message goes on."""
+    """Return advice on how to save a table with another separator."""
     if separator == ",":
         return ""
     decimal = any(re.search(r"\d,\d", cell) for cell in _cells(rows[0] if rows else "", separator))

@@ -169,7 +169,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _pointed(cell: str) -> str:
-    """What to write for a decimal comma, as a message goes on."""
+    """Return advice on how to write a number with a decimal comma."""
     pointed = cell.replace(",", ".")
     return f": write {pointed[:30]}" if "," in cell and _is_number(pointed) else ""
 

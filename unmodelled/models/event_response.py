@@ -72,8 +72,8 @@ def inputs(logs: Logs) -> tuple[Array, Indices]:
         logs: measured experiments.
 
     Returns:
-        Inputs, (experiments, samples, inputs) SI; for every experiment the number of its input among the
-        distinct ones, (experiments,).
+        Inputs, shape (experiments, samples, inputs), SI; for every experiment the number of its input among
+        the distinct ones, shape (experiments,).
     """
     lengths = np.diff(logs.offsets)
     distinct: list[Array] = []
@@ -106,12 +106,12 @@ def same_starts(group: Indices, start: Array, deviation: float) -> Array:
     """Replace starts that differ only by noise within a group by their mean.
 
     Args:
-        group: number of the group of every experiment, (experiments,).
-        start: starts, (experiments,), in the unit of the state.
+        group: number of the group of every experiment, shape (experiments,).
+        start: starts, shape (experiments,), in the unit of the state.
         deviation: standard deviation of the noise, in the unit of the state.
 
     Returns:
-        Starts, (experiments,), in the unit of the state.
+        Starts, shape (experiments,), in the unit of the state.
 
     Examples:
         >>> same_starts(np.array([0, 0, 1, 1]), np.array([1.0, 1.2, 0.0, 5.0]), 0.1).tolist()

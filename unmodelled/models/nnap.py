@@ -22,13 +22,13 @@ class Nnap(nn.Module):
 
     Args:
         structure: physics, networks and trained parameters.
-        p: parameters of the system, (batch, parameters) SI; training starts at the trained ones.
-        unit: scale of every trained parameter, (trained,) SI: xi = p / unit is of order one.
-        scale: 1 / standard deviation of the networks' inputs over the training data, eq. 4.4, (batch,
+        p: parameters of the system, shape (batch, parameters), SI; training starts at the trained ones.
+        unit: scale of every trained parameter, shape (trained,), SI: xi = p / unit is of order one.
+        scale: 1 / standard deviation of the networks' inputs over the training data, eq. 4.4, shape (batch,
             inputs).
-        gain: magnitude of the missing effort, by which a network's output is multiplied, (batch, networks),
-            in the unit of the effort.
-        weights: initial weights of all networks, (batch, structure.size).
+        gain: magnitude of the missing effort, by which a network's output is multiplied, shape (batch,
+            networks), in the unit of the effort.
+        weights: initial weights of all networks, shape (batch, structure.size).
 
     Examples:
         >>> from unmodelled.models.structures import one_per_port
@@ -63,7 +63,11 @@ class Nnap(nn.Module):
         return torch_equations(system, system.closed), torch_equations(system, self.structure.inputs)
 
     def physics(self) -> Tensor:
-        """Return the parameters of the system, (batch, parameters) SI, differentiable by `xi`."""
+        """Return the parameters of the system, differentiable by `xi`.
+
+        Returns:
+            Parameters, SI, shape (batch, parameters).
+        """
         p = self.p.clone()
         if self.structure.index:
             p[:, list(self.structure.index)] = self.xi * self.unit
@@ -73,13 +77,13 @@ class Nnap(nn.Module):
         """Return the inputs q of all networks.
 
         Args:
-            t: time since the start of the experiment, (samples,) or (batch, samples), s.
-            x: states, (batch, samples, states) SI.
-            u: inputs of the system, (..., inputs) SI.
-            c: constants of the operating points, (..., constants) SI.
+            t: time since the start of the experiment, shape (samples,) or shape (batch, samples), s.
+            x: states, shape (batch, samples, states), SI.
+            u: inputs of the system, shape (..., inputs), SI.
+            c: constants of the operating points, shape (..., constants), SI.
 
         Returns:
-            Inputs of all networks, one network after the other, (batch, samples, inputs) SI.
+            Inputs of all networks, one network after the other, shape (batch, samples, inputs), SI.
         """
         system = self.structure.system
         none = x.new_zeros(len(system.ports))
@@ -92,13 +96,13 @@ class Nnap(nn.Module):
         """Return the effort of every network, eq. 4.4.
 
         Args:
-            t: time since the start of the experiment, (samples,) or (batch, samples), s.
-            x: states, (batch, samples, states) SI.
-            u: inputs of the system, (..., inputs) SI.
-            c: constants of the operating points, (..., constants) SI.
+            t: time since the start of the experiment, shape (samples,) or shape (batch, samples), s.
+            x: states, shape (batch, samples, states), SI.
+            u: inputs of the system, shape (..., inputs), SI.
+            c: constants of the operating points, shape (..., constants), SI.
 
         Returns:
-            Efforts, (batch, samples, networks) SI.
+            Efforts, shape (batch, samples, networks), SI.
         """
         return self.efforts_of(self.network_inputs(t, x, u, c))
 
@@ -106,10 +110,10 @@ class Nnap(nn.Module):
         """Return the effort of every network for given network inputs, eq. 4.4.
 
         Args:
-            q: inputs of all networks, one network after the other, (batch, samples, inputs) SI.
+            q: inputs of all networks, one network after the other, shape (batch, samples, inputs), SI.
 
         Returns:
-            Efforts, (batch, samples, networks) SI.
+            Efforts, shape (batch, samples, networks), SI.
         """
         scaled = q * self.scale[:, None]
         parts = []
@@ -131,13 +135,14 @@ class Nnap(nn.Module):
         """Return the time derivatives of the states, eq. 4.5, and the efforts of the networks.
 
         Args:
-            t: time since the start of the experiment, (samples,) or (batch, samples), s.
-            x: states, (batch, samples, states) SI.
-            u: inputs of the system, (..., inputs) SI.
-            c: constants of the operating points, (..., constants) SI.
+            t: time since the start of the experiment, shape (samples,) or shape (batch, samples), s.
+            x: states, shape (batch, samples, states), SI.
+            u: inputs of the system, shape (..., inputs), SI.
+            c: constants of the operating points, shape (..., constants), SI.
 
         Returns:
-            Derivatives (batch, samples, states) SI per second, and efforts (batch, samples, networks) SI.
+            Derivatives, shape (batch, samples, states), SI per second, and efforts, shape (batch, samples,
+            networks), SI.
         """
         z = self.efforts(t, x, u, c)
         names = self.structure.system.port_names
@@ -153,15 +158,15 @@ class Nnap(nn.Module):
         """Simulate every window by every model with torch, eq. 4.8: the reference of the compiled kernels.
 
         Args:
-            x0: first states, (batch, windows, states) SI.
-            u: inputs of the system, (batch, windows, steps + 1, inputs) SI.
-            t0: time of the first samples, (windows,) s.
-            c: constants of the operating points, (batch, windows, constants) SI.
+            x0: first states, shape (batch, windows, states), SI.
+            u: inputs of the system, shape (batch, windows, steps + 1, inputs), SI.
+            t0: time of the first samples, shape (windows,), s.
+            c: constants of the operating points, shape (batch, windows, constants), SI.
             how: integration of the free runs.
 
         Returns:
-            Trajectories (batch, windows, steps + 1, states) SI, and efforts of the networks at all samples
-            but the last (batch, windows, steps, networks) SI.
+            Trajectories, shape (batch, windows, steps + 1, states), SI, and efforts of the networks at all
+            samples but the last, shape (batch, windows, steps, networks), SI.
         """
         x, xs = x0, [x0]
         zs: list[Tensor] = []

@@ -26,12 +26,12 @@ class Measured:
     """Measured experiments as arrays, one experiment after the other, as kernels read them.
 
     Attributes:
-        x: measured or estimated states, (samples, states) SI.
-        u: inputs of the system, (samples, inputs) SI.
-        t: time since the start of the experiment, (samples,) s.
-        c: constants of the operating points, (experiments, constants) SI.
-        owner: number of the experiment of every sample, (samples,).
-        offsets: first samples of the experiments, and the number of all samples, (experiments + 1,).
+        x: measured or estimated states, shape (samples, states), SI.
+        u: inputs of the system, shape (samples, inputs), SI.
+        t: time since the start of the experiment, shape (samples,), s.
+        c: constants of the operating points, shape (experiments, constants), SI.
+        owner: number of the experiment of every sample, shape (samples,).
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
 
     Examples:
         >>> t, owner, offsets = np.tile(np.arange(3.0), 2), np.repeat([0, 1], 3), np.array([0, 3, 6])
@@ -61,11 +61,11 @@ class Measured:
         """Return the first samples of all windows that lie within one experiment.
 
         Args:
-            runs: numbers of the experiments, (experiments,).
+            runs: numbers of the experiments, shape (experiments,).
             horizon: number of samples that follow the first one.
 
         Returns:
-            First samples, (windows,).
+            First samples, shape (windows,).
         """
         parts = [np.arange(self.offsets[r], self.offsets[r + 1] - horizon) for r in runs]
         return np.concatenate(parts) if parts else np.empty(0, np.int64)
@@ -78,7 +78,7 @@ def arguments(how: Integration) -> tuple[int, float, float, Array]:
         how: integration of the free runs.
 
     Returns:
-        Steps per sample, sampling period (s), interpolation of the inputs, and stages (stages, 3).
+        Steps per sample, sampling period (s), interpolation of the inputs, and stages, shape (stages, 3).
     """
     return how.substeps, how.period, float(how.hold), how.stages
 
@@ -110,13 +110,14 @@ def simulate(
         model: stack of models.
         member: number of the member in the stack.
         data: measured experiments, whose inputs drive the model.
-        x0: states at the first samples, (windows, states), SI.
-        starts: first samples, (windows,).
+        x0: states at the first samples, shape (windows, states), SI.
+        starts: first samples, shape (windows,).
         steps: number of samples that follow the first one.
         how: method, step and course of the inputs between samples.
 
     Returns:
-        Trajectories (windows, steps + 1, states) and efforts of the networks (windows, steps, networks), SI.
+        Trajectories, SI, shape (windows, steps + 1, states), and efforts of the networks, SI, shape (windows,
+        steps, networks).
 
     Raises:
         ValueError: when a window leaves the data.
@@ -147,18 +148,19 @@ class CompiledRollout(torch.autograd.Function):
 
         Args:
             ctx: context of torch.
-            x0: first states, (windows, states) SI.
-            xi: scaled trained parameters of the member, (trained,).
-            weights: weights of the member, (size,).
+            x0: first states, shape (windows, states), SI.
+            xi: scaled trained parameters of the member, shape (trained,).
+            weights: weights of the member, shape (size,).
             model: stack of models.
             member: number of the member in the stack.
             data: measured experiments, whose inputs drive the model.
-            starts: first samples, (windows,).
+            starts: first samples, shape (windows,).
             steps: number of samples that follow the first one.
             how: integration of the free runs.
 
         Returns:
-            Trajectories (windows, steps + 1, states) and efforts of the networks (windows, steps, networks).
+            Trajectories, SI, shape (windows, steps + 1, states), and efforts of the networks, SI, shape
+            (windows, steps, networks).
         """
         X, Z = simulate(model, member, data, x0.detach().numpy(), starts, steps, how)
         # the weights of this moment: an optimiser may have moved on when backward is called
@@ -171,8 +173,12 @@ class CompiledRollout(torch.autograd.Function):
 
         Args:
             ctx: context of torch.
-            gradients: gradients by trajectories (windows, steps + 1, states) and efforts (windows, steps,
-                networks).
+            *gradients: gradients by the trajectories, shape (windows, steps + 1, states), and by the efforts,
+                shape (windows, steps, networks).
+
+        Returns:
+            Gradients by first states, shape (windows, states), parameters, shape (trained,), and weights,
+            shape (size,); None for the other arguments of `forward`.
         """
         model, data, starts, steps, first, common = ctx.context
         G, GZ = (np.ascontiguousarray(g.numpy()) for g in gradients)
@@ -196,13 +202,14 @@ def rollout(
         model: stack of models.
         member: number of the member in the stack.
         data: measured experiments, whose inputs drive the model.
-        x0: first states, (windows, states) SI.
-        starts: first samples, (windows,).
+        x0: first states, shape (windows, states), SI.
+        starts: first samples, shape (windows,).
         steps: number of samples that follow the first one.
         how: integration of the free runs.
 
     Returns:
-        Trajectories (windows, steps + 1, states) and efforts of the networks (windows, steps, networks), SI.
+        Trajectories, SI, shape (windows, steps + 1, states), and efforts of the networks, SI, shape (windows,
+        steps, networks).
     """
     result: tuple[Tensor, Tensor] = CompiledRollout.apply(  # type: ignore[no-untyped-call]
         x0, model.xi[member], model.weights[member], model, member, data, starts, steps, how

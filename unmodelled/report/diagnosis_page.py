@@ -32,10 +32,10 @@ PAGE = "index.html"
 
 
 def write_page(folder: Path, command: str) -> None:
-    """Write `folder`/index.html from diagnosis.json and the folders `tables` and `figures`.
+    """Write index.html, the page of a diagnosis, from diagnosis.json and the folders `tables` and `figures`.
 
-    The tables on it are written as CSV files beside those it was made from, and figures/figures.json gets the
-    command. Style, script and figures are in the file itself.
+    The tables of the page are also written as CSV files into `tables`, and figures/figures.json gets the
+    command. The page contains its style, its script and its figures.
 
     Args:
         folder: folder of the diagnosis.
@@ -66,7 +66,10 @@ def write_page(folder: Path, command: str) -> None:
 
 
 def view(folder: Path) -> dict[str, Any]:
-    """Return the values with which a template shows the diagnosis in `folder`.
+    """Return the values with which a template shows a diagnosis.
+
+    Args:
+        folder: folder of the diagnosis.
 
     Raises:
         BadInput: when a file is missing or damaged.
@@ -103,7 +106,11 @@ def view(folder: Path) -> dict[str, Any]:
 
 
 def short(value: float | None) -> str:
-    """Return a number with three significant digits."""
+    """Return a number with three significant digits.
+
+    Args:
+        value: number to format; None is shown as a dash.
+    """
     return number(value if value is None else float(f"{value:.3g}"))
 
 
@@ -125,7 +132,7 @@ def _summary(content: Mapping[str, Any]) -> str:
 
 
 def _error(output: str, entry: Mapping[str, Any], content: Mapping[str, Any]) -> str:
-    """How far an output is off, in its unit: as given, and with the effects found."""
+    """Return the error of an output in its unit as a sentence: as given, and with the effects found."""
 
     def said(model: str) -> str:
         near, far = (

@@ -19,7 +19,11 @@ GAPS = {
 
 
 def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
-    """Return the numbers of every effect's law, one table each."""
+    """Return the parameters of every identified law, one table per effect.
+
+    Args:
+        content: content of diagnosis.json.
+    """
     found = []
     for k, effect in enumerate(content["effects"], start=1):
         rows = []
@@ -36,7 +40,11 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
 
 
 def gap_table(content: Mapping[str, Any]) -> Table:
-    """Return the gaps on the held-out experiments."""
+    """Return the gaps on the held-out experiments.
+
+    Args:
+        content: content of diagnosis.json.
+    """
     gap = content["gap"]
     rows = [
         (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
@@ -50,8 +58,13 @@ def gap_table(content: Mapping[str, Any]) -> Table:
 
 
 def units_table(content: Mapping[str, Any]) -> Table:
-    """Return the errors on the held-out experiments in units of the outputs; no rows where they are not
-    known.
+    """Return the errors on the held-out experiments in units of the outputs.
+
+    Args:
+        content: content of diagnosis.json.
+
+    Returns:
+        Table of the errors, without rows if they are unknown.
     """
     rows, gap = [], content["gap"]
     label = "With the effects found" if content["effects"] else "Re-identified"
@@ -77,7 +90,12 @@ def _error(value: float | None) -> Cell:
 
 
 def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[Table]:
-    """Return the tables of channels, regions and factors that have rows; `units` of signals by name."""
+    """Return the tables of channels, regions and factors that have rows.
+
+    Args:
+        content: content of diagnosis.json.
+        units: unit of every signal by name.
+    """
     where = content["where"]
     channels = [(Cell(row["port"], row["port"]), _share(row["share"])) for row in where["channels"]]
     regions = [
@@ -112,7 +130,11 @@ def where_tables(content: Mapping[str, Any], units: Mapping[str, str]) -> list[T
 
 
 def experiments_table(content: Mapping[str, Any]) -> Table:
-    """Return the gaps of all experiments."""
+    """Return the gaps of all experiments.
+
+    Args:
+        content: content of diagnosis.json.
+    """
     held, fitted = set(content["gap"]["held_out"]), content["verdict"] != "check_logs"
     rows = [
         (
@@ -128,7 +150,12 @@ def experiments_table(content: Mapping[str, Any]) -> Table:
 
 
 def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Table:
-    """Return the uncertain parameters of the system; `units` by name."""
+    """Return the uncertain parameters of the system, as given and identified.
+
+    Args:
+        content: content of diagnosis.json.
+        units: unit of every parameter by name.
+    """
     rows = []
     for name, entry in content["parameters"].items():
         value, interval = quantity(entry["identified"], _interval(entry["interval"]))
@@ -139,7 +166,11 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
 
 
 def candidates_table(content: Mapping[str, Any]) -> Table:
-    """Return all models that were fitted."""
+    """Return all models that were fitted.
+
+    Args:
+        content: content of diagnosis.json.
+    """
     rows = [
         (Cell(effect_name(row), effect_name(row)), _number(row["gap"]), _number(row["evidence"]))
         for row in content["candidates"]

@@ -1,4 +1,4 @@
-"""The figures that were drawn into a folder, with what its figures.json says of them."""
+"""Read the list of the figures in a folder."""
 
 from __future__ import annotations
 
@@ -12,7 +12,19 @@ from unmodelled.report.checks import check_chapter, read_rows
 
 @dataclass(frozen=True)
 class Figure:
-    """A numbered SVG file; `size` is its width and height in pixels."""
+    """A numbered SVG file and its description.
+
+    Attributes:
+        id: name of the file without suffix, also the anchor on a page.
+        number: number of the figure.
+        chapter: chapter of the dissertation; None if there is none.
+        caption: sentence below the figure.
+        note: further text below the caption.
+        command: command line that draws the figure.
+        data: origin of the data, measured, virtual or both; empty if unknown.
+        source: path of the SVG file.
+        size: width and height in pixels; None if the file does not tell.
+    """
 
     id: str
     number: str
@@ -26,10 +38,13 @@ class Figure:
 
 
 def read_figures(folder: Path) -> list[Figure]:
-    """Read the list of figures in `folder`/figures.json, by chapter and number.
+    """Read the list of figures in figures.json, sorted by chapter and number.
+
+    Args:
+        folder: folder of the figures.
 
     Raises:
-        BadInput: when it is damaged, or names a file that does not exist.
+        BadInput: when the list is damaged, or names a file that does not exist.
     """
     path = folder / "figures.json"
     found = []

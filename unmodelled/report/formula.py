@@ -26,7 +26,7 @@ def formula(law: str, left: str = "") -> str:
     Args:
         law: expressions, equations such as `x_h*d(z)/dt = v` and conditions such as `abs(r) <= delta`,
             separated by commas; `d(z)/dt` is the derivative of a name by time.
-        left: a name or a phrase that the first part of the law is equal to, none by default.
+        left: name or phrase that the first part of the law is equal to; default: none.
 
     Raises:
         BadInput: when a part of the law is no expression.
@@ -43,7 +43,7 @@ def _tree(text: str) -> ast.expr:
 
 
 def _parts(law: str) -> Iterator[str]:
-    """What stands between the commas that are in no parentheses."""
+    """Yield the parts of a law between commas outside parentheses."""
     depth, start = 0, 0
     for place, letter in enumerate(law):
         depth += (letter == "(") - (letter == ")")
@@ -54,7 +54,11 @@ def _parts(law: str) -> Iterator[str]:
 
 
 def name(text: str) -> str:
-    """Return a name with Greek letters, and the part after its first underscore as an index."""
+    """Print a name with Greek letters, and the part after its first underscore as an index.
+
+    Args:
+        text: name of a variable.
+    """
     base, _, index = text.partition("_")
     if not (base and index):
         return f"<mi>{escape(_letter(text))}</mi>"
@@ -127,7 +131,7 @@ def _call(function: str, arguments: list[ast.expr]) -> Printed:
 
 
 def _inside(node: ast.expr, least: int) -> str:
-    """In parentheses where it binds less strongly than `least`."""
+    """Print an operand, in parentheses if it binds less strongly than `least`."""
     text, binds = _printed(node)
     return text if binds >= least else f"<mrow><mo>(</mo>{text}<mo>)</mo></mrow>"
 

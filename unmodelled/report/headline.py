@@ -14,7 +14,11 @@ PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 
 
 def headline(content: Mapping[str, Any]) -> str:
-    """Return the verdict of diagnosis.json as one sentence."""
+    """Return the verdict of diagnosis.json as one sentence.
+
+    Args:
+        content: content of diagnosis.json.
+    """
     names = [effect_name(effect) for effect in content["effects"]]
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
@@ -32,7 +36,11 @@ def headline(content: Mapping[str, Any]) -> str:
 
 
 def effect_name(entry: Mapping[str, Any]) -> str:
-    """Return family, variant, place and experiments of an effect in words."""
+    """Describe an effect in words: family, variant, place and experiments.
+
+    Args:
+        entry: effect of diagnosis.json.
+    """
     if not entry.get("family"):
         return "no effect"
     family = str(entry["family"]).replace("_", " ")
@@ -52,7 +60,11 @@ def _place(channel: str) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Return a share in percent; a share below 99.95 % is never rounded to 100 %."""
+    """Format a share in percent; a share below 99.95 % is never rounded to 100 %.
+
+    Args:
+        value: share, 0 to 1; None is shown as a dash.
+    """
     if value is None:
         return "–"
     share = 100.0 * value

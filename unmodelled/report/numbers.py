@@ -1,4 +1,4 @@
-"""Numbers and units as people read them."""
+"""Format numbers and units for readers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: Any) -> str:
-    """Return four significant digits; whole numbers in full."""
+    """Format a number with four significant digits, or a whole number in full.
+
+    Args:
+        value: number or text; None and numbers that are not finite are shown as a dash.
+    """
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return "–"
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -28,7 +32,15 @@ def number(value: Any) -> str:
 
 
 def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
-    """Return value and interval, to the two digits that the width of the interval supports."""
+    """Format a value and its interval with two significant digits of the width of the interval.
+
+    Args:
+        value: value to format.
+        interval: lower and upper limit; None if there is no interval.
+
+    Returns:
+        Text of the value and text of the interval, the latter empty if there is no interval.
+    """
     if interval is None:
         return number(value), ""
     low, high = interval
@@ -42,22 +54,38 @@ def quantity(value: Any, interval: Sequence[float] | None) -> tuple[str, str]:
 
 
 def unit_text(unit: str | None) -> str:
-    """Return a unit with raised exponents; empty where there is none."""
+    """Format a unit with raised exponents.
+
+    Args:
+        unit: unit as in a system file, such as `kg*m^2`; None if there is none.
+
+    Returns:
+        Formatted unit; empty for a number without unit.
+    """
     if unit in (None, "", "-", "1"):
         return ""
     return re.sub(r"\^(-?\d+)", lambda match: match[1].translate(SUPERSCRIPTS), str(unit))
 
 
 def percentage(unit: str) -> tuple[bool, str]:
-    """Return whether a number of this unit is a share, and the rest of the unit: "lower, share" is
-    "lower".
+    """Tell whether a number is shown in percent, by its unit.
+
+    Args:
+        unit: unit such as "share" or "lower, share".
+
+    Returns:
+        Whether the unit is a share, and the rest of the unit ("lower, share" gives "lower").
     """
     found = re.fullmatch(r"(?:(?P<before>[^,]+), )?share(?P<after> \(.*\))?", unit)
     return bool(found), f"{found['before'] or ''}{found['after'] or ''}".strip() if found else unit
 
 
 def duration(seconds: float) -> str:
-    """Return a duration in seconds, minutes or hours, the larger two of them."""
+    """Format a duration in seconds, in minutes and seconds, or in hours and minutes.
+
+    Args:
+        seconds: duration, s.
+    """
     if round(seconds, 1) < 60:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

@@ -19,7 +19,11 @@ ORIGINS = {
 
 
 def templates(*more: Path) -> Environment:
-    """Return the templates of a diagnosis, and those in the folders `more`, which may build on them."""
+    """Return the templates of a diagnosis, and those of other folders that may build on them.
+
+    Args:
+        *more: folders of further templates.
+    """
     return Environment(
         loader=FileSystemLoader([HERE / "templates", *more]),
         autoescape=True,

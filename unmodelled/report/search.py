@@ -1,4 +1,4 @@
-"""What the search box looks through: an entry for everything that can be found, as a script."""
+"""Entries of the search box of a page, as a script."""
 
 from __future__ import annotations
 
@@ -12,21 +12,42 @@ Entry = dict[str, str]
 
 
 def figure_entries(figures: Iterable[Figure], file: str) -> list[Entry]:
-    """Return one entry for every figure of the page `file`."""
+    """Return one entry per figure of a page.
+
+    Args:
+        figures: figures on the page.
+        file: name of the page.
+    """
     return [entry("figure", f"Figure {f.number}", f.caption, f"{file}#{f.id}") for f in figures]
 
 
 def table_entries(tables: Iterable[Table], file: str) -> list[Entry]:
-    """Return one entry for every filled table of the page `file`."""
+    """Return one entry per table of a page that has rows.
+
+    Args:
+        tables: tables on the page.
+        file: name of the page.
+    """
     return [entry("table", t.title, t.caption, f"{file}#{t.id}") for t in tables if t.rows]
 
 
 def script(entries: Sequence[Entry]) -> str:
-    """Return the entries as JavaScript that cannot end the element it stands in."""
+    """Return entries as JavaScript that cannot end its own script element.
+
+    Args:
+        entries: entries of the search box.
+    """
     text = json.dumps(entries, indent=0).replace("<", "\\u003c")
     return f"window.SEARCH = {text};\n"
 
 
 def entry(kind: str, title: str, text: str, url: str) -> Entry:
-    """Return one entry; `url` is seen from the page with the box."""
+    """Return one entry of the search box.
+
+    Args:
+        kind: kind of the result, such as figure or table.
+        title: title of the result.
+        text: text that is searched beside the title.
+        url: address of the result, relative to the page with the search box.
+    """
     return {"kind": kind, "title": title, "text": text, "url": url}

@@ -1,4 +1,4 @@
-"""Tables as the pages show them: what is shown, and all digits beside it."""
+"""Tables of a page: formatted cells, and exact values for sorting and download."""
 
 from __future__ import annotations
 
@@ -12,7 +12,16 @@ from unmodelled.report.numbers import number, unit_text
 
 @dataclass(frozen=True)
 class Cell:
-    """What a cell shows, what it is sorted by and saved as, its style, a line below, the kind of its data."""
+    """Content of one cell.
+
+    Attributes:
+        text: text as shown.
+        exact: exact value, for sorting and for the CSV file.
+        kind: class of the style sheet; default: none.
+        link: address of a link; default: none.
+        note: line below the text; default: none.
+        badge: origin of the data; default: none.
+    """
 
     text: str
     exact: str
@@ -24,9 +33,20 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A table as the pages show it; `numeric` columns stand right.
+    """A table of a page and its CSV file.
 
-    The CSV file holds what the cells are saved as, or `download`, a heading and rows, where that says more.
+    Attributes:
+        id: anchor on the page, and name of the CSV file.
+        title: title above the table.
+        columns: names of the columns.
+        numeric: whether each column is numeric, and so aligned to the right.
+        rows: rows of cells.
+        caption: text below the title; default: none.
+        protocol: description of how the numbers were computed; default: none.
+        chapter: chapter of the dissertation; default: none.
+        data: origin of the data; default: unknown.
+        anchors: anchor of every row; default: none.
+        download: heading and rows of the CSV file; default: the exact values of the cells.
     """
 
     id: str
@@ -43,7 +63,7 @@ class Table:
 
     @property
     def csv(self) -> str:
-        """All digits, for download."""
+        """Text of the CSV file with all digits."""
         text = io.StringIO()
         shown = (self.columns, *(tuple(cell.exact for cell in row) for row in self.rows))
         csv.writer(text, lineterminator="\n").writerows(self.download or shown)
@@ -51,7 +71,13 @@ class Table:
 
 
 def file_table(name: str, text: str, about: dict[str, Any]) -> Table:
-    """Return a CSV file as a table; a column is numeric when every filled cell of it is."""
+    """Convert a CSV file to a table; a column is numeric if all its filled cells are numbers.
+
+    Args:
+        name: anchor of the table.
+        text: content of the CSV file.
+        about: title, caption, protocol, chapter and data of the table, all optional.
+    """
     columns, *rows = list(csv.reader(io.StringIO(text)))
     numbers = [[_parsed(cell) for cell in row] for row in rows]
     units = [name == "unit" for name in columns]
@@ -83,5 +109,9 @@ def _parsed(text: str) -> float | int | None:
 
 
 def exact(value: Any) -> str:
-    """Return all digits of a value; an empty text where there is no value."""
+    """Format a value with all digits.
+
+    Args:
+        value: value to format; None becomes an empty text.
+    """
     return "" if value is None else str(value)

@@ -1,1 +1,1 @@
-"""Training of recurrent networks on sequences of different length (section 5.4.2)."""
+"""Train recurrent networks on sequences of different length (section 5.4.2)."""

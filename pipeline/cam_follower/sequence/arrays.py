@@ -1,8 +1,8 @@
-"""The arrays that the compiled kernel works on, all flat and in single precision.
+"""Arrays of the compiled kernel, all flat and in single precision.
 
-Runs are sorted by falling length, and only those that still go on take part in a time step, so that padding
-costs nothing. The rows of time step t begin at first[t]; in an array with `width` numbers per row they are
-the block that begins at first[t] * width.
+Runs are sorted by falling length, and a time step contains only runs that have not ended, so that padding
+costs nothing. The rows of time step t begin at first[t]. In an array with `width` numbers per row, these rows
+are the block that begins at first[t] * width.
 """
 
 from __future__ import annotations
@@ -20,8 +20,14 @@ Indices = NDArray[np.int64]
 
 
 class Sizes(NamedTuple):
-    """Of a network: features (filled up to a multiple of `LEAST`), state, head, settings; and the number 1,
-    which the compiler must not know (see `add_product`).
+    """Sizes of a network.
+
+    Attributes:
+        features: number of features, rounded up to a multiple of `LEAST`.
+        hidden: size of the LSTM's state.
+        head: number of hidden units of the ReLU network.
+        settings: number of settings.
+        one: the number 1, hidden from the compiler (see `add_product`).
     """
 
     features: int
@@ -32,18 +38,24 @@ class Sizes(NamedTuple):
 
     @property
     def weights(self) -> int:
-        """Length of the vector of weights."""
+        """Number of all weights."""
         gates = 4 * self.hidden * (self.features + self.hidden + 1)
         return gates + self.head * (self.hidden + self.settings + 2) + 1
 
 
 class Weights(NamedTuple):
-    """Views of one vector, in its order; gates are input, forget, output, candidate.
+    """Views of the vector of weights, in its order; the order of the gates is input, forget, output,
+    candidate.
 
     Attributes:
-        tau: (4, features, hidden). state: (4, hidden, hidden). bias: (4, hidden).
-        head_state: (hidden, head). head_setting: (settings, head). head_bias: (head,).
-        output: (head,). output_bias: (1,).
+        tau: weights from features to gates, flat, shape (4, features, hidden).
+        state: weights from state to gates, flat, shape (4, hidden, hidden).
+        bias: biases of the gates, flat, shape (4, hidden).
+        head_state: weights from state to head, flat, shape (hidden, head).
+        head_setting: weights from settings to head, flat, shape (settings, head).
+        head_bias: biases of the head, shape (head,).
+        output: weights of the output, shape (head,).
+        output_bias: bias of the output, shape (1,).
     """
 
     tau: Single
@@ -57,12 +69,15 @@ class Weights(NamedTuple):
 
 
 class Batch(NamedTuple):
-    """Runs that are worked on together, longest first, standardised.
+    """Standardised runs of a mini-batch, the longest first.
 
     Attributes:
-        tau: (rows, features). q: (runs, settings).
-        target: (rows,) scaled. share: (rows,) what a squared error counts; zero for rows that fill up.
-        first: (steps + 1,) where the rows of a time step begin, multiples of `LEAST`.
+        tau: features, flat, shape (rows, features).
+        q: settings, flat, shape (runs, settings).
+        target: scaled targets, shape (rows,).
+        share: weights of the squared errors, shape (rows,); zero for rows that only fill up a time step.
+        first: first rows of the time steps, and the number of all rows, multiples of `LEAST`, shape (steps +
+            1,).
     """
 
     tau: Single
@@ -73,13 +88,17 @@ class Batch(NamedTuple):
 
 
 class Work(NamedTuple):
-    """What the backward pass needs of the forward pass; the states before the first step are zero rows in
-    front.
+    """Results of the forward pass that the backward pass needs.
+
+    The states before the first time step are rows of zeros at the front.
 
     Attributes:
-        gates: per time step (4, rows, hidden). cell, state: (runs + rows, hidden).
-        squashed: (rows, hidden), tanh of the cell. units: (rows, head) of the head, after dropout.
-        output: (rows,).
+        gates: gates of every time step, flat, shape (4, rows, hidden) within a time step.
+        cell: cell states, flat, shape (runs + rows, hidden).
+        state: hidden states, flat, shape (runs + rows, hidden).
+        squashed: hyperbolic tangents of the cell states, flat, shape (rows, hidden).
+        units: units of the head after dropout, flat, shape (rows, head).
+        output: outputs, shape (rows,).
     """
 
     gates: Single
@@ -92,7 +111,15 @@ class Work(NamedTuple):
 
 @compiled
 def views(p: Single, s: Sizes) -> Weights:
-    """The weights in the vector `p`."""
+    """Split the vector of weights into its parts.
+
+    Args:
+        p: vector of weights, shape (weights,).
+        s: sizes of the network.
+
+    Returns:
+        Views of the vector.
+    """
     a = 4 * s.features * s.hidden
     b = a + 4 * s.hidden * s.hidden
     c = b + 4 * s.hidden
@@ -104,12 +131,22 @@ def views(p: Single, s: Sizes) -> Weights:
 
 
 def filled_up(count: int) -> int:
-    """The next multiple of `LEAST`."""
+    """Round up to the next multiple of `LEAST`.
+
+    Args:
+        count: number to round.
+    """
     return -(-count // LEAST) * LEAST
 
 
 def room(lengths: Indices, batch: int, s: Sizes) -> tuple[Batch, Work]:
-    """Arrays for any mini-batch of at most `batch` runs out of runs of the given lengths."""
+    """Allocate arrays for any mini-batch of a set of runs.
+
+    Args:
+        lengths: number of samples of every run, shape (runs,).
+        batch: largest number of runs in a mini-batch.
+        s: sizes of the network.
+    """
     longest = np.sort(lengths)[::-1][:batch]
     active = np.count_nonzero(longest > np.arange(longest[0])[:, None], axis=1)
     runs, rows = filled_up(batch), int((active + LEAST - 1).sum())

@@ -1,4 +1,4 @@
-"""Fitted networks on disk: one small file each, so that a killed training loses no more than one fit."""
+"""Store fitted networks in one small file each, so that an interrupted training loses at most one fit."""
 
 from __future__ import annotations
 
@@ -26,12 +26,24 @@ SUMMARY = "fits.json"
 
 
 def path_of(folder: Path, fold: int, repeat: int) -> Path:
-    """Where the fit of a repeat of the fold at a position is kept."""
+    """Return the path of the file of one fit.
+
+    Args:
+        folder: folder of the fits.
+        fold: number of the fold, from 0.
+        repeat: number of the repeat, from 0.
+    """
     return folder / f"{fold:02d}_{repeat:02d}.pt"
 
 
 def save_fit(path: Path, network: DetachmentNetwork, about: Mapping[str, Any]) -> None:
-    """Write a network and the facts `about` it (plain types only)."""
+    """Write a network and facts about it.
+
+    Args:
+        path: path of the file.
+        network: fitted network.
+        about: facts about the fit, plain types only.
+    """
     shape = {
         "features": list(network.inputs.features),
         "settings": list(network.inputs.settings),
@@ -43,10 +55,14 @@ def save_fit(path: Path, network: DetachmentNetwork, about: Mapping[str, Any]) -
 
 
 def read_about(path: Path, inputs: SequenceInputs) -> dict[str, Any]:
-    """The facts about the fit in a file.
+    """Read the facts about a fit.
+
+    Args:
+        path: path of the file.
+        inputs: expected features and settings of the network.
 
     Raises:
-        BadInput: when it is damaged, or of a network that reads other features or settings than `inputs`.
+        BadInput: when the file is damaged, or its network reads other features or settings.
     """
     about: dict[str, Any] = _checked(path)["about"]
     for name, wanted in (("features", inputs.features), ("settings", inputs.settings)):
@@ -57,10 +73,13 @@ def read_about(path: Path, inputs: SequenceInputs) -> dict[str, Any]:
 
 
 def read_fit(path: Path) -> tuple[DetachmentNetwork, dict[str, Any]]:
-    """A network that `save_fit` wrote, and the facts about it.
+    """Read a network that `save_fit` wrote, and the facts about it.
+
+    Args:
+        path: path of the file.
 
     Raises:
-        BadInput: when the file is missing, damaged, or not of such a network.
+        BadInput: when the file is missing, damaged, or holds another kind of model.
     """
     content = _checked(path)
     about = content["about"]
@@ -94,8 +113,9 @@ class Fits:
     """All networks of a folder.
 
     Attributes:
-        inputs: what they read. samples: after which their runs are cut off.
-        networks: fold -> its repeats.
+        inputs: features and settings that the networks read.
+        samples: number of samples after which a run is cut off.
+        networks: networks by fold, one per repeat.
     """
 
     inputs: SequenceInputs
@@ -109,7 +129,7 @@ class Fits:
 
     @property
     def parts(self) -> dict[str, Fitted]:
-        """None."""
+        """Models that these networks build on: none."""
         return {}
 
     @property
@@ -118,21 +138,44 @@ class Fits:
         return self.networks
 
     def sequences(self, campaign: Campaign) -> Sequences:
-        """The runs of a campaign as the networks read them."""
+        """Return the runs of a campaign in the form that the networks read.
+
+        Args:
+            campaign: runs with the signals and columns of `inputs`.
+        """
         return Sequences.of(campaign, self.inputs, self.samples)
 
     def predict(self, fold: str, sequences: Sequences) -> Array:
-        """Detachment eps, m, by every repeat of a fold, (repeats, runs, steps)."""
+        """Predict the detachment eps of runs by every repeat of a fold.
+
+        Args:
+            fold: name of the fold.
+            sequences: runs as `sequences` returns them.
+
+        Returns:
+            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
+        """
         with one_thread():
             return np.stack([network.predict(sequences) for network in self.networks[fold]])
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""
+        """Predict the detachment eps of all runs of a campaign by every repeat of a fold.
+
+        Args:
+            fold: name of the fold.
+            campaign: runs with the signals that the model reads.
+
+        Returns:
+            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
+        """
         return self.predict(fold, self.sequences(campaign))
 
 
 def read_fits(folder: Path) -> Fits:
-    """The networks that `SequenceRecipe.fit` wrote.
+    """Read the networks that `SequenceRecipe.fit` wrote.
+
+    Args:
+        folder: folder of the fits.
 
     Raises:
         BadInput: when the training has not finished, or a file is missing or damaged.

@@ -1,4 +1,4 @@
-"""A recurrent network for what the bounce simulation leaves, silent where that stays in contact."""
+"""A recurrent network for the residual of the bounce simulation, zero in simulated contact."""
 
 from __future__ import annotations
 
@@ -28,7 +28,12 @@ PHYSICS = "bounce"
 
 @dataclass(frozen=True)
 class HybridFits:
-    """Simulation and networks of all folds; what a network reads depends on its fold."""
+    """Simulations and networks of all folds; the inputs of a network depend on its fold.
+
+    Attributes:
+        physics: identified simulations.
+        networks: networks by fold.
+    """
 
     physics: BounceFits
     networks: Mapping[str, Fits]
@@ -40,16 +45,26 @@ class HybridFits:
 
     @property
     def parts(self) -> dict[str, Fitted]:
-        """The simulation alone."""
+        """Models that the hybrid builds on: the simulation."""
         return {PHYSICS: self.physics}
 
     @property
     def explainable(self) -> dict[str, list[DetachmentNetwork]]:
-        """Return nothing: the networks read signals of the simulation too."""
+        """Networks whose inputs are signals of the campaign: none, because the networks also read simulated
+        signals.
+        """
         return {}
 
     def detachment(self, fold: str, campaign: Campaign) -> Array:
-        """Detachment eps of all runs by every repeat of a fold, m, (repeats, runs, steps)."""
+        """Predict the detachment eps of all runs by every repeat of a fold.
+
+        Args:
+            fold: name of the fold.
+            campaign: runs with the signals that the model reads.
+
+        Returns:
+            Detachment, m, shape (repeats, runs, steps); zero after the end of a run.
+        """
         simulated, network = self.physics.simulated(fold, campaign), self.networks[fold]
         learned = network.detachment(fold, simulated)
         signals = Sequences.of(simulated, SequenceInputs(("gate", "eps_bounce")), network.samples).features
@@ -58,11 +73,14 @@ class HybridFits:
 
 @dataclass(frozen=True)
 class BounceHybrid:
-    """The bounce simulation and a network for the rest.
+    """The bounce simulation and a network for its residual.
 
     Attributes:
-        bounce: identified first, on the same runs.
-        network: reads the signals of the simulation beside those of the campaign.
+        bounce: recipe of the simulation, which is identified first, on the same runs.
+        network: recipe of the network, which reads signals of the simulation beside those of the campaign.
+
+    Raises:
+        BadInput: when both recipes cut off runs at different numbers of samples.
     """
 
     bounce: BounceRecipe
@@ -77,7 +95,7 @@ class BounceHybrid:
 
     @property
     def samples(self) -> int:
-        """After which a run is cut off."""
+        """Number of samples after which a run is cut off."""
         return self.network.samples
 
     def fit(
@@ -90,10 +108,20 @@ class BounceHybrid:
         workers: int = 2,
         device: str = "cpu",
     ) -> float:
-        """Write the simulation's parameters, and a folder of networks (see `SequenceRecipe.fit`) per fold.
+        """Write the parameters of the simulation, and one folder of networks per fold (see
+        `SequenceRecipe.fit`).
+
+        Args:
+            campaign: runs with the signals that the model reads.
+            folds: rows of the training runs by the name of the fold, each of shape (runs,).
+            repeats: number of models per fold, which differ in their random start.
+            seed: seed of the random generators.
+            out: folder of the results.
+            workers: number of fits that run side by side, each on one core; default 2.
+            device: `cpu` for the compiled kernel (default), or a device of torch such as `cuda`.
 
         Returns:
-            The time that all fits took, core seconds.
+            Time that all fits took, core seconds.
 
         Raises:
             BadInput: when the data do not suit the recipe, or `out` holds fits of other features.
@@ -106,7 +134,10 @@ class BounceHybrid:
         return seconds
 
     def read(self, folder: Path) -> HybridFits:
-        """What `fit` wrote to `folder`.
+        """Read the models that `fit` wrote.
+
+        Args:
+            folder: folder of the results.
 
         Raises:
             BadInput: when the training has not finished, or a file is missing, damaged or of other features.

@@ -1,4 +1,4 @@
-"""The compiled network: its output, its loss and the loss's gradient, by back-propagation through time."""
+"""Compiled network: output, loss, and gradient of the loss by back-propagation through time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,16 @@ ZERO, ONE, TWO = (np.float32(x) for x in (0.0, 1.0, 2.0))
 
 @compiled
 def forward(w: Weights, batch: Batch, s: Sizes, work: Work, dropout: np.float32, seed: int) -> None:
-    """Fill `work` (eq. 5.8 to 5.12); a share `dropout` of the head's units is ignored, drawn from `seed`."""
+    """Compute the outputs of a mini-batch, eq. 5.8 to 5.12.
+
+    Args:
+        w: weights of the network.
+        batch: standardised runs.
+        s: sizes of the network.
+        work: arrays that are filled with all intermediate results.
+        dropout: probability that a unit of the head is ignored.
+        seed: seed of the dropout.
+    """
     H, F, N, first = s.hidden, s.features, s.head, batch.first
     runs = first[1]
     work.cell[: runs * H] = ZERO
@@ -49,7 +58,20 @@ def forward(w: Weights, batch: Batch, s: Sizes, work: Work, dropout: np.float32,
 def gradient(
     p: Single, batch: Batch, s: Sizes, work: Work, dropout: np.float32, seed: int, slope: Single
 ) -> np.float32:
-    """Loss of the batch, eq. 5.12 against its target; the gradient goes to `slope`, as long as `p`."""
+    """Compute the loss of a mini-batch, the mean squared error of eq. 5.12, and its gradient.
+
+    Args:
+        p: vector of weights, shape (weights,).
+        batch: standardised runs.
+        s: sizes of the network.
+        work: arrays for intermediate results.
+        dropout: probability that a unit of the head is ignored.
+        seed: seed of the dropout.
+        slope: gradient of the loss, overwritten, shape (weights,).
+
+    Returns:
+        Loss, scalar.
+    """
     w, g = views(p, s), views(slope, s)
     forward(w, batch, s, work, dropout, seed)
     slope[:] = ZERO

@@ -1,4 +1,4 @@
-"""A network's weights as the one vector that the compiled kernel and the optimiser work on."""
+"""Convert the weights of a network to the vector of the compiled kernel and back."""
 
 from __future__ import annotations
 
@@ -18,10 +18,13 @@ GATES = [0, 1, 3, 2]
 
 
 def sizes(network: DetachmentNetwork) -> Sizes:
-    """The network's sizes.
+    """Return the sizes of a network.
+
+    Args:
+        network: network with sizes that suit the kernel.
 
     Raises:
-        BadInput: when the hidden units cannot be divided among vectors.
+        BadInput: when the number of hidden units is not a multiple of `LEAST`.
     """
     hidden, head = network.lstm.hidden_size, network.head.out_features
     for name, size in (("hidden", hidden), ("head", head)):
@@ -31,7 +34,14 @@ def sizes(network: DetachmentNetwork) -> Sizes:
 
 
 def flattened(network: DetachmentNetwork) -> Single:
-    """The weights, in the order of `kernel.Weights`; the LSTM's two biases become their sum."""
+    """Return the weights in the order of `arrays.Weights`; the two biases of torch's LSTM become their sum.
+
+    Args:
+        network: network to read.
+
+    Returns:
+        Vector of weights, shape (weights,).
+    """
     s = sizes(network)
     state = {name: tensor.detach().cpu().numpy() for name, tensor in network.state_dict().items()}
     p = np.zeros(s.weights, np.float32)
@@ -55,7 +65,12 @@ def _by_gate(matrix: Single) -> Single:
 
 @torch.no_grad()
 def restore(network: DetachmentNetwork, p: Single) -> None:
-    """Put the vector `p` into `network`."""
+    """Copy a vector of weights into a network.
+
+    Args:
+        network: network that is changed in place.
+        p: vector of weights, shape (weights,).
+    """
     s = sizes(network)
     w = views(np.ascontiguousarray(p), s)
     tau = w.tau.reshape(4, s.features, s.hidden)[:, : len(network.inputs.features)]

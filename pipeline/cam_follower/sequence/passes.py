@@ -1,4 +1,4 @@
-"""A compiled epoch of training: mini-batch after mini-batch through kernel and optimiser."""
+"""A compiled epoch of training: kernel and optimiser for one mini-batch after the other."""
 
 from __future__ import annotations
 
@@ -18,10 +18,13 @@ STRIDE = 0x9E3779B1
 
 
 class Runs(NamedTuple):
-    """Standardised runs.
+    """Standardised runs, padded to the longest.
 
     Attributes:
-        tau: (runs, steps, features). q: (runs, settings). target: (runs, steps). lengths: (runs,).
+        tau: features, shape (runs, steps, features).
+        q: settings, shape (runs, settings).
+        target: scaled targets, shape (runs, steps).
+        lengths: number of samples of every run, shape (runs,).
     """
 
     tau: Single
@@ -31,7 +34,14 @@ class Runs(NamedTuple):
 
 
 class Adam(NamedTuple):
-    """Weights and moments of the optimiser, (weights,) each; slope is the last gradient."""
+    """Weights and state of the optimiser Adam.
+
+    Attributes:
+        p: vector of weights, shape (weights,).
+        m: first moments, shape (weights,).
+        v: second moments, shape (weights,).
+        slope: last gradient, shape (weights,).
+    """
 
     p: Single
     m: Single
@@ -54,11 +64,23 @@ def epoch(
     done: int,
     seed: int,
 ) -> float:
-    """Train on the mini-batches order[edges[b]:edges[b + 1]], each longest run first; their mean loss.
+    """Train on all mini-batches of one epoch, and return their mean loss.
+
+    Mini-batch b contains the runs order[edges[b]:edges[b + 1]], the longest first.
 
     Args:
-        adam: changed in place. loaded, work: room for a mini-batch.
-        done: mini-batches before this epoch. seed: of dropout.
+        adam: weights and state of the optimiser, changed in place.
+        runs: standardised training runs.
+        order: numbers of the runs in the order of training, shape (runs,).
+        edges: first position of every mini-batch, and the number of runs, shape (batches + 1,).
+        s: sizes of the network.
+        loaded: arrays for a mini-batch.
+        work: arrays for intermediate results.
+        rate: learning rate.
+        clip: largest norm of the gradient; a longer gradient is scaled down.
+        dropout: probability that a unit of the head is ignored.
+        done: number of mini-batches before this epoch.
+        seed: seed of the dropout.
     """
     total = np.float64(0.0)
     for b in range(len(edges) - 1):
@@ -71,7 +93,13 @@ def epoch(
 
 @compiled
 def load(runs: Runs, rows: Indices, loaded: Batch) -> Batch:
-    """The runs `rows`, longest first, as a mini-batch in the arrays of `loaded`."""
+    """Copy some runs into the arrays of a mini-batch.
+
+    Args:
+        runs: standardised training runs.
+        rows: numbers of the runs, the longest first, shape (batch,).
+        loaded: arrays that are filled.
+    """
     width, settings, steps = runs.tau.shape[2], runs.q.shape[1], runs.lengths[rows[0]]
     active, total, samples = len(rows), 0, 0
     for t in range(steps):

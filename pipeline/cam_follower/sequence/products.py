@@ -1,8 +1,8 @@
 """Products of small matrices for compiled loops, in tiles that stay in registers.
 
-A recurrent network of 32 units multiplies matrices of 32 by 32 numbers at every time step, where the call of
-a library costs as much as its work, and where a plain loop is not vectorised. A tile is therefore written as
-vectors of LLVM, which become the vector instructions of the machine at hand.
+A recurrent network of 32 units multiplies matrices of 32 by 32 numbers at every time step. For such small
+matrices, the call of a library costs as much as its work, and a plain loop is not vectorised. A tile is
+therefore written as LLVM vectors, which become vector instructions of the processor.
 """
 
 from __future__ import annotations
@@ -90,11 +90,24 @@ _large, _flat, _small = _tile(ROWS, LANES), _tile(LEAST, LANES), _tile(LEAST, LE
 def add_product(
     out: Any, o: int, a: Any, i: int, row: int, step: int, b: Any, j: int, n: int, depth: int, width: int
 ) -> None:
-    """out += A B for A (n, depth) and B (depth, width), in flat arrays that begin at o, i and j.
+    """Add the product A B of two matrices in flat arrays to a third: out += A B.
 
-    A's element (r, k) is at i + r * row + k * step, so that A may be stored transposed; out and B are stored
-    row by row. n and width must be multiples of `LEAST`. For the sake of the generated code row and step
-    should not be known when this is compiled: a vector of neighbours that is then taken apart is slower.
+    Element (r, k) of A is at i + r * row + k * step, so that A may be stored transposed; out and B are stored
+    row by row. `row` and `step` should not be constants at compile time, because loading neighbours as one
+    vector and splitting it is slower.
+
+    Args:
+        out: flat array of the sum, changed in place, at least n * width numbers from index o.
+        o: index of the first element of the sum.
+        a: flat array of A, of shape (n, depth).
+        i: index of the first element of A.
+        row: distance between the rows of A.
+        step: distance between the columns of A.
+        b: flat array of B, of shape (depth, width).
+        j: index of the first element of B.
+        n: number of rows of A, a multiple of `LEAST`.
+        depth: number of columns of A.
+        width: number of columns of B, a multiple of `LEAST`.
     """
     wide = width - width % LANES
     for first in range(0, wide, LANES):

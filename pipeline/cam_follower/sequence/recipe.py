@@ -1,4 +1,4 @@
-"""What a file of conf/model/ says of a recurrent network: what it reads, its size, its training."""
+"""A recurrent network and its training, as a file of conf/model/ describes them: inputs, size, training."""
 
 from __future__ import annotations
 
@@ -33,9 +33,16 @@ class SequenceRecipe:
     """A detachment network and its training (section 5.4.2).
 
     Attributes:
-        inputs: features tau and settings q_s. training: until it has converged.
-        hidden: n_s. head: n_eta. dropout: share of the head's units that is ignored.
-        samples: after which a run is cut off, 4000 at the 2000 Hz of the bench.
+        inputs: names of the features tau and the settings q_s.
+        training: settings of the training.
+        hidden: size n_s of the LSTM's state; default 32.
+        head: number n_eta of hidden units of the ReLU network; default 32.
+        dropout: probability that a hidden unit of the ReLU network is ignored; default 0.05.
+        samples: number of samples after which a run is cut off; default 200, that is 4000 samples at the 2000
+            Hz of the bench.
+
+    Raises:
+        BadInput: when a size or the dropout is out of range.
     """
 
     inputs: SequenceInputs
@@ -64,23 +71,26 @@ class SequenceRecipe:
         workers: int = 2,
         device: str = "cpu",
     ) -> float:
-        """Write a file for every fold and repeat to `out`, and fits.json when all are there.
+        """Write one file per fold and repeat, and fits.json when all files are complete.
 
-        Fits that are there already, of the same data, settings and seed, are kept, so that a killed training
-        goes on with the next fit. Repeats differ in their first weights and in the order of the runs.
+        Existing fits of the same data, settings and seed are kept, so that an interrupted training continues
+        with the next fit. Repeats differ in their initial weights and in the order of the runs.
 
         Args:
-            campaign: features of all runs, with the signal eps.
-            folds: name -> rows of the experiments table to train on.
-            workers: fits side by side, each on one core.
-            device: cpu runs the compiled kernel; cuda (or another device of torch) the repeats of a fold as a
-                stack.
+            campaign: runs with the signals that the model reads.
+            folds: rows of the training runs by the name of the fold, each of shape (runs,).
+            repeats: number of models per fold, which differ in their random start.
+            seed: seed of the random generators.
+            out: folder of the results.
+            workers: number of fits that run side by side, each on one core; default 2.
+            device: `cpu` for the compiled kernel (default), or a device of torch such as `cuda`, on which the
+                repeats of a fold are one stack.
 
         Returns:
-            The time that all fits took, whenever they were made, core seconds.
+            Time that all fits took, whenever they were made, core seconds.
 
         Raises:
-            BadInput: when the data do not suit the recipe, or `out` holds a damaged fit or one of other
+            BadInput: when the data do not suit the recipe, or `out` holds a damaged fit or a fit of other
                 features; nothing is overwritten then.
         """
         sequences = Sequences.of(campaign, self.inputs, self.samples)
@@ -117,10 +127,14 @@ class SequenceRecipe:
         return seconds
 
     def read(self, folder: Path) -> Fits:
-        """The networks that `fit` wrote to `folder`.
+        """Read the networks that `fit` wrote.
+
+        Args:
+            folder: folder of the results.
 
         Raises:
-            BadInput: when the training has not finished, or a file is missing, damaged or of other features.
+            BadInput: when the training has not finished, or a file is missing, damaged, or of other features
+                or another number of samples.
         """
         fits = read_fits(folder)
         read_about(path_of(folder, 0, 0), self.inputs)

@@ -1,4 +1,4 @@
-"""The same training by torch on any device: all repeats of a fold in one operation after the other."""
+"""Train all repeats of a fold as one stack by torch, on any device."""
 
 from __future__ import annotations
 
@@ -16,10 +16,18 @@ from unmodelled.base.errors import BadInput
 
 
 def train_stack(starts: Sequence[Start], training: Training, device: str) -> list[Course]:
-    """Train every network in place; all must be of one shape and learn from the same runs.
+    """Train networks of the same shape on the same runs, in place.
+
+    Args:
+        starts: networks before training.
+        training: settings of the training.
+        device: device of torch, such as `cuda`.
+
+    Returns:
+        Course of the training of every network.
 
     Raises:
-        BadInput: when there is no such device.
+        BadInput: when the device cannot be used.
     """
     try:
         stack = _Stack(starts, training, torch.device(device))
@@ -103,15 +111,18 @@ class _Stack:
 def scaled_output(
     p: Tensor, s: Sizes, tau: Tensor, q: Tensor, ignored: Callable[[Tensor], Tensor] = lambda units: units
 ) -> Tensor:
-    """Eq. 5.8 to 5.12 for a stack of networks, in standardised units.
+    """Return the standardised outputs of a stack of networks, eq. 5.8 to 5.12.
 
     Args:
-        p: (members, weights), in the order of `arrays.Weights`.
-        tau: (members, runs, steps, features). q: (members, runs, settings).
-        ignored: dropout, on (members, runs, steps, head).
+        p: weights in the order of `arrays.Weights`, shape (members, weights).
+        s: sizes of the networks.
+        tau: standardised features, shape (members, runs, steps, features).
+        q: standardised settings, shape (members, runs, settings).
+        ignored: function that applies dropout to the units of the head, shape (members, runs, steps, head);
+            default: no dropout.
 
     Returns:
-        (members, runs, steps).
+        Standardised outputs, shape (members, runs, steps).
     """
     members, runs, steps = tau.shape[:3]
     lengths = [len(part) for part in views(np.zeros(s.weights, np.float32), s)]

@@ -1,4 +1,4 @@
-"""Training of one network until its own training loss says that it has converged."""
+"""Train one network until its training loss converges."""
 
 from __future__ import annotations
 
@@ -18,16 +18,24 @@ from pipeline.cam_follower.sequences import Sequences
 
 @dataclass(frozen=True)
 class Training:
-    """How a network is trained: Adam whose rate falls where the loss no longer does.
+    """Settings of a training: Adam with a learning rate that falls when the loss stops falling.
 
-    The training loss is averaged over `epochs` epochs, or more where these are less than `updates`
-    mini-batches. When `patience` such means in a row are not lower than the lowest before by the share
-    `tolerance`, the rate is multiplied with `fall`; after `falls` of these the training has converged. Data
-    that are not trained on play no part.
+    The training loss is averaged over `epochs` epochs, or more if these contain fewer than `updates`
+    mini-batches. If `patience` averages in a row are not lower than the lowest earlier average by the share
+    `tolerance`, the learning rate is multiplied by `fall`. After `falls` such reductions the training has
+    converged. Held-out data are not used.
 
     Attributes:
-        batch: most runs in a mini-batch. rate: first one. clip: longest gradient.
-        most: updates after which training ends in any case.
+        batch: largest number of runs in a mini-batch; default 32.
+        rate: learning rate at the start; default 0.01.
+        clip: largest norm of the gradient; default 1.
+        epochs: smallest number of epochs per average; default 10.
+        updates: smallest number of mini-batches per average; default 100.
+        tolerance: smallest relative improvement of the average that counts; default 0.03.
+        patience: number of averages without improvement before the learning rate falls; default 2.
+        fall: factor of the learning rate; default 0.5.
+        falls: number of reductions of the learning rate after which training has converged; default 7.
+        most: number of mini-batches after which training ends in any case; default 50000.
     """
 
     batch: int = 32
@@ -44,11 +52,14 @@ class Training:
 
 @dataclass
 class Course:
-    """Where a training stands.
+    """Progress of a training.
 
     Attributes:
-        losses, rates: mean loss of every check, and the rate that led to it. updates: mini-batches so far.
-        diverged: whether the loss is no longer a number.
+        training: settings of the training.
+        losses: averages of the loss.
+        rates: learning rate of every average.
+        updates: number of mini-batches so far.
+        diverged: whether the loss is no longer a finite number.
     """
 
     training: Training
@@ -64,21 +75,26 @@ class Course:
 
     @property
     def rate(self) -> float:
-        """Of the next epoch."""
+        """Learning rate of the next epoch."""
         return self.training.rate * self.training.fall**self._falls
 
     @property
     def converged(self) -> bool:
-        """Whether the rate fell often enough."""
+        """Whether the learning rate has fallen often enough."""
         return self._falls >= self.training.falls
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to do."""
+        """Whether the training has ended: converged, diverged, or out of mini-batches."""
         return self.converged or self.diverged or self.updates >= self.training.most
 
     def after_epoch(self, loss: float, batches: int) -> None:
-        """Take the mean loss of an epoch of so many mini-batches into account."""
+        """Record the loss of an epoch, and lower the learning rate if the loss has stopped falling.
+
+        Args:
+            loss: mean loss of the epoch.
+            batches: number of mini-batches of the epoch.
+        """
         self.updates += batches
         self._since += batches
         self._pending.append(loss)
@@ -98,7 +114,14 @@ class Course:
 
 
 class Draws:
-    """Endless epochs: all runs in random order, in mini-batches of equal size, each longest run first."""
+    """Endless epochs: all runs in random order, in mini-batches of equal size, each with its longest run
+    first.
+
+    Args:
+        lengths: number of samples of every run, shape (runs,).
+        batch: largest number of runs in a mini-batch.
+        seed: seed of the random generator.
+    """
 
     def __init__(self, lengths: Indices, batch: int, seed: int) -> None:
         self.edges = np.linspace(0, len(lengths), -(-len(lengths) // batch) + 1).astype(np.int64)
@@ -106,13 +129,22 @@ class Draws:
         self._lengths, self._generator = lengths, np.random.default_rng(seed)
 
     def epoch(self) -> Indices:
-        """(runs,) the next order."""
+        """Draw the order of the runs in the next epoch.
+
+        Returns:
+            Numbers of the runs, shape (runs,).
+        """
         order = self._generator.permutation(len(self._lengths))
         return order[np.lexsort((-self._lengths[order], self._which))]
 
 
 def standardised(sequences: Sequences, network: DetachmentNetwork) -> Runs:
-    """`sequences` by the statistics that `network` holds."""
+    """Standardise runs with the statistics of a network.
+
+    Args:
+        sequences: runs in SI units.
+        network: network with the statistics of its training runs.
+    """
     scale = {name: b.detach().cpu().numpy().astype(np.float64) for name, b in network.named_buffers()}
     features = sequences.features.shape[2]
     tau = np.zeros((*sequences.target.shape, filled_up(features)), np.float32)
@@ -123,7 +155,13 @@ def standardised(sequences: Sequences, network: DetachmentNetwork) -> Runs:
 
 
 class Start(NamedTuple):
-    """A network before training, standardised by the runs that it learns from, and the seed of its draws."""
+    """A network before training.
+
+    Attributes:
+        network: network with initial weights.
+        runs: training runs, standardised with the statistics of the network.
+        seed: seed of the order of the runs and of the dropout.
+    """
 
     network: DetachmentNetwork
     runs: Runs
@@ -131,12 +169,14 @@ class Start(NamedTuple):
 
 
 def train(start: Start, training: Training, stopped: Callable[[], bool] = lambda: False) -> Course:
-    """Train `start.network` in place, on one core; other threads run meanwhile.
+    """Train a network in place, on one core; other threads can run at the same time.
 
-    A loss that is no longer a number ends the training with the weights of the last check before.
+    If the loss is no longer finite, training ends with the weights of the last check before.
 
     Args:
-        stopped: says whether to give up.
+        start: network and training runs.
+        training: settings of the training.
+        stopped: function that tells whether to stop early; default: never.
     """
     network, runs, seed = start
     s, p = sizes(network), flattened(network)

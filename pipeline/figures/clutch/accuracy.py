@@ -1,4 +1,4 @@
-"""How close approximate densities and log-likelihoods come to the true ones."""
+"""Draw the accuracy of approximate densities and log-likelihoods."""
 
 from __future__ import annotations
 

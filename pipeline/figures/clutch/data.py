@@ -1,4 +1,4 @@
-"""What was measured on the clutch: current signals, and shifting times beside the deterministic model's."""
+"""Draw the measurements of the clutch: current signals and shifting times, beside the deterministic model."""
 
 from __future__ import annotations
 

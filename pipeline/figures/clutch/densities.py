@@ -1,4 +1,4 @@
-"""Densities of the shifting time that an uncertainty of the parameters leads to."""
+"""Draw the densities of the shifting time that follow from uncertain parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One engagement in detail, measured and simulated."""
+"""Draw one engagement in detail, measured and simulated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The univariate example: how its density is transformed, and what polynomial chaos makes of it."""
+"""Draw the univariate example: transformation of its density, and approximation by polynomial chaos."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the data say about the four numbers of the distribution, and what they leave open."""
+"""Draw the identified distribution parameters with their uncertainty."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Densities of single operating points by moment matching, and their distances to the true ones."""
+"""Draw densities of single operating points by moment matching, and their distances to the true densities."""
 
 from __future__ import annotations
 
@@ -67,7 +67,13 @@ def _fits(axes: Axes, curves: pd.DataFrame, names: list[str]) -> None:
 
 
 def emd_bars(axes: Axes, emd: pd.Series, names: list[str]) -> None:
-    """Draw the distances `emd`, s, of the methods as bars, hatched where the moments are sampled."""
+    """Draw distances as bars, hatched for methods with sampled moments.
+
+    Args:
+        axes: axes to draw in.
+        emd: earth mover's distance by method, s.
+        names: methods in the order of the bars.
+    """
     values = MS * emd.reindex(names).to_numpy(np.float64)
     for row, (name, value) in enumerate(zip(names, values, strict=True)):
         colour, sampled = LOOKS[name].colour, name.endswith(SAMPLED)

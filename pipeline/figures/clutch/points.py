@@ -1,4 +1,4 @@
-"""The layout of all operating points: a panel per motor speed, a group of points per current profile."""
+"""Arrange all operating points: one panel per motor speed, one group of points per current profile."""
 
 from __future__ import annotations
 
@@ -27,7 +27,14 @@ CURVE, INVISIBLE = 70, 0.004
 
 @dataclass(frozen=True)
 class Place:
-    """Where an operating point is drawn: its panel, its x, the width that it has, the rank of its brake."""
+    """Place of an operating point in a figure.
+
+    Attributes:
+        axes: panel of the motor speed.
+        x: horizontal position.
+        width: horizontal width of the place.
+        brake: rank of the brake torque, from 0.
+    """
 
     axes: Axes
     x: float
@@ -36,8 +43,11 @@ class Place:
 
 
 def places(figure: Figure | SubFigure, experiments: pd.DataFrame) -> dict[str, Place]:
-    """Make panels for the motor speeds on `figure`, and return the place of every operating point, by
-    its id.
+    """Make one panel per motor speed, and return the place of every operating point by its id.
+
+    Args:
+        figure: figure to draw in.
+        experiments: table of the operating points, with the columns id, rpm, T_b0 and profile.
     """
     speeds, brakes = sorted(experiments["rpm"].unique()), sorted(experiments["T_b0"].unique())
     profiles = sorted(experiments["profile"].unique())
@@ -68,7 +78,12 @@ def _sides(brakes: list[float]) -> str:
 
 
 def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:
-    """Draw the measured shifting times; hollow at the lowest brake torque."""
+    """Draw the measured shifting times, with hollow markers for the lowest brake torque.
+
+    Args:
+        where: places of the operating points by id.
+        points: table with the columns id and y (s).
+    """
     for row in points.itertuples(index=False):
         place = where[str(row.id)]
         face, rim = ("white", BLACK) if place.brake == 0 else (BLACK, "white")
@@ -76,7 +91,11 @@ def measured(where: Mapping[str, Place], points: pd.DataFrame) -> None:
 
 
 def measured_handles(where: Mapping[str, Place]) -> list[Line2D]:
-    """Return legend entries of `measured`."""
+    """Return the legend entries of `measured`.
+
+    Args:
+        where: places of the operating points by id.
+    """
     several = len({place.brake for place in where.values()}) > 1
     names = [("measured, low brake torque", False), ("high", True)] if several else [("measured", False)]
     return [dot(label, filled) for label, filled in names]
@@ -85,11 +104,16 @@ def measured_handles(where: Mapping[str, Place]) -> list[Line2D]:
 def area(
     place: Place, y: Array, density: Array, scale: float, sides: tuple[float, float], colour: str
 ) -> None:
-    """Draw `density` (P,) over the outputs `y` (P,) as an area at the point.
+    """Draw a density as an area at an operating point.
 
     Args:
-        scale: the density that takes half of the point's width.
-        sides: from where to where, (-1, 0) to the left, (0, 1) to the right, (-1, 1) both.
+        place: place of the operating point.
+        y: outputs, s, shape (P,).
+        density: density at these outputs, 1/s, shape (P,).
+        scale: density that takes half of the width of the place, 1/s.
+        sides: left and right end of the area, (-1, 0) for the left half, (0, 1) for the right half, (-1, 1)
+            for both.
+        colour: colour of the area.
     """
     step = max(1, len(y) // CURVE)
     y, share = y[::step], density[::step] / scale

@@ -1,4 +1,4 @@
-"""How much every input contributes over all jump runs, and whether two ways to tell agree."""
+"""Draw the contribution of every input over all jump runs, and the agreement of two methods."""
 
 from __future__ import annotations
 

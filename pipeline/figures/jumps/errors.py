@@ -1,4 +1,4 @@
-"""Errors of the predicted detachment over models and training data."""
+"""Draw errors of the predicted detachment over models and training data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A jump run that the networks are explained on: motion, predictions, inputs, contributions."""
+"""Draw one explained jump run: motion, predictions, inputs and contributions."""
 
 from __future__ import annotations
 
@@ -39,7 +39,14 @@ ROOM = 1.4  # from one lane of inputs to the next, in heights of a signal
 
 
 def shown_run(phi: pd.DataFrame) -> int | None:
-    """Return the explained run of medium detachment; the runs are listed from small to large."""
+    """Return the explained run of medium detachment.
+
+    Args:
+        phi: table of the contributions, with runs in the order of their detachment.
+
+    Returns:
+        Id of the experiment; None for an empty table.
+    """
     exps = list(dict.fromkeys(phi["exp"]))
     return int(exps[len(exps) // 2]) if exps else None
 

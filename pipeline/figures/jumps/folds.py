@@ -1,4 +1,4 @@
-"""Panels over the data that models were trained on: random shares of the runs, and levels left out."""
+"""Arrange panels by training data: random shares of the runs, and omitted levels of a factor."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ Score = Callable[[pd.DataFrame], Mapping[str, Any]]
 
 @dataclass(frozen=True)
 class Side:
-    """A panel: the folds of one split, next to each other.
+    """A panel with the folds of one split.
 
     Attributes:
         split: name of the split.
         folds: names of the folds from left to right.
         xlabel, title: what stands below and above.
+        xlabel: label below the panel.
+        title: title above the panel.
     """
 
     split: str
@@ -36,7 +38,11 @@ class Side:
     title: str
 
     def name(self, axes: Axes) -> None:
-        """Label the folds with ticks, and separate them with bands."""
+        """Label the folds with ticks, and separate them by bands.
+
+        Args:
+            axes: axes of the panel.
+        """
         for k in range(1, len(self.folds), 2):
             axes.axvspan(k - 0.5, k + 0.5, color="0.95", linewidth=0, zorder=-2)
         names = [FACTOR_NAMES.get(fold, fold.removesuffix("%")) for fold in self.folds]
@@ -46,7 +52,11 @@ class Side:
 
 
 def sides(rows: pd.DataFrame) -> list[Side]:
-    """Return the panels that `rows` have folds for: uniform shares, increasing, and factors."""
+    """Return the panels that a table has folds for: uniform shares in increasing order, and factors.
+
+    Args:
+        rows: table with the columns split and fold.
+    """
     folds = {split: set(group["fold"]) for split, group in rows.groupby("split")}
     shares = sorted(folds.get(UNIFORM, ()), key=lambda fold: float(fold.removesuffix("%")))
     factors = [name for name in FACTOR_NAMES if name in folds.get(FACTORS, ())]
@@ -58,7 +68,15 @@ def sides(rows: pd.DataFrame) -> list[Side]:
 
 
 def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, Look], score: Score) -> None:
-    """Draw the models' scores on every fold of a side: a marker for the value and a bar for the interval."""
+    """Draw the scores of models on every fold of a panel: a marker for the value, a bar for the interval.
+
+    Args:
+        axes: axes of the panel.
+        rows: table with the columns split, fold and model.
+        side: panel.
+        looks: look by model.
+        score: function from the rows of one model and fold to value and interval.
+    """
     offsets = (np.arange(len(looks)) - (len(looks) - 1) / 2.0) * 0.8 / len(looks)
     own = rows[rows["split"] == side.split]
     for (model, look), offset in zip(looks.items(), offsets, strict=True):
@@ -70,7 +88,14 @@ def draw_scores(axes: Axes, rows: pd.DataFrame, side: Side, looks: Mapping[str, 
 
 
 def draw_score(axes: Axes, x: float, found: Mapping[str, Any], look: Look) -> None:
-    """Draw one value with its interval."""
+    """Draw one value with its interval.
+
+    Args:
+        axes: axes of the panel.
+        x: horizontal position.
+        found: value and interval.
+        look: look of the model.
+    """
     value = found["value"]
     ends = found.get("interval", (value, value))
     axes.plot([x, x], ends, color=look.colour, linewidth=3.4, alpha=0.55, solid_capstyle="butt")

@@ -1,4 +1,4 @@
-"""Predicted against measured largest detachment, run by run."""
+"""Draw predicted and measured largest detachment, run by run."""
 
 from __future__ import annotations
 

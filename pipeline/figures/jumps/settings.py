@@ -1,4 +1,4 @@
-"""What the networks lose without the settings q_s."""
+"""Draw the loss of accuracy without the settings q_s."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures of follower jumps share: tables, models and inputs with a fixed look each, folds."""
+"""Tables, folds, and looks of models and inputs, shared by the figures of follower jumps."""
 
 from __future__ import annotations
 
@@ -43,13 +43,15 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 @dataclass(frozen=True)
 class Input:
-    """How an input of the networks is drawn; inputs of one kind share a hue.
+    """Look of an input of the networks; inputs of one kind have a common hue.
 
     Attributes:
-        label, unit: name on axes and in legends.
+        label: name on axes and in legends.
+        unit: unit on axes.
         colour: colour of lines and areas.
-        hatch: hatch of areas; distinguishes greys from greens where the two look alike.
-        marker: marker of points, one per kind, for readers who cannot distinguish the hues.
+        hatch: hatch of areas, which distinguishes similar greys and greens; default: none.
+        marker: marker of points, one per kind, for readers who cannot distinguish the hues; default: a
+            circle.
     """
 
     label: str
@@ -80,56 +82,102 @@ ANGLE = ("sin(theta)", "cos(theta)")
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the follower jumps from the data folder."""
+    """Read a table of the follower jumps.
+
+    Args:
+        data: folder of the data, with the tables in `tables`.
+        name: name of the table.
+    """
     return read_parquet(data / "tables" / "jumps" / f"{name}.parquet")
 
 
 def of_fold(rows: pd.DataFrame, split: str, fold: str) -> pd.DataFrame:
-    """Return the rows of one fold of a split."""
+    """Return the rows of one fold of a split.
+
+    Args:
+        rows: table with the columns split and fold.
+        split: name of the split.
+        fold: name of the fold.
+    """
     return rows[(rows["split"] == split) & (rows["fold"] == fold)]
 
 
 def models(rows: pd.DataFrame, among: Iterable[str] = LOOKS) -> list[str]:
-    """Return the models of `rows` in the order of legends."""
+    """Return the models of a table in the order of legends.
+
+    Args:
+        rows: table with the column model.
+        among: names of the possible models, in order; default: all models.
+    """
     found = set(rows["model"])
     return [name for name in among if name in found]
 
 
 def handle(look: Look) -> Line2D:
-    """Return the legend entry of a model that is drawn as markers."""
+    """Return the legend entry of a model that is drawn with markers.
+
+    Args:
+        look: look of the model.
+    """
     return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
 
 
 def line_handle(look: Look) -> Line2D:
-    """Return the legend entry of a model that is drawn as a line."""
+    """Return the legend entry of a model that is drawn as a line.
+
+    Args:
+        look: look of the model.
+    """
     return Line2D([], [], color=look.colour, linestyle=look.line, linewidth=2.0, label=look.label)
 
 
 def experiments(data: Path) -> pd.DataFrame:
-    """Read all runs of the campaign: settings, labels and F-dagger."""
+    """Read all runs of the campaign: settings, labels and F-dagger.
+
+    Args:
+        data: folder of the data, with the store of the runs in `features`.
+    """
     return Campaign.read(data / "features" / "cam_follower", ["exp"]).experiments
 
 
 def run_title(runs: pd.DataFrame, exp: int) -> str:
-    """Label and settings of a run."""
+    """Return label and settings of a run as text.
+
+    Args:
+        runs: table of the runs.
+        exp: id of the experiment.
+    """
     run = runs.loc[runs["exp"] == exp].iloc[0]
     return f"{run['label']}: {setting(run)}"
 
 
 def patch(name: str) -> Patch:
-    """Return the legend entry of an input that is drawn as an area."""
+    """Return the legend entry of an input that is drawn as an area.
+
+    Args:
+        name: name of the input.
+    """
     look = INPUTS[name]
     return Patch(facecolor=look.colour, hatch=look.hatch, edgecolor="white", linewidth=0, label=look.label)
 
 
 def nothing(text: str) -> Figure:
-    """Return a figure that says why it is empty."""
+    """Return an empty figure with a reason.
+
+    Args:
+        text: reason why the figure is empty.
+    """
     figure = new_figure(2.0)
     absent(figure.subplots(), text)
     return figure
 
 
 def with_angle(phi: pd.DataFrame, columns: list[str]) -> pd.DataFrame:
-    """Add up the attributions of sin(theta) and cos(theta) as theta, for each value of `columns`."""
+    """Add the attributions of sin(theta) and cos(theta) as theta.
+
+    Args:
+        phi: table of the contributions, with the columns feature and phi.
+        columns: names of further columns of the result.
+    """
     feature = phi["feature"].where(~phi["feature"].isin(ANGLE), "theta")
     return phi.assign(feature=feature).groupby([*columns, "feature"], as_index=False)["phi"].sum()

@@ -1,4 +1,4 @@
-"""The learned load as a formula."""
+"""Draw the learned load and its closed-form expression."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was measured on the slider-crank: its spring, the torques, and the trajectories they lead to."""
+"""Draw the measurements of the slider-crank: spring, torques and trajectories."""
 
 from __future__ import annotations
 

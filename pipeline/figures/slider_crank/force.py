@@ -1,4 +1,4 @@
-"""The load on the slider as the network has learned it, without ever seeing a force."""
+"""Draw the load on the slider that the network has learned without force measurements."""
 
 from __future__ import annotations
 

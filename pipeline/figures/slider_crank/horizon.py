@@ -1,4 +1,4 @@
-"""Training over a horizon of N steps: what it gains in long predictions, and what it costs."""
+"""Draw accuracy and cost of training over a horizon of N steps."""
 
 from __future__ import annotations
 

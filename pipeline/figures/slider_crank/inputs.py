@@ -1,4 +1,4 @@
-"""What a model needs to predict the slider-crank: the network's inputs, and data near the test signals."""
+"""Draw the accuracy for different inputs of the network, and for training data near the test signals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Physical parameters while they are identified together with the network."""
+"""Draw physical parameters during their identification together with the network."""
 
 from __future__ import annotations
 

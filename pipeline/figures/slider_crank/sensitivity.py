@@ -1,4 +1,4 @@
-"""Which parameters move the model's output, and which cannot be told apart."""
+"""Draw sensitivities of the model to its parameters, and their correlations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures of the slider-crank share: tables, names of models and signals, accuracies, colours."""
+"""Tables, names, accuracies and colours, shared by the figures of the slider-crank."""
 
 from __future__ import annotations
 
@@ -46,49 +46,77 @@ MEASURED = Line2D([], [], color=BLACK, linewidth=2.4, label="measured")
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the slider-crank from the data folder."""
+    """Read a table of the slider-crank.
+
+    Args:
+        data: folder of the data, with the tables in `tables`.
+        name: name of the table.
+    """
     return read_parquet(data / "tables" / "slider_crank" / f"{name}.parquet")
 
 
 def plain(rows: pd.DataFrame, split: str = "leave_one_out") -> pd.DataFrame:
-    """Return the rows of the models as first trained, before the additional epochs of the study of the
-    horizon.
+    """Return the rows of models without the additional epochs of the study of the horizon.
+
+    Args:
+        rows: table with the columns extra and split.
+        split: name of the split; default: leave_one_out.
     """
     return rows[~rows["extra"].astype(bool) & (rows["split"] == split)]
 
 
 def horizons(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows of the study of the horizon N; the feedforward model is N = 1."""
+    """Return the rows of the study of the horizon N; the feedforward model has N = 1.
+
+    Args:
+        rows: table with the columns extra, split and model.
+    """
     chosen = rows["extra"].astype(bool) & (rows["split"] == "leave_one_out") & (rows["model"] == "nnap")
     return rows[chosen]
 
 
 def natural(name: str) -> tuple[int, str]:
-    """Return a key that sorts T2a before T10b."""
+    """Return a key that sorts T2a before T10b.
+
+    Args:
+        name: id of an experiment.
+    """
     digits = "".join(filter(str.isdigit, name))
     return int(digits or 0), name
 
 
 def example(ids: Iterable[str]) -> str:
-    """Return the dissertation's example if `ids` has it, else the first id; empty without ids."""
+    """Return the example of the dissertation if it exists, otherwise the first id.
+
+    Args:
+        ids: ids of the experiments.
+
+    Returns:
+        Id; empty if there are no experiments.
+    """
     known = sorted(set(ids), key=natural)
     return EXAMPLE if EXAMPLE in known else next(iter(known), "")
 
 
 def signal_name(name: str) -> str:
-    """Return the name of a signal for titles, "T9a" with an index."""
+    """Return the name of a signal for titles, with an index.
+
+    Args:
+        name: id of an experiment.
+    """
     return f"$T_{{{name.removeprefix('T')}}}$"
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Errors of free runs over test signals and repeats, rad/s.
+    """Errors of free runs over test signals and repeats.
 
     Attributes:
-        rmse: errors of the runs that did not diverge, increasing.
-        mean: mean of `rmse`; NaN where all runs diverged.
-        best, limit: the most accurate 90 % lie between; the limit is infinite where more than 10 % diverged.
-        diverged: number of runs that did.
+        rmse: errors of the runs that did not diverge, in increasing order, rad/s, shape (runs,).
+        mean: mean of `rmse`, rad/s; nan if all runs diverged.
+        best: smallest error, rad/s.
+        limit: error below which 90 % of the runs lie, rad/s; infinite if more than 10 % diverged.
+        diverged: number of runs that diverged.
     """
 
     rmse: Array
@@ -99,7 +127,11 @@ class Accuracy:
 
 
 def accuracy(errors: pd.DataFrame) -> Accuracy:
-    """Summarise `errors`, columns rmse and diverged; a run that is not finite has diverged."""
+    """Summarise errors; a run with an error that is not finite has diverged.
+
+    Args:
+        errors: table with the columns rmse (rad/s) and diverged.
+    """
     values = errors["rmse"].mask(errors["diverged"].astype(bool)).to_numpy(np.float64)
     everything = np.sort(np.where(np.isfinite(values), values, np.inf))
     finite = everything[np.isfinite(everything)]
@@ -109,14 +141,22 @@ def accuracy(errors: pd.DataFrame) -> Accuracy:
 
 
 def number(value: float) -> str:
-    """Return three significant digits, never in powers of ten, with a proper minus sign; a dash for NaN."""
+    """Format a number with three significant digits and a minus sign, without powers of ten.
+
+    Args:
+        value: number to format; nan is shown as a dash.
+    """
     if not math.isfinite(value):
         return "–"
     return (f"{value:.3g}" if abs(value) < 1e3 else f"{value:.0f}").replace("-", "−")
 
 
 def plain_log_x(axes: Axes) -> None:
-    """Make the horizontal axis logarithmic with round numbers instead of powers of ten."""
+    """Make the horizontal axis logarithmic with round numbers instead of powers of ten.
+
+    Args:
+        axes: axes that are changed.
+    """
     axes.set_xscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
@@ -125,13 +165,26 @@ def plain_log_x(axes: Axes) -> None:
 
 
 def by_direction(v: Array) -> list[tuple[str, str, NDArray[np.bool_]]]:
-    """Name, colour and samples of either direction of the slider."""
+    """Return name, colour and samples of both directions of the slider.
+
+    Args:
+        v: speed of the slider, m/s, shape (n,).
+
+    Returns:
+        Name, colour, and whether each sample belongs to the direction, shape (n,), per direction.
+    """
     masks = (v > 0.0, v < 0.0)
     return [(name, colour, mask) for (name, colour), mask in zip(DIRECTIONS.items(), masks, strict=True)]
 
 
 def framed(axes: Axes, measured: Array, margin: float = 0.25) -> None:
-    """Fit the vertical axis to the measurement: predictions that diverge leave it."""
+    """Fit the vertical axis to a measurement, so that diverging predictions leave the axes.
+
+    Args:
+        axes: axes that are changed.
+        measured: measured signal, shape (n,).
+        margin: margin as a share of the measured range; default 0.25.
+    """
     low, high = float(measured.min()), float(measured.max())
     room = margin * max(high - low, 1.0)
     axes.set_ylim(low - room, high + room)

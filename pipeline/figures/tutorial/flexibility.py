@@ -1,4 +1,4 @@
-"""How many neurons are enough, and what a penalty on the weights does."""
+"""Draw the effect of the number of neurons, and of a penalty on the weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Free runs of a pendulum inside and beyond what the models have seen."""
+"""Draw free runs of a pendulum within and beyond the explored states."""
 
 from __future__ import annotations
 

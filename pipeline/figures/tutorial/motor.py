@@ -1,4 +1,4 @@
-"""The efficiency of a motor, by two physical parameters and by networks."""
+"""Draw the efficiency of a motor, by two physical parameters and by networks."""
 
 from __future__ import annotations
 

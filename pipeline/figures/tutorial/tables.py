@@ -1,4 +1,4 @@
-"""What the figures of the tutorial share: tables, looks, and the currents that were measured."""
+"""Tables, looks and the range of the measured currents, shared by the figures of the tutorial."""
 
 from __future__ import annotations
 
@@ -28,19 +28,32 @@ SAMPLES = Line2D([], [], color=BLACK, marker="o", markersize=4.5, linestyle="", 
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the tutorial from the data folder."""
+    """Read a table of the tutorial.
+
+    Args:
+        data: folder of the data, with the tables in `tables`.
+        name: name of the table.
+    """
     return read_parquet(data / "tables" / "tutorial" / f"{name}.parquet")
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Read the range of the measured currents (A), voltage (V), R_a (Ohm), B' (A/V) and lambda."""
+    """Read the range of the measured currents (A), voltage (V), R_a (Ohm), B' (A/V) and lambda.
+
+    Args:
+        data: folder of the data, with the tables in `tables`.
+    """
     content: dict[str, Any] = read_json(data / "tables" / "tutorial" / "about.json")
     return content
 
 
 def efficiencies(axes: Axes, data: Path, whole: bool) -> None:
-    """Draw the measured samples over the current, and, over the `whole` range, the unmeasured part of the
-    curve.
+    """Draw the measured samples over the current.
+
+    Args:
+        axes: axes to draw in.
+        data: folder of the data, with the tables in `tables`.
+        whole: whether the true curve beyond the measured currents is drawn too.
     """
     samples, facts = table(data, "training"), about(data)
     if whole:
@@ -55,5 +68,10 @@ def efficiencies(axes: Axes, data: Path, whole: bool) -> None:
 
 
 def line(label: str, colour: str) -> Line2D:
-    """Return a legend entry."""
+    """Return a legend entry.
+
+    Args:
+        label: text of the entry.
+        colour: colour of the line.
+    """
     return Line2D([], [], color=colour, linewidth=2.0, label=label)

@@ -1,1 +1,1 @@
-"""Figures of the withheld check, diagnoses of machines whose faults are known; see `pipeline.figures`."""
+"""Figures of the withheld check, diagnoses of machines with known faults; see `pipeline.figures`."""

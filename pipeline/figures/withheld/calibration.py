@@ -1,4 +1,4 @@
-"""Whether a confidence means what it says."""
+"""Draw the calibration of the confidence."""
 
 from __future__ import annotations
 

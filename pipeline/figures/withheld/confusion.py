@@ -1,4 +1,4 @@
-"""Which family is taken for which."""
+"""Draw which families of effects are confused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large an effect must be to be found."""
+"""Draw how large an effect must be for its detection."""
 
 from __future__ import annotations
 

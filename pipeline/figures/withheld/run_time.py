@@ -1,4 +1,4 @@
-"""How long a diagnosis takes."""
+"""Draw the duration of a diagnosis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far the gap shrinks, beside what knowing the truth or a network would do."""
+"""Draw how far the gap shrinks, beside the best possible refit and a network."""
 
 from __future__ import annotations
 

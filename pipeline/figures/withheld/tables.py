@@ -1,4 +1,4 @@
-"""What the figures of the withheld check share: tables, and one look for every machine and finder."""
+"""Tables and looks of machines and methods, shared by the figures of the withheld check."""
 
 from __future__ import annotations
 
@@ -35,10 +35,19 @@ KINDS = {
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table written by tabulate_withheld from the data folder."""
+    """Read a table written by the verb tabulate_withheld.
+
+    Args:
+        data: folder of the data, with the tables in `tables`.
+        name: name of the table.
+    """
     return read_parquet(data / "tables" / "withheld" / f"{name}.parquet")
 
 
 def readable(name: str) -> str:
-    """Return the name of a family or verdict as words."""
+    """Format the name of a family or verdict as words.
+
+    Args:
+        name: name with underscores.
+    """
     return name.replace("_", " ")

@@ -1,6 +1,5 @@
-"""Virtual machines with planted effects, on which the diagnosis of the sim-to-real gap is judged.
+"""Virtual machines with planted effects, which show how often a diagnosis is right.
 
-They share no code with the system files, the effect laws or the integrators that the diagnosis uses. A
-machine is stepped by the scheme of Moreau and Jean, which knows dry friction, play and impacts as set-valued
-laws.
+The machines share no code with the system files, the laws or the integrators of the diagnosis. A machine is
+integrated by the scheme of Moreau and Jean, in which dry friction, play and impacts are set-valued laws.
 """

@@ -1,4 +1,4 @@
-"""A linear axis: a motor moves a carriage through a toothed belt, under position control at the motor."""
+"""A linear axis: a motor moves a carriage through a toothed belt, with position control at the motor."""
 
 from __future__ import annotations
 
@@ -23,9 +23,19 @@ from pipeline.rigs.withheld.machine import Array, Conditions, Machine, Range, Se
 
 @dataclass(frozen=True)
 class BeltAxis(Machine):
-    """At the pulley's radius: motor `m_m` (kg, with damping `b_m`, N s/m, and drive `kf`, N/A), belt `k_b`
-    (N/m) with damping `c_b`, carriage `m_c` with damping `b_c`; `stiffness` (A/m) and `damping` (A s/m) of
-    the controller, which gives at most `supply` (A).
+    """Constants of the linear axis, at the radius of the pulley.
+
+    Attributes:
+        m_m: mass of the motor, kg.
+        m_c: mass of the carriage, kg.
+        b_m: damping of the motor, N s/m.
+        b_c: damping of the carriage, N s/m.
+        k_b: stiffness of the belt, N/m.
+        c_b: damping of the belt, N s/m.
+        kf: force constant of the drive, N/A.
+        stiffness: proportional gain of the controller, A/m.
+        damping: derivative gain of the controller, A s/m.
+        supply: largest current of the controller, A.
     """
 
     m_m: float = 1.6

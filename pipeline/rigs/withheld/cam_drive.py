@@ -1,4 +1,4 @@
-"""A direct-current motor that turns a grooved cam; its follower moves up and down on a spring."""
+"""A direct-current motor that turns a grooved cam, with a follower that moves vertically on a spring."""
 
 from __future__ import annotations
 
@@ -26,10 +26,21 @@ _COUNT = 2.0 * np.pi / 10_000
 
 @dataclass(frozen=True)
 class CamDrive(Machine):
-    """Inertia `J` (kg m^2) and damping `b` (N m s/rad) of the shaft, `kt` (N m/A) and `R` (ohm) of the motor;
-    follower of the mass m + `m_0` (kg) with a spring `k_s` (N/m), compressed by `y_0` (m) at the bottom. The
-    groove lifts by `lift` (m) with a share `skew` of second harmonic. The motor gets the share `duty` of the
-    supply V (V); m and V are the operating point.
+    """Constants of the cam drive.
+
+    The groove lifts the follower by `lift` with a share `skew` of second harmonic. The operating point is the
+    mass m of the follower (kg) and the supply V (V). The motor gets the share `duty` of the supply.
+
+    Attributes:
+        J: inertia of the shaft, kg m^2.
+        b: damping of the shaft, N m s/rad.
+        kt: torque constant of the motor, N m/A.
+        R: resistance of the motor, ohm.
+        m_0: mass of the follower in addition to m, kg.
+        k_s: stiffness of the spring, N/m.
+        y_0: compression of the spring at the lowest position, m.
+        lift: amplitude of the groove, m.
+        skew: share of the second harmonic in the groove.
     """
 
     J: float = 0.004
@@ -59,8 +70,13 @@ class CamDrive(Machine):
         return reference
 
     def groove(self, theta: Array) -> tuple[Array, Array, Array]:
-        """Return the height of the follower (m) and its first and second derivative with respect to the
-        angle.
+        """Return the height of the follower, and its first and second derivative by the angle.
+
+        Args:
+            theta: angle of the cam, rad, shape (n,).
+
+        Returns:
+            Height (m), first (m/rad) and second derivative (m/rad^2), each of shape (n,).
         """
         wave = np.exp(1j * theta)
         second = self.skew * wave * wave

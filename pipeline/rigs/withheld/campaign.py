@@ -1,4 +1,4 @@
-"""Many cases of one kind, as `acquire` writes them."""
+"""Write many cases of one kind, for the verb `acquire`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,12 @@ from unmodelled.base.progress import track
 
 @dataclass(frozen=True)
 class WithheldCampaign:
-    """The first `count` cases of `kind` (see `cases`) drawn with `seed`; all of them if `count` is None.
+    """The first cases of a kind.
+
+    Attributes:
+        kind: kind of the cases, see `cases`.
+        count: number of cases; None: all cases.
+        seed: seed of the drawn cases.
 
     Raises:
         BadInput: when there is no such kind, or not as many cases.
@@ -39,10 +44,10 @@ class WithheldCampaign:
             raise BadInput(f"source.count: must be 1 to {many} for {self.kind} cases, got {self.count}")
 
     def write(self, folder: Path, seed: int) -> dict[str, Any]:
-        """Replace `folder` by one folder per case (see `write`), and return the provenance.
+        """Replace a folder by one folder per case (see `write`), and return the provenance.
 
         Args:
-            folder: folder in which <kind>_001 and so on are made.
+            folder: folder in which the folders <kind>_001 and so on are made.
             seed: second seed of the random generator, for inputs, sensors and noise.
 
         Raises:
@@ -66,10 +71,15 @@ WRONG = 0.05, 0.30  # by which share an uncertain parameter is off
 
 
 def write(case: Case, folder: Path, plan: Plan | None = None) -> dict[str, Any]:
-    """Replace `folder` by system.yaml, logs/ (a log folder) and truth.json; return the truth.
+    """Replace a folder by system.yaml, logs/ (a log folder) and truth.json, and return the truth.
 
-    The system file has its `identify: true` parameters 5 to 30 % off. Nothing in system.yaml or logs/ tells
-    what is planted. The runs are those of the case unless `plan` is given.
+    The parameters of the system file with `identify: true` are 5 to 30 % off. Neither system.yaml nor logs/
+    tells which effects are planted.
+
+    Args:
+        case: machine and planted effects.
+        folder: folder that is replaced as a whole.
+        plan: runs to simulate; default: the runs of the case.
 
     Raises:
         BadInput: when the folder cannot be written.

@@ -1,4 +1,4 @@
-"""A case: a machine, what is planted in it, how strongly, and the chance of everything else."""
+"""A case: a machine, its planted effects, their size, and the seed of all random choices."""
 
 from __future__ import annotations
 
@@ -17,8 +17,14 @@ _EVERYTHING = 0.6  # share of the campaigns that log all outputs
 
 @dataclass(frozen=True)
 class Planted:
-    """One effect: `family` and `channel` as the machine offers them; in all runs, or only `at` one level of
-    the operating point's `factor`, or at one group (`factor` is then "group").
+    """One planted effect.
+
+    Attributes:
+        family: family of the effect, as the machine offers it.
+        channel: channel of the effect, as the machine offers it.
+        factor: factor of the operating point at one level of which the effect acts, or "group"; default: the
+            effect acts in all runs.
+        at: level of the factor, or name of the group.
     """
 
     family: str
@@ -29,10 +35,16 @@ class Planted:
 
 @dataclass(frozen=True)
 class Case:
-    """`effects` on the machine `system` at `level` times their typical size, everything else by `seed`.
+    """Effects on a machine.
+
+    Attributes:
+        system: name of the machine.
+        effects: planted effects.
+        level: size of the effects relative to their typical size.
+        seed: seed of all other choices.
 
     Raises:
-        BadInput: when there is no such machine, or it offers no such effect.
+        BadInput: when there is no such machine, the machine offers no such effect, or the level is negative.
     """
 
     system: str
@@ -48,7 +60,7 @@ class Case:
 
     @property
     def machine(self) -> Machine:
-        """As it is without planted effects."""
+        """Machine without planted effects."""
         for machine in MACHINES:
             if machine.name == self.system:
                 return machine
@@ -56,7 +68,14 @@ class Case:
         raise BadInput(f"system: {self.system!r} is not one of {names}")
 
     def offered(self, planted: Planted) -> Plantable:
-        """Return the machine's entry for the planted effect `planted`."""
+        """Return the machine's entry of a planted effect.
+
+        Args:
+            planted: planted effect.
+
+        Raises:
+            BadInput: when the machine offers no such effect.
+        """
         for one in self.machine.plantable:
             if (one.family, one.channel) == (planted.family, planted.channel):
                 return one
@@ -64,14 +83,14 @@ class Case:
 
     @property
     def logged(self) -> tuple[str, ...]:
-        """Names of the outputs that are logged: all if a sensor is at fault, else by chance."""
+        """Names of the logged outputs: all if a sensor has a planted effect, otherwise a random choice."""
         faulty = any(planted.channel.startswith("sensor:") for planted in self.effects)
         everything = faulty or np.random.default_rng([self.seed, 4]).uniform() < _EVERYTHING
         sensors = (sensor.output for sensor in self.machine.sensors)
         return tuple(name for name in sensors if everything or name not in self.machine.optional)
 
     def plan(self) -> Plan:
-        """Return the plan of the campaign's runs; a logger without some of the outputs is a fast one."""
+        """Return the plan of the runs; a logger without some of the outputs has a short sampling period."""
         machine, rng = self.machine, np.random.default_rng([self.seed, 0])
         whole = len(self.logged) == len(machine.sensors)
         period = float(rng.choice(machine.periods)) if whole else min(machine.periods)
@@ -89,8 +108,11 @@ class Case:
         )
 
     def built(self, plan: Plan) -> list[tuple[str, Effect]]:
-        """Return (channel, effect) of every planted effect; the objects are new, since effects have a
+        """Return channel and effect of every planted effect; the objects are new, because effects have a
         memory.
+
+        Args:
+            plan: runs of the campaign.
         """
         found = []
         for k, planted in enumerate(self.effects):

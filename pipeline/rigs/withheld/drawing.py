@@ -1,4 +1,4 @@
-"""Drawing cases: single effects, pairs, effects in part of the runs, effects of no family, and none."""
+"""Draw cases: single effects, pairs, effects in part of the runs, effects of no family, and none."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ Effects = tuple[Planted, ...]
 
 
 def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
-    """Return cases of a kind on all machines in a drawn order, so that the first of them are a fair sample.
+    """Draw cases of a kind on all machines, in random order, so that the first cases are a fair sample.
 
     Args:
-        kind: `single`, `pair`, `null` (nothing but wrong parameters), `outside` (an effect of no family) or
-            `local` (an effect at one level of a factor, or in one group).
+        kind: `single`, `pair`, `null` (wrong parameters only), `outside` (an effect of no family) or `local`
+            (an effect at one level of a factor, or in one group).
         seed: seed of the random generator; cases of different seeds differ in levels, inputs, sensors and
             noise.
-        level: level of all planted effects; drawn between `LEVELS` unless given.
+        level: level of all planted effects; default: drawn from the range `LEVELS`.
 
     Raises:
         BadInput: when there is no such kind.

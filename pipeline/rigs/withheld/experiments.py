@@ -1,4 +1,4 @@
-"""The logs of a case: motion, then sensors."""
+"""Simulate the logs of a case: motion first, then sensors."""
 
 from __future__ import annotations
 
@@ -20,8 +20,16 @@ _SLOWEST = 0.3  # Hz
 
 
 def references(t: Array, runs: int, extent: Range, rng: np.random.Generator) -> Array:
-    """Return smooth reference signals (samples, runs) at times `t` (samples,), s; each kind in turn, in a
-    drawn order.
+    """Draw smooth reference signals; all kinds of signals occur in turn, in random order.
+
+    Args:
+        t: time, s, shape (samples,).
+        runs: number of signals.
+        extent: range of the signals.
+        rng: random generator.
+
+    Returns:
+        Reference signals, shape (samples, runs).
     """
     order = rng.permutation(np.arange(runs) % len(_KINDS))
     columns = []
@@ -46,7 +54,7 @@ def _sweep(t: Array, band: float, rng: np.random.Generator) -> Array:
 
 
 def _moves(t: Array, band: float, rng: np.random.Generator) -> Array:
-    """From rest to rest, with pauses."""
+    """Return moves from rest to rest, with pauses."""
     stops, rise = max(3, round(1.2 * t[-1])), 0.6 / band
     begin = (np.arange(stops) + rng.uniform(0.0, 0.3, stops)) * t[-1] / stops
     levels = rng.uniform(0.4, 1.0, stops) * (-1.0) ** np.arange(stops)
@@ -77,7 +85,7 @@ _KINDS: tuple[Callable[[Array, float, np.random.Generator], Array], ...] = (
 
 
 def _smooth(s: Array) -> Array:
-    """From 0 to 1 with a continuous third derivative."""
+    """Return a transition from 0 to 1 with a continuous third derivative."""
     s = np.clip(s, 0.0, 1.0)
     return np.asarray(s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3))
 
@@ -91,11 +99,12 @@ class Experiments:
 
     Attributes:
         plan: plan of the runs.
-        t: time, s, (samples,).
-        u: commanded inputs, (samples, n).
-        outputs: logged outputs by name, (samples, n) each.
-        exact: the same without noise and steps, with the sensors' planted faults.
-        effects: (channel, effect) of everything that is planted.
+        t: time, s, shape (samples,).
+        u: commanded inputs, shape (samples, n).
+        outputs: logged outputs by name, each of shape (samples, n).
+        exact: outputs by name without noise and resolution steps, but with planted sensor faults, each of
+            shape (samples, n).
+        effects: channel and effect of every planted effect.
     """
 
     plan: Plan
@@ -107,7 +116,12 @@ class Experiments:
 
 
 def run(case: Case, plan: Plan | None = None) -> Experiments:
-    """Simulate and log the runs of `case`, by its own plan unless one is given."""
+    """Simulate and log the runs of a case.
+
+    Args:
+        case: machine and planted effects.
+        plan: runs to simulate; default: the runs of the case.
+    """
     plan = case.plan() if plan is None else plan
     effects = case.built(plan)
     motion = _moved(case, plan, effects)

@@ -1,4 +1,4 @@
-"""A hoist under position control: a drum lifts a payload against gravity."""
+"""A hoist with position control: a drum lifts a payload against gravity."""
 
 from __future__ import annotations
 
@@ -25,9 +25,15 @@ _GRAVITY = 9.81
 
 @dataclass(frozen=True)
 class Hoist(Machine):
-    """Reduced to the rope: mass `M` (kg) of drum and balanced cabin, drive `kf` (N/V), damping `b` (N s/m),
-    `stiffness` (V/m) and `damping` (V s/m) of the controller, which gets at most `supply` (V). The payload m
-    (kg) is the operating point.
+    """Constants of the hoist, reduced to the rope; the payload m (kg) is the operating point.
+
+    Attributes:
+        M: mass of drum and balanced cabin, kg.
+        kf: force constant of the drive, N/V.
+        b: damping, N s/m.
+        stiffness: proportional gain of the controller, V/m.
+        damping: derivative gain of the controller, V s/m.
+        supply: largest voltage of the controller, V.
     """
 
     M: float = 8.5

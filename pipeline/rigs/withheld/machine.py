@@ -1,4 +1,4 @@
-"""What every virtual machine has: motion, ports, a drive, sensors and a list of what can be planted."""
+"""Interface of all virtual machines: motion, ports, drive, sensors and plantable effects."""
 
 from __future__ import annotations
 
@@ -17,7 +17,16 @@ Conditions = Mapping[str, Array]
 
 
 class Sensor(NamedTuple):
-    """An output: coordinate `row` or its rate, in steps of `quantum` (0: none) with `noise` (rms)."""
+    """Sensor of a coordinate or its rate.
+
+    Attributes:
+        output: name of the output.
+        row: number of the coordinate.
+        rate: whether the sensor measures the rate of the coordinate.
+        quantum: resolution in the unit of the output; 0: none.
+        noise: root mean square noise in the unit of the output.
+        wraps: whether the output is an angle within one turn; default: no.
+    """
 
     output: str
     row: int
@@ -29,7 +38,13 @@ class Sensor(NamedTuple):
 
 @dataclass(frozen=True)
 class Range:
-    """Of the references or commands: `amplitude` about `centre`, up to `band` (Hz)."""
+    """Range of the references or commands.
+
+    Attributes:
+        amplitude: largest deviation from the centre, in the unit of the reference.
+        band: highest frequency, Hz.
+        centre: centre, in the unit of the reference; default 0.
+    """
 
     amplitude: float
     band: float
@@ -37,11 +52,14 @@ class Range:
 
 
 class Machine(ABC):
-    """n runs of a machine side by side: positions q and velocities v are (d, n), SI units.
+    """Base class of the virtual machines, with n runs side by side.
 
-    Class attributes: `name` of the system file; `input`; `periods` of the logger, s, and numbers of `runs` to
-    choose from; `duration` of a run, s; `range` of the references; `sensors`, those of `optional` are not
-    always logged; `factors` with their levels; `groups`; what is `plantable`.
+    Positions q and velocities v have the shape (d, n), in SI units.
+
+    Class attributes: `name` of the system file; `input`; `periods` of the logger (s) and numbers of `runs` to
+    choose from; `duration` of a run (s); `range` of the references; `sensors`, of which those in `optional`
+    are not always logged; `factors` with their levels; `groups`; and `plantable`, the effects that can be
+    planted.
     """
 
     name: ClassVar[str]
@@ -58,16 +76,52 @@ class Machine(ABC):
 
     @abstractmethod
     def start(self, runs: int, rng: np.random.Generator) -> Array:
-        """Return the positions (d, n) in which the machine rests before a run."""
+        """Draw the positions in which the machine rests before a run.
+
+        Args:
+            runs: number n of runs.
+            rng: random generator.
+
+        Returns:
+            Positions, shape (d, n).
+        """
 
     @abstractmethod
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        """Return the controller's command to the drive, (n,), at a reference (n,) of slope `slope` (n,)."""
+        """Return the controller's command to the drive.
+
+        Args:
+            reference: reference signal, shape (n,).
+            slope: time derivative of the reference, shape (n,).
+            q: positions, shape (d, n).
+            v: velocities, shape (d, n).
+            c: operating point of every run by factor, each of shape (n,).
+
+        Returns:
+            Command, shape (n,).
+        """
 
     @abstractmethod
     def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        """Return the accelerations (d, n) without any planted force."""
+        """Return the accelerations without planted forces.
+
+        Args:
+            q: positions, shape (d, n).
+            v: velocities, shape (d, n).
+            u: input that acts on the machine, shape (n,).
+            c: operating point of every run by factor, each of shape (n,).
+
+        Returns:
+            Accelerations, shape (d, n).
+        """
 
     @abstractmethod
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
-        """Return the port `name` in a state of the machine."""
+        """Return a port in a state of the machine.
+
+        Args:
+            name: name of the port.
+            q: positions, shape (d, n).
+            v: velocities, shape (d, n).
+            c: operating point of every run by factor, each of shape (n,).
+        """

@@ -25,7 +25,13 @@ _COUNT = 2.0 * np.pi / 8192
 
 @dataclass(frozen=True)
 class Pendulum(Machine):
-    """Inertia `J` (kg m^2), damping `b` (N m s/rad), weight times distance of its centre `mgl` (N m)."""
+    """Constants of the pendulum.
+
+    Attributes:
+        J: moment of inertia, kg m^2.
+        b: damping, N m s/rad.
+        mgl: weight times distance of the centre of mass from the joint, N m.
+    """
 
     J: float = 0.02
     b: float = 0.03

@@ -1,4 +1,4 @@
-"""A slider-crank under speed control; crank in a vertical plane, slider horizontal."""
+"""A slider-crank with speed control; the crank turns in a vertical plane, the slider moves horizontally."""
 
 from __future__ import annotations
 
@@ -26,7 +26,16 @@ _COUNT = 2.0 * np.pi / 8192
 
 
 class Linkage(NamedTuple):
-    """First and second derivatives of the linkage's positions over the crank's angle."""
+    """First and second derivatives of positions of the linkage by the angle of the crank.
+
+    Attributes:
+        slider: derivatives of the slider's position, m/rad and m/rad^2, each of shape (n,).
+        rod_x: derivatives of the horizontal position of the rod's centre, m/rad and m/rad^2, each of shape
+            (n,).
+        rod_y: derivatives of the vertical position of the rod's centre, m/rad and m/rad^2, each of shape
+            (n,).
+        rod_angle: derivatives of the rod's angle, 1 and 1/rad, each of shape (n,).
+    """
 
     slider: tuple[Array, Array]
     rod_x: tuple[Array, Array]
@@ -36,8 +45,18 @@ class Linkage(NamedTuple):
 
 @dataclass(frozen=True)
 class SliderCrank(Machine):
-    """Masses (kg) and lengths (m) of crank, rod and slider, inertia `J1` of motor and crank (kg m^2), damping
-    `B_m` (N m s/rad), `gain` of the speed controller (N m s/rad), which gives at most `torque` (N m).
+    """Constants of the slider-crank.
+
+    Attributes:
+        m1: mass of the crank, kg.
+        m2: mass of the rod, kg.
+        m3: mass of the slider, kg.
+        l1: length of the crank, m.
+        l2: length of the rod, m.
+        J1: inertia of motor and crank, kg m^2.
+        B_m: damping of the shaft, N m s/rad.
+        gain: gain of the speed controller, N m s/rad.
+        torque: largest torque of the controller, N m.
     """
 
     m1: float = 0.23
@@ -67,7 +86,11 @@ class SliderCrank(Machine):
         return np.asarray(np.clip(self.gain * (reference - v[0]), -self.torque, self.torque))
 
     def linkage(self, theta: Array) -> Linkage:
-        """Solve the closed loop of the linkage: the rod's end stays on the slider's line."""
+        """Solve the closed loop of the linkage.
+
+        Args:
+            theta: angle of the crank, rad, shape (n,).
+        """
         sine, cosine, ratio = np.sin(theta), np.cos(theta), self.l1 / self.l2
         s = ratio * sine  # the rod falls by its angle phi: sin(phi) = s
         c = np.sqrt(1.0 - s * s)

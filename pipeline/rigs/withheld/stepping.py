@@ -1,4 +1,4 @@
-"""The scheme of Moreau and Jean: velocities jump by impulses, positions follow the projected velocities."""
+"""Integrate by the scheme of Moreau and Jean: impulses change velocities, and velocities change positions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,13 @@ Array = NDArray[np.float64]
 
 
 class Motion(NamedTuple):
-    """Positions q and velocities v (samples, d, n) when the logger reads them, commands u (samples, n)."""
+    """Simulated motion at the samples of the logger.
+
+    Attributes:
+        q: positions, shape (samples, d, n).
+        v: velocities, shape (samples, d, n).
+        u: commands, shape (samples, n).
+    """
 
     q: Array
     v: Array
@@ -30,15 +36,20 @@ def move(
     forces: Sequence[tuple[str, PortEffect]],
     drive: Sequence[ActuatorEffect],
 ) -> Motion:
-    """Run the machine from rest at `q` (d, n) along `reference` (samples, n).
+    """Simulate a machine from rest along a reference.
 
-    Where nothing sticks or hits the scheme is of second order: forces are those in the middle of a step,
-    positions follow by the trapezoidal rule. Dry friction that suffices leaves exactly no velocity. A command
-    holds for a period.
+    The scheme is of second order where nothing sticks or hits: forces are evaluated at the centre of a step,
+    and positions follow by the trapezoidal rule. Sticking friction makes the velocity exactly zero. A command
+    is held for one sampling period.
 
     Args:
-        forces: port and effect; smooth ones before those that project velocities.
-        drive: what happens to the command, in this order.
+        machine: machine with its built-in effects.
+        plan: plan of the n runs.
+        reference: reference signal, shape (samples, n).
+        q: positions at the start, shape (d, n).
+        forces: port and force of every planted force; smooth forces come before forces that project
+            velocities.
+        drive: distortions of the command, in the order of the signal.
     """
     v = before = np.zeros_like(q)
     dt, read = plan.step, round(plan.hold * plan.substeps)

@@ -1,1 +1,1 @@
-"""The runs of a sweep, read back: what each was given and what it left."""
+"""Read the runs of a sweep: the keys and the results of every run."""

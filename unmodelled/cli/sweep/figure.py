@@ -1,4 +1,4 @@
-"""The runs of a sweep side by side: a metric over the key that was swept."""
+"""Draw a metric of the runs of a sweep over the key that was swept."""
 
 from __future__ import annotations
 
@@ -22,11 +22,12 @@ APART = 0.04
 
 
 def horizontal_key(table: pd.DataFrame, swept: Sequence[str]) -> str:
-    """The key for the horizontal axis: numbers before names, many values before few, the seed last.
+    """Choose the key of the horizontal axis: numbers before names, many values before few, the seed last.
 
     Args:
-        table: a row per run, a column per key.
-        swept: keys whose values differ; without any it is the name of the run.
+        table: table with one row per run and one column per key.
+        swept: keys whose values differ between the runs; if there are none, the axis shows the names of the
+            runs.
     """
     ranking = {key: (key != SEED, is_numeric_dtype(table[key]), table[key].nunique()) for key in swept}
     return max(ranking, key=lambda key: ranking[key], default="run")
@@ -34,16 +35,17 @@ def horizontal_key(table: pd.DataFrame, swept: Sequence[str]) -> str:
 
 @styled
 def comparison(table: pd.DataFrame, swept: Sequence[str], metric: str, over: str) -> Figure:
-    """A metric of the runs of a sweep over one of the keys that were swept.
+    """Draw a metric of the runs of a sweep over one of the keys that were swept.
 
-    A point is a run. A line joins the medians, over the seeds, of the runs that share all other swept keys;
-    over names there are bars for them. An axis whose values span a factor of 20 or more is logarithmic.
+    A point is a run. A line joins the medians over the seeds of the runs that share all other swept keys; for
+    names, bars mark the medians. An axis whose values span a factor of 20 or more is logarithmic.
 
     Args:
-        table: a row per run: its name `run`, `metric`, `over` and the swept keys.
+        table: table with one row per run: the name `run`, the metric, the key of the horizontal axis and the
+            swept keys.
         swept: keys whose values differ between the runs.
-        metric: the vertical axis.
-        over: the horizontal axis: a key, or "run".
+        metric: column of the vertical axis.
+        over: column of the horizontal axis: a key, or "run".
     """
     kept = table[np.isfinite(table[metric])]
     others = [key for key in swept if key not in (over, SEED)]

@@ -1,4 +1,4 @@
-"""The numbers that say how well a run went, out of the files that its verb left."""
+"""Read the metrics of a run from the files that its verb has written."""
 
 from __future__ import annotations
 
@@ -26,10 +26,13 @@ PREFERRED = (
 
 
 def metrics_of(folder: Path) -> dict[str, float]:
-    """Metrics by name, `<file>.<what>`; none where the folder holds no results.
+    """Return the metrics of a run by name, `<file>.<what>`; none if the folder holds no results.
 
-    Of the tables that judge models: the median over test runs and repeats, in the unit of the table. Of JSON
-    files: every number outside lists.
+    Tables that assess models give the median over test runs and repeats, in the unit of the table. JSON files
+    give every number outside lists.
+
+    Args:
+        folder: folder of one run.
 
     Raises:
         BadInput: when a file cannot be read.
@@ -63,7 +66,7 @@ def _leaves(node: Any, path: str) -> Measures:
 
 
 def _errors(table: pd.DataFrame) -> Measures:
-    """Of held-out free runs: the median error (of every state), the share that diverged."""
+    """Yield the median error of held-out free runs (of every state), and the share of diverged runs."""
     for prefix, rows in _parts(table, "state"):
         for column in ("rmse", "omega_mse", "omega_mse_time"):
             if column in rows:
@@ -73,19 +76,19 @@ def _errors(table: pd.DataFrame) -> Measures:
 
 
 def _repeats(table: pd.DataFrame) -> Measures:
-    """Of predicted detachment: the median error and the share of runs whose label is right."""
+    """Yield the median error of predicted detachment, and the share of runs with the right label."""
     for prefix, rows in _parts(table, "model"):
         yield f"{prefix}mse", rows["mse"].median()
         yield f"{prefix}accuracy", (rows["jumps"] == (rows["label"] == "jump")).mean()
 
 
 def _tuning(table: pd.DataFrame) -> Measures:
-    """Of the numbers of hidden units that were tried: the median error of the best."""
+    """Yield the median error of the best number of hidden units."""
     yield "omega_mse", table.groupby("hidden")["omega_mse"].median().min()
 
 
 def _history(table: pd.DataFrame) -> Measures:
-    """Of a training: the median of the last losses of all folds and repeats."""
+    """Yield the median of the last losses of a training over all folds and repeats."""
     yield "loss", table.sort_values("epoch").groupby(["fold", "repeat"])["loss"].last().median()
 
 

@@ -1,4 +1,4 @@
-"""The runs of a sweep as one table: which keys each was given, and the numbers that it left."""
+"""Return the runs of a sweep as one table of keys and metrics."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class Run:
     """One run of a sweep.
 
     Attributes:
-        name: its folder, seen from the folder of the sweep.
-        keys: the keys that it was given, and those that the fit it read (fits=<folder>) was given.
-        metrics: see `unmodelled.cli.sweep.metrics.metrics_of`.
-        failure: why there are no metrics; empty if there are.
+        name: path of the run's folder, relative to the folder of the sweep.
+        keys: keys that changed the configuration of the run, and of the fit that it read (fits=<folder>).
+        metrics: finite and other numbers of the results by name; see `unmodelled.cli.sweep.metrics`.
+        failure: reason why there are no metrics; empty if there are some.
     """
 
     name: str
@@ -42,12 +42,19 @@ class Run:
     failure: str
 
     def has(self, metric: str) -> bool:
-        """Whether it left `metric`, and as a finite number."""
+        """Tell whether the run has a metric as a finite number.
+
+        Args:
+            metric: name of the metric.
+        """
         return math.isfinite(self.metrics.get(metric, math.nan))
 
 
 def run_folders(folder: Path) -> list[Path]:
-    """The folders of all runs under `folder`, in the order of their numbers.
+    """Find the folders of the runs of a sweep.
+
+    Args:
+        folder: folder of one sweep, or of several sweeps.
 
     Raises:
         BadInput: when there is no such folder, or no run of a sweep in it.
@@ -61,7 +68,11 @@ def run_folders(folder: Path) -> list[Path]:
 
 
 def read_run(folder: Path, sweep: Path) -> Run:
-    """The run in `folder`, a folder of `sweep`.
+    """Read one run of a sweep.
+
+    Args:
+        folder: folder of the run.
+        sweep: folder of the sweep.
 
     Raises:
         BadInput: when a file cannot be read.
@@ -106,7 +117,11 @@ def _overrides(path: Path) -> dict[str, Value]:
 
 
 def table_of(runs: Sequence[Run]) -> pd.DataFrame:
-    """A row per run: run, its keys, its metrics, failure; what a run lacks is missing."""
+    """Return a table with one row per run: run, its keys, its metrics, failure; missing values are empty.
+
+    Args:
+        runs: runs of the sweep.
+    """
     keys, metrics = _names([run.keys for run in runs]), _names([run.metrics for run in runs])
     columns = {"run": pd.Series([run.name for run in runs], dtype="str")}
     columns |= {key: _column([run.keys.get(key) for run in runs]) for key in keys}
@@ -115,13 +130,21 @@ def table_of(runs: Sequence[Run]) -> pd.DataFrame:
 
 
 def swept_keys(runs: Sequence[Run]) -> list[str]:
-    """The keys whose values differ between `runs`."""
+    """Return the keys whose values differ between the runs.
+
+    Args:
+        runs: runs of the sweep.
+    """
     names = _names([run.keys for run in runs])
     return [name for name in names if len({str(run.keys.get(name)) for run in runs}) > 1]
 
 
 def metric_names(runs: Sequence[Run]) -> list[str]:
-    """The metrics that at least one of `runs` has as a finite number."""
+    """Return the metrics that at least one run has as a finite number.
+
+    Args:
+        runs: runs of the sweep.
+    """
     return [name for name in _names([run.metrics for run in runs]) if any(run.has(name) for run in runs)]
 
 

@@ -19,20 +19,21 @@ from unmodelled.report.figures.style import save, verbatim
 
 @verb(inside=["runs"])
 def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None:
-    """Write `comparison.parquet`, the same as `comparison.csv`, and `comparison.svg`; say what was compared.
+    """Write a table and a figure of the runs of a sweep (comparison.parquet, .csv and .svg), and print a
+    summary.
 
-    The table has a row per run: `run` (its folder), the keys it was given, every number it left
-    (`unmodelled.cli.sweep.metrics`), and `failure`, why there are none. The figure shows one of the
-    numbers over the key that was swept. `compare <folder>` is short for `compare runs=<folder>`.
+    The table has one row per run: `run` (its folder), the keys of the run, every number of its results
+    (`unmodelled.cli.sweep.metrics`), and `failure`, the reason why there are no numbers. The figure shows one
+    metric over a swept key. `compare <folder>` is short for `compare runs=<folder>`.
 
     Args:
-        runs: folder of a sweep (outputs/train/2026-01-31_12-00-00), or one with several of them.
-        metric: the vertical axis of the figure; null: the main one of the verb that was swept.
-        over: the key on the horizontal axis; null: the swept one with most values, numbers before names.
+        runs: folder of one sweep (outputs/train/2026-01-31_12-00-00) or of several sweeps.
+        metric: metric of the vertical axis; null: the main metric of the swept verb.
+        over: key of the horizontal axis; null: the swept key with most values, numbers before names.
         out: folder that is new, empty or was made by this verb.
 
     Raises:
-        BadInput: when there are no runs, none has metrics, a file cannot be read, or `metric` or `over` is
+        BadInput: when there are no runs, no run has metrics, a file cannot be read, or `metric` or `over` is
             unknown.
     """
     folders = run_folders(runs)

@@ -22,10 +22,10 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
 
     Args:
         system: file of the known physics (system/1); parameters marked `identify` are refitted.
-        logs: folder of the measured experiments, two or more; some are held out to judge by.
+        logs: folder of the measured experiments, two or more; some are held out to assess the models.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        horizon: of the free-run windows, s.
-        seed: of everything random; the same seed gives the same files.
+        horizon: length of the free-run windows, s.
+        seed: seed of all random numbers; the same seed gives the same files.
 
     Raises:
         BadInput: when the system file, the logs, the horizon or the seed cannot be used.

@@ -26,9 +26,9 @@ def identifiability(
     Args:
         system: system file.
         logs: log folder.
-        parameters: names to study, [m3,J1,B_m] for instance; all if null.
-        limit: of the collinearity index of a set; 5 (strict) to 20 is usual.
-        floor: sensitivity that a parameter must have, as a share of the largest.
+        parameters: names of the parameters to study, [m3,J1,B_m] for instance; null: all parameters.
+        limit: largest collinearity index of an identifiable set; 5 (strict) to 20 is usual.
+        floor: smallest sensitivity of an identifiable parameter, as a share of the largest one.
         out: folder that is new, empty or was made by this verb.
 
     Raises:

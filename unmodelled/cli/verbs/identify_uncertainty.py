@@ -28,7 +28,7 @@ def identify_uncertainty(
     workers: int,
     out: Path,
 ) -> None:
-    """Write and print the most likely distribution by three methods, its intervals, and what limits it.
+    """Write and print the most likely parameter distribution by three methods, its intervals, and advice.
 
     Either `system` and `logs`: the outputs are the moments of the system's event, one an experiment, and the
     parameters are multiples of their nominal values. Or `response` and `observations`.
@@ -40,13 +40,18 @@ def identify_uncertainty(
     `replicates` (the exact method on data sets drawn from the model that it found).
 
     Args:
-        system: system file with an event. logs: log folder. event, uncertain: null for what the file says.
-        step: of the integration, s.
-        response: a Python callable, (S, n) parameters to (S, L) outputs, with its names and bounds.
+        system: system file with an event.
+        logs: log folder.
+        event: name of the event; null: the only one of the system file.
+        uncertain: names of the uncertain parameters; null: those that the system file marks.
+        step: integration step, s.
+        response: Python function from parameters, shape (S, n), to outputs, shape (S, L), with names and
+            bounds.
         observations: CSV file with the columns id, y.
-        uncertainty: family of the distributions, polynomial chaos, search.
-        profile: `data_sets` of the bootstrap.
-        seed: of searches and draws. workers: searches side by side.
+        uncertainty: family of the distributions, settings of polynomial chaos and of the search.
+        profile: profile of computing time, which gives the number `data_sets` of the bootstrap.
+        seed: seed of searches and random samples.
+        workers: number of searches that run side by side.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:

@@ -31,9 +31,9 @@ def simulate(
     Args:
         system: file of the known physics (system/1).
         logs: folder of the measured experiments.
-        horizon: of the free-run windows, s.
+        horizon: length of the free-run windows, s.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        only: ids of the experiments to simulate, [run1,run2] for instance; all if null.
+        only: ids of the experiments to simulate, [run1,run2] for instance; null: all experiments.
 
     Raises:
         BadInput: when the system file, the logs, the horizon or an id cannot be used.

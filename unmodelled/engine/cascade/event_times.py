@@ -1,4 +1,4 @@
-"""When an event of a system happens, for many samples of uncertain parameters at many operating points."""
+"""Compute the time of an event of a system, for many samples of uncertain parameters and operating points."""
 
 from __future__ import annotations
 

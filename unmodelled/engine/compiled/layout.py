@@ -1,4 +1,4 @@
-"""Where everything lies in a block: the agreement between generated physics and the loops that run it."""
+"""Layout of the values in a block, shared by the generated physics and the loops that run it."""
 
 # mypy: ignore-errors
 

@@ -1,4 +1,4 @@
-"""What every kernel does, whatever the system: integration and back-propagation through time.
+"""Loops that all kernels share, for any system: integration and back-propagation through time.
 
 The physics comes as two compiled functions of a block, `evaluate(w, p)` and `pull(w, p)` (see `source.py`),
 so that these loops are compiled once and for all. `stages` (S, 3) are coefficient on the stage before,

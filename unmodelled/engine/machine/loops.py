@@ -1,4 +1,4 @@
-"""What the register machine does, whatever the program: compiled once and for all."""
+"""Loops of the register machine, for any program; they are compiled once."""
 
 # mypy: ignore-errors
 

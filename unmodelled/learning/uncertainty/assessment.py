@@ -1,4 +1,4 @@
-"""How close approximate densities and log-likelihoods come to the true ones (sections 3.4.1 to 3.4.3)."""
+"""Compare approximate densities and log-likelihoods with accurate ones (sections 3.4.1 to 3.4.3)."""
 
 from __future__ import annotations
 
@@ -41,11 +41,15 @@ CURVE, GRID = 160, 41
 
 @dataclass(frozen=True, eq=False)
 class Assessment:
-    """Methods compared on one problem.
+    """Comparison of the methods of propagation on one problem.
 
     Attributes:
-        estimator: with the response's surface. problem: the observations. names: (2 n,) of the numbers of a
-            distribution. fine: nodes of the surface that stands for the truth. seed, workers: of searches.
+        estimator: likelihoods under the interpolated response.
+        problem: observed outputs and the response of L outputs.
+        names: names of the 2 n distribution parameters.
+        fine: numbers of nodes per parameter of the finer surface, which gives the reference densities.
+        seed: seed of searches and random samples.
+        workers: number of searches that run side by side.
     """
 
     estimator: Estimator
@@ -57,17 +61,29 @@ class Assessment:
 
     @cached_property
     def propagations(self) -> dict[str, Propagation]:
-        """By method, from the surface."""
+        """Methods of propagation by name, on the surface of the estimator."""
         return self.estimator.setup.propagations(self.estimator.surface)
 
     @cached_property
     def exact(self) -> ExactPushForward:
-        """The densities that the others are compared with, from the fine surface."""
+        """Exact push-forward on the finer surface: the reference of the other methods."""
         fine = ResponseSurface.of(self.problem.response, self.fine)
         return ExactPushForward(fine, self.estimator.setup.families(fine))
 
     def data_sets(self, best: Alphas, planted: Array, count: int) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Tables `identified` and `accuracy` of the observed data set and of `count` drawn from `planted`."""
+        """Identify distributions from drawn data sets, and compare the methods at each optimum.
+
+        Args:
+            best: distribution parameters by method, each of shape (2 n,), identified from the observed data
+                set.
+            planted: distribution parameters from which the data sets are drawn, shape (2 n,).
+            count: number of drawn data sets.
+
+        Returns:
+            Table `identified` (a row per data set and method: distribution parameters, log-likelihood by the
+            method and by the reference) and table `accuracy` (a row per data set, distribution, method and
+            output: earth mover's distance and error of the log-likelihood). Data set 0 is the observed one.
+        """
         drawn = self.estimator.draw(pairs(planted), count, self.seed)
         again = {m: self.estimator.identify_all(m, drawn, self.seed, self.workers) for m in METHODS}
         jobs = [
@@ -109,11 +125,28 @@ class Assessment:
         return (k, of, *alpha, float(estimated.sum()), float(true.sum())), table
 
     def log_likelihood(self, density: Density, y: Array) -> Array:
-        """(L,) of every point, with the floor."""
+        """Return the log-likelihood of every output, not below the floor of the estimator.
+
+        Args:
+            density: densities of the L outputs.
+            y: observed outputs, shape (L,).
+
+        Returns:
+            Log-likelihoods, shape (L,).
+        """
         return log_likelihoods(density, y, self.estimator.floor).each
 
     def against_monte_carlo(self, chosen: Alphas, samples: int) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Tables `monte_carlo` and `densities`."""
+        """Compare all methods with Monte Carlo simulation at chosen distributions.
+
+        Args:
+            chosen: distribution parameters by name, each of shape (2 n,).
+            samples: number of simulations per distribution.
+
+        Returns:
+            Table `monte_carlo` (a row per distribution, method and output: earth mover's distance, error of
+            the log-likelihood, reference) and table `densities` (densities over a grid of outputs).
+        """
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows, curves = [], []
         for of, alpha in track(chosen.items(), len(chosen), f"{samples} simulations a point"):
@@ -139,10 +172,16 @@ class Assessment:
         return pd.concat(rows, ignore_index=True), pd.concat(curves, ignore_index=True)
 
     def sampling(self, best: Alphas, against: pd.DataFrame, repeats: int) -> pd.DataFrame:
-        """Table `sampling`: what brute force reaches with few simulations (Fig. 3.17).
+        """Return the error of plain sampling with few simulations, table `sampling` (Fig. 3.17).
 
         Args:
-            against: the table `monte_carlo`, whose log-likelihoods count as true. repeats: of random samples.
+            best: distribution parameters by method, each of shape (2 n,).
+            against: table `monte_carlo`, whose log-likelihoods are the reference.
+            repeats: number of random samples per size.
+
+        Returns:
+            Columns alpha_of, rule (random or even), samples, repeat, mae (mean absolute error of the
+            log-likelihood).
         """
         response, families = self.problem.response, self.estimator.setup.families(self.problem.response)
         rows = []
@@ -161,7 +200,15 @@ class Assessment:
         return pd.DataFrame(rows, columns=["alpha_of", "rule", "samples", "repeat", "mae"])
 
     def response(self, number: int) -> pd.DataFrame:
-        """The output `number` over the first two parameters, the others in the middle of their bounds."""
+        """Return one output on a grid over the first two parameters, the others at the centre of their
+        bounds.
+
+        Args:
+            number: number of the output, from 1.
+
+        Returns:
+            Both parameters and the output y, one row per node of the grid.
+        """
         surface = self.estimator.surface
         axes = [np.linspace(low, high, GRID) for low, high in surface.bounds[:2]]
         theta = np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)

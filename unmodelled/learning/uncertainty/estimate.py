@@ -1,4 +1,4 @@
-"""The distribution that makes the observations most likely, by each method (section 3.4.2)."""
+"""Estimate the most likely parameter distribution by each method (section 3.4.2)."""
 
 from __future__ import annotations
 
@@ -26,10 +26,11 @@ STARTS = 5
 
 @dataclass(frozen=True)
 class Estimator:
-    """Likelihoods of data under a response that was simulated once.
+    """Likelihoods of data under an interpolated response.
 
     Attributes:
-        setup: the choices. surface: the response.
+        setup: family of the distributions, settings of the methods and of the search.
+        surface: response of L outputs to n parameters, interpolated on a grid.
     """
 
     setup: Setup
@@ -37,39 +38,81 @@ class Estimator:
 
     @property
     def bounds(self) -> Array:
-        """(2 n, 2)."""
+        """Bounds of the distribution parameters, shape (2 n, 2)."""
         return self.setup.bounds(self.surface)
 
     @property
     def floor(self) -> Array:
-        """(L,) least log-densities that count."""
+        """Smallest log-density per output, shape (L,); see `tail_floor`."""
         return tail_floor(self.surface.spans, self.setup.tail)
 
     def likelihood(self, method: str, y: Array) -> Objective:
-        """Log-likelihoods (B,) of y (L,) for flat alphas (B, 2 n)."""
+        """Return the log-likelihood of observed outputs as a function of the distribution parameters.
+
+        Args:
+            method: name of the method of propagation.
+            y: observed outputs, shape (L,).
+
+        Returns:
+            Function from distribution parameters, shape (B, 2 n), to log-likelihoods, shape (B,).
+        """
         if method == PUSH_FORWARD:
             observed, families = self.surface.at(y), self.setup.families(self.surface)
             return objective(lambda alphas: observed.log_density(families, alphas), self.floor)
         return objective(at_data(self.setup.propagations(self.surface)[method], y), self.floor)
 
     def identify(self, method: str, y: Array, seed: int, description: str | None = None) -> Identification:
-        """Most likely alpha of y (L,)."""
+        """Search the distribution parameters with the largest likelihood.
+
+        Args:
+            method: name of the method of propagation.
+            y: observed outputs, shape (L,).
+            seed: seed of the search.
+            description: text beside the progress bar; None shows no progress.
+        """
         return identify(self.likelihood(method, y), self.bounds, self.setup.search, seed, description)
 
     def draw(self, alpha: Array, count: int, seed: int) -> Array:
-        """(count, L) data sets of the model with `alpha` (n, 2)."""
+        """Draw data sets from the model with given distribution parameters.
+
+        Args:
+            alpha: two distribution parameters per uncertain parameter, shape (n, 2).
+            count: number of data sets.
+            seed: seed of the random generator.
+
+        Returns:
+            Outputs, shape (count, L).
+        """
         families, outputs = self.setup.families(self.surface), len(self.surface.spans)
         generator = np.random.default_rng([seed, outputs])
         return data_sets(self.surface, families, alpha, outputs, count, generator)
 
     def identify_all(self, method: str, drawn: Array, seed: int, workers: int) -> list[Identification]:
-        """One identification for every data set (B, L), several side by side."""
+        """Search the distribution parameters of several data sets, several searches side by side.
+
+        Args:
+            method: name of the method of propagation.
+            drawn: observed outputs, shape (B, L).
+            seed: seed of the searches.
+            workers: number of searches that run side by side.
+
+        Returns:
+            One identification per data set.
+        """
         description = f"{method.replace('_', ' ')}: {len(drawn)} data sets"
         return replicate([*drawn], lambda y, own: self.identify(method, y, own), seed, workers, description)
 
 
 def least_squares(surface: ResponseSurface, y: Array) -> Array:
-    """(n,) the one theta with the smallest squared error of all points, eq. 3.1."""
+    """Return the constant parameters with the smallest squared error over all outputs, eq. 3.1.
+
+    Args:
+        surface: response of L outputs to n parameters.
+        y: observed outputs, shape (L,).
+
+    Returns:
+        Parameters, shape (n,).
+    """
     low, high = surface.bounds.T
     shares = (np.arange(STARTS) + 0.5) / STARTS
     grid = np.stack(np.meshgrid(*[shares] * len(low), indexing="ij"), axis=-1).reshape(-1, len(low))

@@ -1,4 +1,4 @@
-"""Which parameter distribution explains measured event times, as a result with tables and advice."""
+"""Identify the parameter distribution that explains measured event times: a result with tables and advice."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class IdentifiedUncertainty:
         pairs: first, second (names), x, y (values), deviance of the profile likelihoods of pairs.
         replicates: method, data_set (from 1), log_likelihood, converged and every parameter: the exact method
             on data sets drawn from the distribution that it found.
-        content: what uncertainty.json holds.
-        sources: system file and log folder, "" where there are none.
+        content: content of uncertainty.json.
+        sources: paths of the system file and the log folder; empty texts if there are none.
     """
 
     points: pd.DataFrame
@@ -61,7 +61,7 @@ class IdentifiedUncertainty:
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """Return in sentences what limits the identification."""
+        """Sentences on the limits of the identification."""
         return tuple(self.content["advice"])
 
     def table(self) -> pd.DataFrame:

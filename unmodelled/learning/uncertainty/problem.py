@@ -1,4 +1,4 @@
-"""Observed outputs, one an operating point, and the model that should explain them."""
+"""Observed outputs, one per operating point, and the response that should explain them."""
 
 from __future__ import annotations
 
@@ -25,13 +25,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be explained.
+    """Data and model of an inverse uncertainty identification.
 
     Attributes:
-        response: the model; its parameters are multiples of their nominal values where it is a system.
-        ids: (L,) of the operating points. y: (L,) observed outputs.
-        deviation: (L,) standard errors of the observations, nan where unknown.
-        unit: of the outputs.
+        response: model of L outputs; if it is a system, its parameters are multiples of their nominal values.
+        ids: names of the L operating points.
+        y: observed outputs, shape (L,).
+        deviation: standard errors of the observations, shape (L,); nan where unknown.
+        unit: unit of the outputs.
+
+    Raises:
+        BadInput: when there are no observations.
     """
 
     response: Response
@@ -54,10 +58,19 @@ def read_problem(
     response: Response | None,
     observations: Path | None,
 ) -> Problem:
-    """A system with its logs, or a response with observations.
+    """Read a system with its logs, or observations of a given response.
+
+    Args:
+        system: path of a system file with events.
+        logs: path of the log folder of the system.
+        event: name of the event; None: the only one of the system.
+        uncertain: names of the uncertain parameters; None: those that the system file marks.
+        step: integration step, s; None: see `EventTimes`.
+        response: model of the observations, instead of a system.
+        observations: path of a CSV file with the columns id, y and optionally deviation.
 
     Raises:
-        BadInput: when neither or both are given, or they cannot be used.
+        BadInput: when both pairs or neither pair of inputs are given, or an input cannot be used.
     """
     if system is not None and logs is not None and response is None and observations is None:
         model = read_system(system)
@@ -71,13 +84,14 @@ def read_problem(
 def of_system(
     system: System, logs: Logs, event: str | None, uncertain: Sequence[str] | None, step: float | None
 ) -> Problem:
-    """The moments of an event, in the logs and as a function of uncertain parameters of the system.
+    """Return the measured times of an event, and these times as a function of uncertain parameters.
 
     Args:
-        system: system with events. logs: measured experiments.
-        event: its name; None: the only one.
-        uncertain: names of parameters; None: those that the system marks.
-        step: step of the integration, s; None: see `EventTimes`.
+        system: system with events.
+        logs: measured experiments.
+        event: name of the event; None: the only one of the system.
+        uncertain: names of the uncertain parameters; None: those that the system file marks.
+        step: integration step, s; None: see `EventTimes`.
 
     Raises:
         BadInput: when the system has no such event or nothing uncertain, or the logs do not show the event.
@@ -90,12 +104,12 @@ def of_system(
 
 
 def of_observations(response: Response, observations: pd.DataFrame, place: str = "observations") -> Problem:
-    """Observations of a response, in the order of its outputs.
+    """Pair observations with the response that they belong to, in the order of its outputs.
 
     Args:
         response: model of L outputs.
-        observations: (L rows) id and y, optionally deviation (standard error of y).
-        place: how a message about the observations begins; default: observations.
+        observations: table of L rows with the columns id, y and optionally deviation (standard error of y).
+        place: beginning of error messages; default: observations.
 
     Raises:
         BadInput: when a column is missing, or the model has another number of outputs.
@@ -119,8 +133,14 @@ def of_observations(response: Response, observations: pd.DataFrame, place: str =
 def read_observations(path: Path) -> pd.DataFrame:
     """Read observations from a CSV file with the columns id and y, optionally deviation.
 
+    Args:
+        path: path of the CSV file.
+
+    Returns:
+        Columns y, deviation (if the file has it) and id.
+
     Raises:
-        BadInput: naming row and column.
+        BadInput: when the file cannot be read or a cell is not a number; the message names row and column.
     """
     header, rows = read_rows(path, ["id", "y"])
     at = {name: k for k, name in enumerate(header)}
@@ -132,7 +152,16 @@ def read_observations(path: Path) -> pd.DataFrame:
 def callable_response(
     function: Callable[[Array], Array], names: Sequence[str], bounds: Sequence[Sequence[float]]
 ) -> Formula:
-    """A Python function of theta, (S, n) to (S, L), as a response (see conf/identify_uncertainty.yaml)."""
+    """Wrap a Python function as a response (see conf/identify_uncertainty.yaml).
+
+    Args:
+        function: function from parameters, shape (S, n), to outputs, shape (S, L).
+        names: names of the n parameters.
+        bounds: lower and upper bound of every parameter, n pairs.
+
+    Raises:
+        BadInput: when the bounds are not an increasing pair per parameter.
+    """
     box = np.array([list(pair) for pair in bounds], np.float64)
     if box.shape != (len(names), 2) or not (box[:, 0] < box[:, 1]).all():
         raise BadInput(f"bounds: must be [low, high] for each of {', '.join(names)}, got {box.tolist()}")
@@ -151,7 +180,15 @@ def _asked(system: System, event: str | None, uncertain: Sequence[str] | None) -
 
 
 def shown(problem: Problem, best: Array) -> pd.DataFrame:
-    """One row a point: id, y, deviation and `deterministic`, the output at `best` (n,)."""
+    """Return the observations beside the outputs of constant parameters.
+
+    Args:
+        problem: observations and response.
+        best: parameters, shape (n,).
+
+    Returns:
+        One row per output: id, y, deviation and `deterministic`, the output at `best`.
+    """
     return pd.DataFrame(
         {
             "id": problem.ids,

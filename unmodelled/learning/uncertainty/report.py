@@ -1,4 +1,4 @@
-"""What an inverse uncertainty identification found, as tables and sentences."""
+"""Tables and sentences about an inverse uncertainty identification."""
 
 from __future__ import annotations
 
@@ -30,7 +30,16 @@ GRID = 9
 
 
 def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tuple[int, int], PairProfile]:
-    """Profile likelihoods of every two parameters over the ranges of their own profiles."""
+    """Compute the profile likelihoods of all pairs of parameters, over the ranges of their own profiles.
+
+    Args:
+        objective: log-likelihood as a function of the distribution parameters.
+        bounds: bounds of the distribution parameters, shape (2 n, 2).
+        found: profile likelihoods of the single parameters.
+
+    Returns:
+        Profile by the indices of the pair.
+    """
     ranges = {c.index: np.linspace(c.values.min(), c.values.max(), GRID) for c in found.curves}
     return {
         (i, j): profile_pair(objective, bounds, found.alpha, (i, j), ranges[i], ranges[j])
@@ -39,7 +48,16 @@ def pair_grids(objective: Objective, bounds: Array, found: Profiles) -> dict[tup
 
 
 def points(estimator: Estimator, table: pd.DataFrame, found: Found) -> pd.DataFrame:
-    """The observations with log_likelihood_<method> at the optimum of the method, and floored_<method>."""
+    """Add the log-likelihood of every observation to their table, at the optimum of each method.
+
+    Args:
+        estimator: likelihoods of the methods.
+        table: table of the observations, one row per output.
+        found: identification by method.
+
+    Returns:
+        The table with the columns log_likelihood_<method> and floored_<method>.
+    """
     columns: dict[str, Any] = {}
     for method, propagation in estimator.setup.propagations(estimator.surface).items():
         density = propagation(by_parameter(found[method].alpha))
@@ -54,8 +72,16 @@ def estimates(
     profiles: Profiles,
     again: Sequence[Identification],
 ) -> pd.DataFrame:
-    """Columns method, name, value, at_bound; of the exact method low, high (95 % profile likelihood; nan: no
-    limit) and bootstrap_low, bootstrap_high (of the data sets drawn again).
+    """Return the identified distribution parameters with their intervals.
+
+    Columns: method, name, value, at_bound; for the exact method also low and high (95 % profile likelihood,
+    nan where there is no limit), and bootstrap_low and bootstrap_high (from the redrawn data sets).
+
+    Args:
+        names: names of the distribution parameters.
+        found: identification by method.
+        profiles: profile likelihoods of the exact method.
+        again: identifications of the redrawn data sets by the exact method.
     """
     rows = []
     limits = np.where(np.isfinite(profiles.intervals), profiles.intervals, np.nan)
@@ -71,7 +97,11 @@ def estimates(
 
 
 def trace(found: Found) -> pd.DataFrame:
-    """Columns method, generation, log_likelihood (the best so far)."""
+    """Return the progress of every search: columns method, generation, log_likelihood (the best so far).
+
+    Args:
+        found: identification by method.
+    """
     parts = [
         pd.DataFrame({"method": m, "generation": np.arange(len(f.trace)), "log_likelihood": f.trace})
         for m, f in found.items()
@@ -80,7 +110,13 @@ def trace(found: Found) -> pd.DataFrame:
 
 
 def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
-    """Columns name, value, deviance and every parameter at that point."""
+    """Return the profile likelihoods: columns name, value, deviance and every distribution parameter at that
+    point.
+
+    Args:
+        names: names of the distribution parameters.
+        found: profile likelihoods of the exact method.
+    """
     parts = [
         pd.DataFrame({"name": names[c.index], "value": c.values, "deviance": c.deviance}).join(
             pd.DataFrame(c.alphas, columns=list(names))
@@ -91,7 +127,12 @@ def profiles(names: Sequence[str], found: Profiles) -> pd.DataFrame:
 
 
 def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) -> pd.DataFrame:
-    """Columns first, second (names), x, y (values), deviance."""
+    """Return the profile likelihoods of pairs: columns first and second (names), x and y (values), deviance.
+
+    Args:
+        names: names of the distribution parameters.
+        grids: profile by the indices of the pair.
+    """
     parts = []
     for (i, j), grid in grids.items():
         x, y = np.meshgrid(grid.first, grid.second, indexing="ij")
@@ -101,7 +142,14 @@ def pairs(names: Sequence[str], grids: Mapping[tuple[int, int], PairProfile]) ->
 
 
 def replicates(names: Sequence[str], found: Mapping[str, list[Identification]]) -> pd.DataFrame:
-    """Columns method, data_set (from 1), log_likelihood, converged and every parameter."""
+    """Return the estimates from redrawn data sets.
+
+    Columns: method, data_set (from 1), log_likelihood, converged and every distribution parameter.
+
+    Args:
+        names: names of the distribution parameters.
+        found: identifications of the data sets, by method.
+    """
     parts = []
     for method, results in found.items():
         table = pd.DataFrame([f.alpha for f in results], columns=list(names))
@@ -122,7 +170,17 @@ def summary(
     names: Sequence[str],
     seconds: float,
 ) -> dict[str, Any]:
-    """Content of uncertainty.json."""
+    """Return the content of uncertainty.json.
+
+    Args:
+        problem: observations and response.
+        estimator: likelihoods of the methods.
+        found: identification by method.
+        likelihoods: profile likelihoods of the exact method.
+        bend: curvature of the log-likelihood at the optimum of the exact method.
+        names: names of the distribution parameters.
+        seconds: duration of the identification, s.
+    """
     surface, setup = estimator.surface, estimator.setup
     return {
         "schema": SCHEMA,
@@ -153,7 +211,12 @@ def summary(
 
 
 def printed(table: pd.DataFrame, content: Mapping[str, Any]) -> str:
-    """The estimates and the advice."""
+    """Format the estimates and the advice as text.
+
+    Args:
+        table: table of `estimates`.
+        content: content of uncertainty.json.
+    """
     values = table.pivot(index="name", columns="method", values="value").reindex(columns=list(METHODS))
     lines = [f"{'':<12}" + "".join(f"{m.replace('_', ' '):>18}" for m in METHODS)]
     lines += [f"{name:<12}" + "".join(f"{v:>18.4g}" for v in row) for name, row in values.iterrows()]

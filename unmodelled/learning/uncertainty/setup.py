@@ -1,4 +1,4 @@
-"""What is chosen before an inverse uncertainty identification: a file of conf/uncertainty/."""
+"""Settings of an inverse uncertainty identification: a file of conf/uncertainty/."""
 
 from __future__ import annotations
 
@@ -28,16 +28,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Setup:
-    """The structure of the uncertainty and how it is propagated.
+    """Structure of the parameter distribution, and settings of the methods that propagate it.
 
     Attributes:
-        family: of every parameter, made from the ends of its bounds.
-        deviations: bounds of the second number of the family, in units of the nominal parameter; those of
-            the first are the bounds of the parameter.
-        degree, order, moments: d, q and m of polynomial chaos (section 3.2.7).
-        nodes: of the response surface, along every parameter; one number for all of them is enough.
-        tail: see `tail_floor`.
-        search: of the global optimiser.
+        family: constructor of a family of distributions from the ends of a parameter's bounds.
+        deviations: lower and upper bound of the second distribution parameter, in units of the nominal
+            parameter; the first distribution parameter has the bounds of the parameter.
+        degree: degree d of polynomial chaos (section 3.2.7); default 4.
+        order: order q of the quadrature of polynomial chaos (section 3.2.7); default 5.
+        moments: number m of moments of maximum entropy (section 3.2.7); default 4.
+        nodes: number of nodes of the response surface per parameter; one number stands for all parameters;
+            default 11.
+        tail: probability in a tail of the distribution that sets the floor of log-densities; see
+            `tail_floor`.
+        search: settings of the global optimiser.
+
+    Raises:
+        BadInput: when the bounds `deviations` are not positive and increasing.
     """
 
     family: Callable[[float, float], Family]
@@ -55,25 +62,48 @@ class Setup:
             raise BadInput(f"deviations: must be positive and increase, got [{low:g}, {high:g}]")
 
     def families(self, response: Response) -> tuple[Family, ...]:
-        """One for every parameter of `response`."""
+        """Return one family per parameter of a response.
+
+        Args:
+            response: response of n parameters.
+        """
         return tuple(self.family(float(low), float(high)) for low, high in response.bounds)
 
     def names(self, response: Response) -> tuple[str, ...]:
-        """The 2 n numbers that are identified, in the order of the text: mu_1, ..., sigma_1, ..."""
+        """Return the names of the 2 n distribution parameters, in the order mu_1, ..., sigma_1, ...
+
+        Args:
+            response: response of n parameters.
+        """
         families = self.families(response)
         return tuple(f"{family.names[k]}_{i}" for k in range(2) for i, family in enumerate(families, start=1))
 
     def bounds(self, response: Response) -> Array:
-        """(2 n, 2) of these numbers."""
+        """Return the bounds of the distribution parameters.
+
+        Args:
+            response: response of n parameters.
+
+        Returns:
+            Lower and upper bounds, shape (2 n, 2).
+        """
         return np.concatenate([response.bounds, np.tile(self.deviations, (len(response.names), 1))])
 
     def surface(self, response: Response) -> ResponseSurface:
-        """The response, simulated once on a grid."""
+        """Simulate the response once on a grid, and interpolate it.
+
+        Args:
+            response: response of n parameters.
+        """
         n = len(response.names)
         return ResponseSurface.of(response, tuple(self.nodes) * n if len(self.nodes) == 1 else self.nodes)
 
     def propagations(self, surface: ResponseSurface) -> dict[str, Propagation]:
-        """The methods that are compared, by name; all of them look at the surface."""
+        """Return the methods of propagation by name, all of them on the same surface.
+
+        Args:
+            surface: interpolated response.
+        """
         families = self.families(surface)
         chaos = Chaos(families, self.degree, self.order)
         return {
@@ -84,5 +114,12 @@ class Setup:
 
 
 def pairs(flat: Sequence[float] | Array) -> Array:
-    """(n, 2) numbers of every parameter's family, from the flat order of the text."""
+    """Arrange distribution parameters by uncertain parameter.
+
+    Args:
+        flat: distribution parameters in the order mu_1, ..., sigma_1, ..., shape (2 n,).
+
+    Returns:
+        Two distribution parameters per uncertain parameter, shape (n, 2).
+    """
     return np.asarray(flat, np.float64).reshape(2, -1).T.copy()

@@ -1,1 +1,1 @@
-"""Figures of the diagnosis of a gap; their tables lie beside them in the output folder."""
+"""Figures of a diagnosis; their tables are in the same folder of results."""

@@ -1,4 +1,4 @@
-"""All figures of a diagnosis as files."""
+"""Draw all figures of a diagnosis into files."""
 
 from __future__ import annotations
 
@@ -32,13 +32,17 @@ UNFITTED: Mapping[str, Draw] = {
 
 
 def write_figures(folder: Path) -> dict[str, Exception]:
-    """Write `folder`/figures from `folder`/tables: SVG files, and figures.json with captions and notes.
+    """Draw the figures of a diagnosis: SVG files, and figures.json with captions and notes.
 
-    What is left is not drawn where no effect was found: it is what was lacking. What cannot be drawn is left
-    out, and the others are drawn none the less. Of logs that are to be checked there are two figures.
+    Without effects, the figure of the remaining residual is omitted, because it equals the residual before. A
+    figure that cannot be drawn is omitted; the other figures are drawn. A diagnosis that asks to check the
+    logs has two figures.
+
+    Args:
+        folder: folder of the diagnosis, with the tables in `tables`.
 
     Returns:
-        names of the files that are left out, and why.
+        Errors of the omitted figures, by name of the file.
 
     Raises:
         BadInput: when figures.json cannot be written, or tables/about.json cannot be read.
@@ -58,7 +62,10 @@ def write_figures(folder: Path) -> dict[str, Exception]:
 
 
 def figures_of(folder: Path) -> Mapping[str, Draw]:
-    """Return the figures that the diagnosis in `folder` has, by name, in the order of the page.
+    """Return the figures of a diagnosis by name, in the order of the page.
+
+    Args:
+        folder: folder of the diagnosis.
 
     Raises:
         BadInput: when tables/about.json cannot be read.

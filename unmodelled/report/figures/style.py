@@ -1,4 +1,4 @@
-"""Looks shared by all figures: colours, sizes, formats of settings, and saving in a reproducible way."""
+"""Shared style of all figures: colours, sizes, formats of settings, and reproducible files."""
 
 from __future__ import annotations
 
@@ -56,11 +56,14 @@ _RC: dict[str, object] = {
 
 @dataclass(frozen=True)
 class Look:
-    """How a model is drawn.
+    """Look of a model in all figures; models differ in colour and marker.
 
     Attributes:
         label: name in legends and titles.
-        colour, marker, line, width: the same in every figure; models differ in colour and marker.
+        colour: colour of lines and markers.
+        marker: marker of matplotlib.
+        line: line style of matplotlib; default: solid.
+        width: width of lines, points; default 1.3.
     """
 
     label: str
@@ -72,23 +75,28 @@ class Look:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Apply the settings under which every figure is drawn and saved."""
+    """Apply the settings of matplotlib with which every figure is drawn and saved."""
     with mpl.rc_context(_RC):  # type: ignore[arg-type]
         yield
 
 
 @contextmanager
 def verbatim() -> Iterator[None]:
-    """Show all text as it is: what users call their experiments is no mathematics, even between dollar signs.
+    """Show all text unchanged, because names from users are not mathematics, even between dollar signs.
 
-    Figures that are drawn and saved so can have no formulas, nor the default labels of logarithmic axes.
+    Figures that are drawn and saved in this context cannot have formulas or the default labels of logarithmic
+    axes.
     """
     with mpl.rc_context({"text.parse_math": False}):
         yield
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Run a figure's function inside `style`."""
+    """Run a function that draws a figure inside `style`.
+
+    Args:
+        draw: function that draws a figure.
+    """
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -99,7 +107,12 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def save(figure: Figure, to: Path | BinaryIO) -> None:
-    """Write `figure` as SVG; equal figures give equal files, which carry no date."""
+    """Write a figure as SVG without a date; equal figures give equal files.
+
+    Args:
+        figure: figure to write.
+        to: path of the file, or an open file.
+    """
     with style():  # ticks are made, with the settings of that moment, while the file is drawn
         FigureCanvasSVG(figure)  # by whose letters the layout is made
         if (layout := figure.get_layout_engine()) is not None:
@@ -119,28 +132,50 @@ class Drawing(Figure):
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """Return an empty figure of `width` and `height` in, whose parts never overlap."""
+    """Return an empty figure whose parts never overlap.
+
+    Args:
+        height: height, in.
+        width: width, in; default: the text width of a page.
+    """
     return Drawing(figsize=(width, height), layout="constrained")
 
 
 def shades(n: int) -> list[tuple[float, float, float, float]]:
-    """Return `n` colours from dark to light for the levels of one factor."""
+    """Return colours from dark to light for the levels of a factor.
+
+    Args:
+        n: number of colours.
+    """
     return [tuple(mpl.colormaps["viridis"](x)) for x in np.linspace(0.0, 0.82, max(n, 2))[:n]]
 
 
 def halo(width: float) -> list[Stroke | Normal]:
-    """Return a white outline, so that a black line is visible on every background."""
+    """Return a white outline, which makes a black line visible on every background.
+
+    Args:
+        width: width of the outline, points.
+    """
     return [Stroke(linewidth=width, foreground="white"), Normal()]
 
 
 def in_pi(angle: float) -> str:
-    """Return an angle, rad, as a multiple of pi."""
+    """Format an angle as a multiple of pi.
+
+    Args:
+        angle: angle, rad.
+    """
     multiple = f"{angle / np.pi:.3g}"
     return {"0": "0", "1": "π", "-1": "−π"}.get(multiple, f"{multiple}π")
 
 
 def level(factor: str, value: float) -> str:
-    """Return one factor with its value and unit as text."""
+    """Format a factor with its value and unit.
+
+    Args:
+        factor: name of the factor: V, m, H or beta.
+        value: value in SI units.
+    """
     return {
         "V": f"V = {value:.3g} V",
         "m": f"m = {value:.2f} kg",
@@ -150,29 +185,55 @@ def level(factor: str, value: float) -> str:
 
 
 def signed(value: float) -> str:
-    """Return a number with two decimals and a proper minus sign."""
+    """Format a number with two decimals and a minus sign.
+
+    Args:
+        value: number to format.
+    """
     return f"{value:.2f}".replace("-", "−")
 
 
 def setting(run: pd.Series, factors: tuple[str, ...] = ("V", "m", "H", "beta")) -> str:
-    """Return the settings of an experiment as text."""
+    """Format the settings of an experiment.
+
+    Args:
+        run: row of the experiment.
+        factors: names of the factors; default: V, m, H and beta.
+    """
     return ", ".join(level(factor, float(run[factor])) for factor in factors)
 
 
 def thin(*arrays: Array, points: int = 1500) -> list[Array]:
-    """Return every k-th sample of `arrays`, so that at most about `points` are left."""
+    """Return every k-th sample of arrays, so that about `points` samples remain.
+
+    Args:
+        points: number of remaining samples; default 1500.
+        *arrays: arrays of the same length, each of shape (n,).
+
+    Returns:
+        Thinned arrays, each of shape (n / k,).
+    """
     step = max(1, -(-len(arrays[0]) // points))
     return [array[::step] for array in arrays]
 
 
 def angle_axis(axes: Axes) -> None:
-    """Make the horizontal axis span one revolution, with ticks at multiples of pi/2."""
+    """Set the horizontal axis to one revolution, with ticks at multiples of pi/2.
+
+    Args:
+        axes: axes that are changed.
+    """
     axes.set_xlim(0.0, 2.0 * np.pi)
     axes.xaxis.set_major_locator(MultipleLocator(np.pi / 2.0))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: in_pi(x)))
 
 
 def absent(axes: Axes, text: str) -> None:
-    """Say in an empty panel why it is empty."""
+    """Write into an empty panel why it is empty.
+
+    Args:
+        axes: axes of the panel.
+        text: reason.
+    """
     axes.set_axis_off()
     axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.4")

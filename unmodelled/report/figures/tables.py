@@ -1,4 +1,4 @@
-"""What the figures of a diagnosis share: tables, a fixed look for every model, names with units."""
+"""Tables, looks of the models and names with units, shared by the figures of a diagnosis."""
 
 from __future__ import annotations
 
@@ -36,26 +36,35 @@ GAP = "gap (standard deviations of the outputs)"
 
 
 def table(data: Path, name: str) -> pd.DataFrame:
-    """Read a table of the diagnosis from the folder `data`."""
+    """Read a table of the diagnosis.
+
+    Args:
+        data: folder of the diagnosis.
+        name: name of the table.
+    """
     return read_parquet(data / "tables" / f"{name}.parquet")
 
 
 def about(data: Path) -> dict[str, Any]:
-    """Read names, units and the experiments that are shown."""
+    """Read names, units and shown experiments.
+
+    Args:
+        data: folder of the diagnosis.
+    """
     content: dict[str, Any] = read_json(data / "tables" / "about.json")
     return content
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel as figures name it.
+    """Names of a channel in figures.
 
     Attributes:
         name: name in diagnosis.json.
         quantity: quantity of a correction at this place, force for instance.
         unit: printed unit of that quantity.
-        axes: column of a coordinate -> its label.
-        signals: column -> its name in diagnosis.json.
+        axes: label of a coordinate, by its column.
+        signals: name of a coordinate in diagnosis.json, by its column.
     """
 
     name: str
@@ -66,7 +75,12 @@ class Channel:
 
     @classmethod
     def of(cls, content: dict[str, Any], name: str) -> Channel:
-        """Read an entry of `about.json`."""
+        """Read an entry of about.json.
+
+        Args:
+            content: content of about.json.
+            name: name of the channel in diagnosis.json.
+        """
         entry = content["channels"][name]
         kind, unit = entry["kind"], entry["unit"]
         quantity = EFFORTS.get(unit, "effort") if kind == "port" else entry["name"]
@@ -81,7 +95,11 @@ class Channel:
 
 
 def printed(unit: str) -> str:
-    """Return a unit with raised exponents; a dash for none."""
+    """Format a unit with raised exponents.
+
+    Args:
+        unit: unit as in a system file; a dash stands for no unit.
+    """
     base, *powers = unit.split("^")
     text = base
     for part in powers:
@@ -91,18 +109,30 @@ def printed(unit: str) -> str:
 
 
 def number(value: float) -> str:
-    """Return three significant digits with a proper minus sign; a dash for nan."""
+    """Format a number with three significant digits and a minus sign.
+
+    Args:
+        value: number to format; nan is shown as a dash.
+    """
     return f"{value:.3g}".replace("-", "−") if math.isfinite(value) else "–"
 
 
 def handle(name: str) -> Line2D:
-    """Return the legend entry of a model that is drawn as markers."""
+    """Return the legend entry of a model that is drawn with markers.
+
+    Args:
+        name: name of the model.
+    """
     look = LOOKS[name]
     return Line2D([], [], color=look.colour, marker=look.marker, linestyle="", label=look.label)
 
 
 def line_handle(name: str) -> Line2D:
-    """Return the legend entry of a model that is drawn as a line."""
+    """Return the legend entry of a model that is drawn as a line.
+
+    Args:
+        name: name of the model.
+    """
     look = LOOKS[name]
     return Line2D(
         [], [], color=look.colour, linestyle=look.line, linewidth=max(look.width, 1.6), label=look.label
@@ -110,7 +140,13 @@ def line_handle(name: str) -> Line2D:
 
 
 def log_gaps(axes: Axes, low: float, high: float) -> None:
-    """Make the horizontal axis logarithmic for gaps, with round numbers."""
+    """Make the horizontal axis logarithmic for gaps, with round numbers.
+
+    Args:
+        axes: axes that are changed.
+        low: left end of the axis, in standard deviations of the outputs.
+        high: right end of the axis, in standard deviations of the outputs.
+    """
     axes.set_xscale("log")
     axes.set_xlim(low, high)
     steps = (1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,)

@@ -1,4 +1,4 @@
-"""What an amplifier, a motor or a valve makes of its command."""
+"""Effects of an amplifier, a motor or a valve on the command."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array
 
 @dataclass
 class Gain(ActuatorEffect):
-    """Too strong by the share `excess`; (n,) if it differs between runs."""
+    """A gain error: the command is too strong by a share.
+
+    Attributes:
+        excess: relative error; one value per run has shape (n,).
+    """
 
     excess: float | Array
 
@@ -22,7 +26,11 @@ class Gain(ActuatorEffect):
 
 @dataclass
 class Offset(ActuatorEffect):
-    """Too large by `offset`."""
+    """An offset of the command.
+
+    Attributes:
+        offset: offset in the unit of the command.
+    """
 
     offset: float
 
@@ -32,7 +40,11 @@ class Offset(ActuatorEffect):
 
 @dataclass
 class SoftSaturation(ActuatorEffect):
-    """Iron that saturates: `limit` tanh(u/`limit`)."""
+    """A saturation limit tanh(u / limit), as of saturating iron.
+
+    Attributes:
+        limit: limit in the unit of the command.
+    """
 
     limit: float
 
@@ -42,7 +54,11 @@ class SoftSaturation(ActuatorEffect):
 
 @dataclass
 class RoundedDeadZone(ActuatorEffect):
-    """Nothing happens around zero, and about `width` is missing further out: u - `width` tanh(u/`width`)."""
+    """A rounded dead zone u - width tanh(u / width).
+
+    Attributes:
+        width: half width of the dead zone in the unit of the command.
+    """
 
     width: float
 
@@ -52,7 +68,11 @@ class RoundedDeadZone(ActuatorEffect):
 
 @dataclass
 class TwoPoleLag(ActuatorEffect):
-    """A lag of second order: a pole at 1/`time` and one five times as fast."""
+    """A second-order lag with one pole at 1 / time and one five times as fast.
+
+    Attributes:
+        time: larger time constant, s.
+    """
 
     time: float
     _state: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
@@ -67,7 +87,11 @@ class TwoPoleLag(ActuatorEffect):
 
 @dataclass
 class Transport(ActuatorEffect):
-    """The command acts `delay` seconds late; the start value acts before."""
+    """A delay of the command; the first command acts before.
+
+    Attributes:
+        delay: delay, s.
+    """
 
     delay: float
     _past: deque[Array] | None = field(default=None, init=False, repr=False)

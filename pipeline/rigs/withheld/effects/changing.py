@@ -1,4 +1,4 @@
-"""What is not the same all the time, or not in every run."""
+"""Effects that change with time, or between runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Port, P
 
 @dataclass
 class WarmingBearing(PortEffect):
-    """Viscous friction changes by up to `change`, time constant `time`; run i starts at `begin`[i]."""
+    """Viscous friction that changes exponentially as a bearing warms up.
+
+    Attributes:
+        change: final change of the friction coefficient, SI unit of the port.
+        time: time constant, s.
+        begin: start of every run since the start of the campaign, s, shape (n,).
+    """
 
     change: float
     time: float
@@ -23,7 +29,13 @@ class WarmingBearing(PortEffect):
 
 @dataclass
 class FadingDrive(ActuatorEffect):
-    """The drive loses up to the share `fall` of its strength as it warms up, time constant `time`."""
+    """A drive that loses strength exponentially as it warms up.
+
+    Attributes:
+        fall: final relative loss.
+        time: time constant, s.
+        begin: start of every run since the start of the campaign, s, shape (n,).
+    """
 
     fall: float
     time: float
@@ -35,7 +47,11 @@ class FadingDrive(ActuatorEffect):
 
 @dataclass
 class ScatteredDamping(PortEffect):
-    """Viscous friction differs by `excess`[i] in run i."""
+    """Viscous friction that differs between runs.
+
+    Attributes:
+        excess: change of the friction coefficient in every run, SI unit of the port, shape (n,).
+    """
 
     excess: Array
 
@@ -44,12 +60,27 @@ class ScatteredDamping(PortEffect):
 
 
 def spread(runs: int, rng: np.random.Generator) -> Array:
-    """Return (n,) values of mean zero and mean square one, none beyond about two."""
+    """Draw values of mean zero and mean square one, none beyond about two.
+
+    Args:
+        runs: number of values.
+        rng: random generator.
+
+    Returns:
+        Values, shape (runs,).
+    """
     values = rng.uniform(-1.0, 1.0, runs)
     values -= values.mean()
     return np.asarray(values / np.sqrt(np.mean(values**2)))
 
 
 def scattered_damping(size: float, least: float, runs: int, rng: np.random.Generator) -> ScatteredDamping:
-    """Return viscous friction that differs by `size` (rms) between runs, not below `least` (negative)."""
+    """Draw viscous friction that differs between runs.
+
+    Args:
+        size: root mean square of the change, SI unit of the port.
+        least: smallest change, a negative number, SI unit of the port.
+        runs: number of runs.
+        rng: random generator.
+    """
     return ScatteredDamping(np.maximum(least, size * spread(runs, rng)))

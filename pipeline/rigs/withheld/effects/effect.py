@@ -1,4 +1,4 @@
-"""What can be planted in a machine: forces at a port, distortions of the actuator, and of a sensor."""
+"""Interfaces of planted effects: forces at a port, distortions of the actuator and of a sensor."""
 
 from __future__ import annotations
 
@@ -17,9 +17,11 @@ class Port(NamedTuple):
     """A port of n runs side by side, SI units.
 
     Attributes:
-        position, velocity: (n,).
-        response: (d, n) change of the machine's d velocities per unit of impulse that is taken out here.
-        mobility: (n,) by how much that lowers the port's own velocity.
+        position: position of the port, shape (n,).
+        velocity: velocity of the port, shape (n,).
+        response: change of the machine's d velocities per unit of impulse taken out of the port, shape (d,
+            n).
+        mobility: decrease of the port's own velocity per unit of impulse, shape (n,).
     """
 
     position: Array
@@ -36,10 +38,10 @@ class Plan:
         period: sampling period of the logger, s.
         samples: number of samples per run.
         substeps: number of integration steps per sample.
-        hold: share of a period that a command is old when the logger reads it, 0 to 1.
-        conditions: operating point of every run, (n,) each.
+        hold: age of a command when the logger reads it, as a share of the period, 0 to 1.
+        conditions: operating point of every run by factor, each of shape (n,).
         groups: group of every run; empty if there are none.
-        begin: (n,) s since the campaign began at which each run starts.
+        begin: start of every run since the start of the campaign, s, shape (n,).
     """
 
     period: float
@@ -52,25 +54,29 @@ class Plan:
 
     @property
     def runs(self) -> int:
-        """n."""
+        """Number n of runs."""
         return len(self.begin)
 
     @property
     def step(self) -> float:
-        """Of the integration, s."""
+        """Integration step, s."""
         return self.period / self.substeps
 
 
 class Effect:
-    """Something that the known physics leaves out; its public fields are its parameters in SI units."""
+    """An effect that the known physics leaves out; its public fields are its parameters in SI units."""
 
     def refitted(self, machine: Any) -> Any:
-        """Return the machine with the effect built in."""
+        """Return a machine with the effect built in; the default is the machine itself.
+
+        Args:
+            machine: machine without the effect.
+        """
         return machine
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """The numbers that describe the effect, for the record."""
+        """Parameters of the effect by name, for the record."""
         values = {f.name: getattr(self, f.name) for f in fields(self) if f.init}  # type: ignore[arg-type]
         return {
             k: np.asarray(v).tolist() if not isinstance(v, str | Effect) else v for k, v in values.items()
@@ -78,34 +84,63 @@ class Effect:
 
 
 class PortEffect(Effect, ABC):
-    """A force or torque at a port. It may remember: one object serves one simulation."""
+    """A force or torque at a port; the object may have a memory, and so serves one simulation only."""
 
     @abstractmethod
     def impulse(self, dt: float, t: float, port: Port) -> Array:
-        """Return the impulse (n,) that the effect takes out of the port in `dt` seconds from time `t` of the
-        run on.
+        """Return the impulse that the effect takes out of the port in one step.
+
+        Args:
+            dt: length of the step, s.
+            t: time since the start of the run, s.
+            port: state of the port in n runs.
+
+        Returns:
+            Impulse, SI unit of the port, shape (n,).
         """
 
 
 class ActuatorEffect(Effect, ABC):
-    """What becomes of the command on its way to the machine. It may remember, too."""
+    """A distortion of the command; the object may have a memory, and so serves one simulation only."""
 
     @abstractmethod
     def applied(self, dt: float, t: float, u: Array) -> Array:
-        """Return the input (n,) that acts in the `dt` seconds from `t` on when the command is `u` (n,)."""
+        """Return the input that acts on the machine during one step.
+
+        Args:
+            dt: length of the step, s.
+            t: time since the start of the run, s.
+            u: command, shape (n,).
+
+        Returns:
+            Input, shape (n,).
+        """
 
 
 class SensorEffect(Effect, ABC):
-    """What becomes of an output before it is logged."""
+    """A distortion of an output before it is logged."""
 
     @abstractmethod
     def seen(self, period: float, y: Array) -> Array:
-        """Return what the sensor shows of `y` (samples, n), sampled every `period` seconds."""
+        """Return the output of the sensor.
+
+        Args:
+            period: sampling period, s.
+            y: true output, shape (samples, n).
+
+        Returns:
+            Output of the sensor, shape (samples, n).
+        """
 
 
 @dataclass
 class Only(PortEffect):
-    """A force that exists in some of the runs: `where` (n,) is 1 there and 0 elsewhere."""
+    """A force that acts in some of the runs.
+
+    Attributes:
+        inner: force.
+        where: 1 in runs with the force and 0 in other runs, shape (n,).
+    """
 
     inner: PortEffect
     where: Array
@@ -115,7 +150,7 @@ class Only(PortEffect):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Those of the force."""
+        """Parameters of the force."""
         return self.inner.parameters
 
 
@@ -127,10 +162,11 @@ class Plantable:
         family: name of the family in shared/contracts/diagnosis.md, or another name for an effect of
             no family.
         channel: a port, `actuator:<input>` or `sensor:<output>`.
-        make: the effect in a multiple of its typical size, for a campaign, with a source of chance.
-        alike: (family, channel) that the logs of this machine cannot tell from it, or that come close to an
-            effect that is in no family.
-        local: whether it may also be planted at one level of a factor or in one group alone.
+        make: function that makes the effect from its size (a multiple of the typical size), the plan of the
+            runs and a random generator.
+        alike: family and channel of effects that the logs of this machine cannot distinguish from this
+            effect, or that come close to an effect of no family.
+        local: whether the effect may also be planted at one level of a factor or in one group only.
     """
 
     family: str

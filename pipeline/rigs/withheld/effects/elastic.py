@@ -11,7 +11,13 @@ from pipeline.rigs.withheld.effects.effect import Array, Port, PortEffect
 
 @dataclass
 class RubberSpring(PortEffect):
-    """`stiffness` times the distance from `rest`, a little softer beyond `reach`."""
+    """A spring that is slightly softer at large deflections.
+
+    Attributes:
+        stiffness: stiffness, SI unit of the port.
+        rest: position without force.
+        reach: deflection beyond which the spring is softer.
+    """
 
     stiffness: float
     rest: float
@@ -24,7 +30,14 @@ class RubberSpring(PortEffect):
 
 @dataclass
 class PlaySpring(PortEffect):
-    """No force within `play` of `rest`, beyond it a linear and a cubic one."""
+    """A spring with play, linear and cubic beyond the play.
+
+    Attributes:
+        stiffness: linear stiffness, SI unit of the port.
+        hardening: cubic stiffness, SI unit of the port.
+        rest: centre of the play.
+        play: half width of the play.
+    """
 
     stiffness: float
     hardening: float
@@ -39,7 +52,15 @@ class PlaySpring(PortEffect):
 
 @dataclass
 class OneSidedSpring(PortEffect):
-    """Pushes back on one side only, from `begin` on (on the side of the sign of `side`), ever harder."""
+    """A progressive spring that acts on one side only.
+
+    Attributes:
+        stiffness: stiffness at the deflection `reach`, SI unit of the port.
+        begin: position at which contact begins.
+        side: side of the contact, 1 above `begin` and -1 below.
+        exponent: exponent of the force; default 1.7.
+        reach: deflection scale; default 1.
+    """
 
     stiffness: float
     begin: float
@@ -54,7 +75,14 @@ class OneSidedSpring(PortEffect):
 
 @dataclass
 class Bumper(PortEffect):
-    """Stops at `low` and `high` after Hunt and Crossley: `stiffness` depth^1.5 (1 + `loss` v), no pull."""
+    """Stops with the law of Hunt and Crossley, stiffness depth^1.5 (1 + loss v), without pull.
+
+    Attributes:
+        stiffness: stiffness, SI unit of the port.
+        loss: damping factor, inverse of a speed.
+        low: position of the lower stop.
+        high: position of the upper stop.
+    """
 
     stiffness: float
     loss: float

@@ -12,8 +12,12 @@ from pipeline.rigs.withheld.effects.friction import stopping
 
 @dataclass
 class Centrifugal(PortEffect):
-    """A force with the square of the speed that turns round with the position, as of a forgotten linkage:
-    `strength` sin(`order` q + `phase`) v^2.
+    """A force with the square of the speed and the sine of the position, as of a forgotten linkage.
+
+    Attributes:
+        strength: amplitude per squared speed, SI unit of the port.
+        order: wave number over the position.
+        phase: phase, rad.
     """
 
     strength: float
@@ -26,8 +30,12 @@ class Centrifugal(PortEffect):
 
 @dataclass
 class HeatedFriction(PortEffect):
-    """Dry friction in proportion to `load` (n,) that fades as its own heat builds up: to 30 %, over the work
-    `capacity`; it cools with the time constant `time`.
+    """Dry friction proportional to a load, which falls to 30 % as its own heat accumulates.
+
+    Attributes:
+        load: friction force of the cold port, shape (n,).
+        capacity: work over which the friction falls.
+        time: time constant of the cooling, s.
     """
 
     load: Array
@@ -45,7 +53,13 @@ class HeatedFriction(PortEffect):
 
 @dataclass
 class FloorVibration(PortEffect):
-    """The floor shakes: `amplitude` at `frequency` (Hz), with another `phase` (n,) in every run."""
+    """A sinusoidal force of a shaking floor, with another phase in every run.
+
+    Attributes:
+        amplitude: amplitude, SI unit of the port.
+        frequency: frequency, Hz.
+        phase: phase in every run, rad, shape (n,).
+    """
 
     amplitude: float
     frequency: float
@@ -57,8 +71,11 @@ class FloorVibration(PortEffect):
 
 @dataclass
 class HeatedMotor(ActuatorEffect):
-    """The magnets weaken with the heat that the command itself makes: by `loss` per unit of its mean square
-    over the time constant `time`.
+    """A gain that falls with the heat of the command itself, as of weakening magnets.
+
+    Attributes:
+        loss: relative loss per mean square of the command.
+        time: time constant of the mean square, s.
     """
 
     loss: float
@@ -73,7 +90,11 @@ class HeatedMotor(ActuatorEffect):
 
 @dataclass
 class StickyValve(ActuatorEffect):
-    """A spool that sticks: it follows, in one jump, only once the command is `band` away."""
+    """A sticking spool, which follows the command in one jump.
+
+    Attributes:
+        band: distance of the command at which the spool jumps, in the unit of the command.
+    """
 
     band: float
     _held: Array | None = field(default=None, init=False, repr=False)
@@ -86,7 +107,11 @@ class StickyValve(ActuatorEffect):
 
 @dataclass
 class SlowAmplifier(ActuatorEffect):
-    """Its output changes by no more than `rate` per second."""
+    """A limit of the output's rate.
+
+    Attributes:
+        rate: largest rate, in the unit of the command per second.
+    """
 
     rate: float
     _last: Array | None = field(default=None, init=False, repr=False)
@@ -99,7 +124,12 @@ class SlowAmplifier(ActuatorEffect):
 
 @dataclass
 class MissedCounts(SensorEffect):
-    """An encoder that misses the share `share` of its counts above the speed `speed`."""
+    """An encoder that misses counts at high speed.
+
+    Attributes:
+        share: share of the missed counts.
+        speed: speed above which counts are missed.
+    """
 
     share: float
     speed: float

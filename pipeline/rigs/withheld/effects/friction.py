@@ -1,4 +1,4 @@
-"""Friction and drag as set-valued laws, by Moreau's projection: a force that stops the port, if it can."""
+"""Friction and drag as set-valued laws, by Moreau's projection: friction stops the port within its limit."""
 
 from __future__ import annotations
 
@@ -13,16 +13,30 @@ _RIGID = 1e-12  # mobility below which a port cannot be moved, 1/kg or 1/(kg m^2
 
 
 def stopping(port: Port) -> Array:
-    """Return the impulse (n,) that would bring the port to rest."""
+    """Return the impulse that brings the port to rest.
+
+    Args:
+        port: state of the port in n runs.
+
+    Returns:
+        Impulse, SI unit of the port, shape (n,).
+    """
     return port.velocity / np.maximum(port.mobility, _RIGID)
 
 
 class DryFriction(PortEffect):
-    """Sticks as long as the limit suffices, and slides against it otherwise."""
+    """Friction that sticks within its limit, and slides at its limit otherwise."""
 
     @abstractmethod
     def limit(self, port: Port) -> Array:
-        """Return the largest friction force (n,)."""
+        """Return the largest friction force.
+
+        Args:
+            port: state of the port in n runs.
+
+        Returns:
+            Force, SI unit of the port, shape (n,).
+        """
 
     def impulse(self, dt: float, t: float, port: Port) -> Array:
         most = dt * self.limit(port)
@@ -31,7 +45,11 @@ class DryFriction(PortEffect):
 
 @dataclass
 class Coulomb(DryFriction):
-    """One limit, `force`, whether at rest or sliding; (n,) if it differs between runs."""
+    """The same limit at rest and when sliding.
+
+    Attributes:
+        force: limit, SI unit of the port; one value per run has shape (n,).
+    """
 
     force: float | Array
 
@@ -41,7 +59,12 @@ class Coulomb(DryFriction):
 
 @dataclass
 class ArctanFriction(PortEffect):
-    """2/pi `force` atan(v/`creep`): it never quite sticks."""
+    """A smooth friction force 2 / pi * force * atan(v / creep), without sticking.
+
+    Attributes:
+        force: friction force at high speed, SI unit of the port.
+        creep: speed scale of the transition.
+    """
 
     force: float
     creep: float
@@ -54,7 +77,13 @@ class ArctanFriction(PortEffect):
 
 @dataclass
 class LorentzFriction(DryFriction):
-    """Falls from `static` to `kinetic` as a Lorentz curve with half width `speed`."""
+    """A limit that falls with the speed as a Lorentz curve.
+
+    Attributes:
+        kinetic: limit at high speed, SI unit of the port.
+        static: limit at rest, SI unit of the port.
+        speed: half width of the curve.
+    """
 
     kinetic: float
     static: float
@@ -66,7 +95,13 @@ class LorentzFriction(DryFriction):
 
 @dataclass
 class TustinFriction(DryFriction):
-    """Falls from `static` to `kinetic` exponentially over `speed`."""
+    """A limit that falls exponentially with the speed.
+
+    Attributes:
+        kinetic: limit at high speed, SI unit of the port.
+        static: limit at rest, SI unit of the port.
+        speed: speed scale of the fall.
+    """
 
     kinetic: float
     static: float
@@ -78,7 +113,13 @@ class TustinFriction(DryFriction):
 
 @dataclass
 class TightSpot(DryFriction):
-    """Dry friction within about `width` of the position `centre`, at most `force`."""
+    """Dry friction around one position.
+
+    Attributes:
+        force: limit at the centre, SI unit of the port.
+        centre: position of the centre.
+        width: distance from the centre over which the limit falls.
+    """
 
     force: float
     centre: float
@@ -90,7 +131,12 @@ class TightSpot(DryFriction):
 
 @dataclass
 class RubbingArc(DryFriction):
-    """Dry friction over one half of every turn, largest (`force`) at the angle `phase`."""
+    """Dry friction over one half of every turn.
+
+    Attributes:
+        force: largest limit, SI unit of the port.
+        phase: angle of the largest limit, rad.
+    """
 
     force: float
     phase: float
@@ -101,9 +147,14 @@ class RubbingArc(DryFriction):
 
 @dataclass
 class MaxwellSlip(PortEffect):
-    """Presliding as parallel springs that slip one after the other; `force` when all of them do.
+    """Presliding friction as parallel springs that slip one after the other.
 
     The springs have equal stiffness and slip at deflections that grow up to `travel` (Iwan's model).
+
+    Attributes:
+        force: friction force when all springs slip, SI unit of the port.
+        travel: deflection at which the last spring slips.
+        count: number of springs; default 6.
     """
 
     force: float
@@ -120,7 +171,12 @@ class MaxwellSlip(PortEffect):
 
 @dataclass
 class EyringDrag(PortEffect):
-    """A lubricant that thins a little under shear: `damping` v at low speed, less far above `speed`."""
+    """Viscous friction of a lubricant that thins slightly under shear.
+
+    Attributes:
+        damping: friction coefficient at low speed, SI unit of the port.
+        speed: speed above which the friction grows more slowly.
+    """
 
     damping: float
     speed: float
@@ -131,7 +187,12 @@ class EyringDrag(PortEffect):
 
 @dataclass
 class Windage(PortEffect):
-    """`drag` v |v| at high speed, laminar below `speed`."""
+    """Quadratic drag, laminar at low speed.
+
+    Attributes:
+        drag: drag coefficient at high speed, SI unit of the port.
+        speed: speed below which the drag is laminar.
+    """
 
     drag: float
     speed: float

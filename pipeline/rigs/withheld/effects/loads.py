@@ -1,4 +1,4 @@
-"""Loads and inertia that the known physics does not have."""
+"""Loads and inertia that the known physics leaves out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ from pipeline.rigs.withheld.effects.effect import Array, Effect, Port, PortEffec
 
 @dataclass
 class ConstantLoad(PortEffect):
-    """`load`, the same everywhere; (n,) if it differs between runs."""
+    """A constant load.
+
+    Attributes:
+        load: force, SI unit of the port; one value per run has shape (n,).
+    """
 
     load: float | Array
 
@@ -23,7 +27,12 @@ class ConstantLoad(PortEffect):
 
 @dataclass
 class Unbalance(PortEffect):
-    """An eccentric weight on a shaft: `moment` sin(angle - `phase`)."""
+    """An eccentric weight on a shaft: moment sin(angle - phase).
+
+    Attributes:
+        moment: largest torque, N m.
+        phase: angle without torque, rad.
+    """
 
     moment: float
     phase: float
@@ -34,7 +43,13 @@ class Unbalance(PortEffect):
 
 @dataclass
 class Ripple(PortEffect):
-    """Harmonics of the position: `amplitudes` at the wave numbers `orders` (1/m or 1/rad) with `phases`."""
+    """Harmonics of the position.
+
+    Attributes:
+        amplitudes: amplitude of every harmonic, SI unit of the port.
+        orders: wave number of every harmonic, 1/m or 1/rad.
+        phases: phase of every harmonic, rad.
+    """
 
     amplitudes: Sequence[float]
     orders: Sequence[float]
@@ -49,7 +64,12 @@ class Ripple(PortEffect):
 
 @dataclass
 class WrongInertia(Effect):
-    """The inertia `name` of the machine is larger by `excess` than the drawing says."""
+    """An inertia that is larger than in the system file.
+
+    Attributes:
+        name: name of the machine's constant.
+        excess: difference of the inertia, SI unit.
+    """
 
     name: str
     excess: float

@@ -1,4 +1,4 @@
-"""Inertia that hangs on a port by play or by a spring: further bodies with a motion of their own."""
+"""Inertia that is attached to a port by play or by a spring: additional bodies with a motion of their own."""
 
 from __future__ import annotations
 
@@ -12,9 +12,14 @@ from pipeline.rigs.withheld.effects.effect import Array, Port, PortEffect
 
 @dataclass
 class LooseInertia(PortEffect):
-    """Part of the machine's inertia, `inertia` taken from its constant `name`, has `play` to either side.
+    """Part of the machine's inertia with play, with impacts at its two stops.
 
-    It runs freely between its stops and hits them with `restitution`, without rebound if slower than `quiet`.
+    Attributes:
+        name: name of the machine's constant that the inertia is part of.
+        inertia: inertia of the loose part, SI unit.
+        play: distance to each stop.
+        restitution: coefficient of restitution at the stops.
+        quiet: relative speed below which an impact has no rebound.
     """
 
     name: str
@@ -41,8 +46,13 @@ class LooseInertia(PortEffect):
 
 @dataclass
 class Resonator(PortEffect):
-    """Part of the inertia, `inertia` taken from the constant `name`, hangs on a spring: `frequency` (Hz),
-    damping ratio `damping` with the port held.
+    """Part of the machine's inertia on a spring.
+
+    Attributes:
+        name: name of the machine's constant that the inertia is part of.
+        inertia: inertia of the part, SI unit.
+        frequency: natural frequency with the port at rest, Hz.
+        damping: damping ratio with the port at rest.
     """
 
     name: str

@@ -12,7 +12,11 @@ from pipeline.rigs.withheld.effects.effect import Array, SensorEffect
 
 @dataclass
 class ScaleError(SensorEffect):
-    """Shows too much by the share `excess`."""
+    """A gain error of the sensor.
+
+    Attributes:
+        excess: relative error.
+    """
 
     excess: float
 
@@ -22,7 +26,11 @@ class ScaleError(SensorEffect):
 
 @dataclass
 class Bias(SensorEffect):
-    """Shows `bias` too much."""
+    """An offset of the sensor.
+
+    Attributes:
+        bias: offset in the unit of the output.
+    """
 
     bias: float
 
@@ -32,7 +40,11 @@ class Bias(SensorEffect):
 
 @dataclass
 class Latency(SensorEffect):
-    """Shows what was `delay` seconds ago; at the start, what was then."""
+    """A delay of the sensor; at the start it shows the first output.
+
+    Attributes:
+        delay: delay, s.
+    """
 
     delay: float
 
