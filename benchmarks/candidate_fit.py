@@ -24,9 +24,10 @@ from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, assembled
+from unmodelled.learning.held_out import measured_samples
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, simulate
+from unmodelled.models.rollout import simulate
 from unmodelled.systems.model import Parameter, System, symbol
 from unmodelled.systems.reader import read_system
 
@@ -131,7 +132,7 @@ def free_runs(system: System, simulation: Simulation) -> tuple[Callable[[], Arra
     none = torch.empty((1, 0), dtype=torch.float64)
     values = torch.tensor([system.values], dtype=torch.float64)
     model = Nnap(Augmented(system), values, none[0], none, none, none)
-    data, how = Measured.of(logs), Integration(PERIOD, "rk4", 1, 1.0)
+    data, how = measured_samples(logs), Integration(PERIOD, "rk4", 1, 1.0)
 
     def ours() -> Array:
         return free_run(program, windows, p, c, x0, Integration(PERIOD, "rk4", 1, 1.0))

@@ -11,7 +11,7 @@ from pipeline.cam_follower import free_run
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.motor import Motor
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 PEER = f"torch {torch.__version__}, all runs in one batch"
 

@@ -2,9 +2,11 @@
 
 The numbers of docs/decisions/0011-a-library-and-a-pipeline.md come from this program. Definitions:
 
+- A line of code is a line that holds more than a comment or a part of a docstring.
 - A room is a folder or a module directly below a package. An arrow is a pair of rooms of which one imports
-  the other.
-- An ambiguous name is a public function or class that is defined in at least two modules.
+  the other. The package's own `__init__` is no room: the one of the library names what users import.
+- An ambiguous name is a public function or class that is defined in at least two modules. `main` is not
+  counted, and neither is a verb, which is a module's function of the same name in a folder of verbs.
 - An array function is a public function or method whose annotations name an array or a tensor. An override
   without a docstring has the docstring of the method that it overrides.
 - Stages and their dependencies come from the committed `dvc.lock` files. A stage is stale after a change of
@@ -21,6 +23,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tokenize
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
@@ -64,11 +67,19 @@ class Checkout:
             for folder in (*self.packages, "tests", "docs", "benchmarks")
         }
 
+    def lines_of_code(self) -> dict[str, int]:
+        """Return the number of lines of code per package: no blank lines, comments or docstrings."""
+        return {
+            package: sum(len(_code(path) - _docstrings(self.trees[path])) for path in self._files(package))
+            for package in self.packages
+        }
+
     def arrows(self) -> tuple[set[str], set[tuple[str, str]]]:
         """Return all rooms, and all pairs of rooms of which the first imports the second."""
         room = {module: ".".join(module.split(".")[:2]) for module in self.graph.modules}
         pairs = {(room[one], room[other]) for one, other in self._imports()}
-        return set(room.values()), {(one, other) for one, other in pairs if one != other}
+        rooms = set(room.values()) - set(self.packages)
+        return rooms, {(one, other) for one, other in pairs if one != other and {one, other} <= rooms}
 
     def wrong_way(self) -> int:
         """Return the number of imports of the pipeline by the library."""
@@ -97,9 +108,9 @@ class Checkout:
         """Return the public names of functions and classes that several modules define."""
         defined = Counter(
             name
-            for tree in self.trees.values()
+            for path, tree in self.trees.items()
             for name in {n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef)}
-            if not name.startswith("_")
+            if not name.startswith("_") and name != "main" and not _is_verb(path, name)
         )
         return sorted(name for name, times in defined.items() if times > 1)
 
@@ -124,10 +135,14 @@ class Checkout:
                     found["array functions without shape"] += bool(text) and not SHAPE.search(text)
         return dict(found)
 
+    def _graph(self, name: str) -> list[Path]:
+        """Files of the stage graph; at 686b79f most of them stood in folders below `graph`."""
+        return sorted([*self.root.glob(name), *self.root.glob(f"graph/*/{name}")])
+
     def stages(self) -> dict[str, tuple[set[str], set[str]]]:
         """Return the dependencies and results of every locked stage, as paths from the root."""
         found = {}
-        for lock in sorted([*self.root.glob("dvc.lock"), *self.root.glob("graph/*/dvc.lock")]):
+        for lock in self._graph("dvc.lock"):
             for name, stage in yaml.safe_load(lock.read_text())["stages"].items():
                 deps, outs = ({entry["path"] for entry in stage.get(key, [])} for key in ("deps", "outs"))
                 found[f"{lock.parent.name}:{name}"] = deps, outs
@@ -167,8 +182,9 @@ class Checkout:
 
     def definitions(self) -> dict[str, dict[str, Any]]:
         """Return the stages as the `dvc.yaml` files define them."""
-        files = (*self.root.glob("dvc.yaml"), *self.root.glob("graph/*/dvc.yaml"))
-        found = (yaml.safe_load(path.read_text()).get("stages", {}).items() for path in files)
+        found = (
+            yaml.safe_load(path.read_text()).get("stages", {}).items() for path in self._graph("dvc.yaml")
+        )
         return {name: stage.get("do", stage) for stages in found for name, stage in stages}
 
     def unlocked(self) -> int:
@@ -180,6 +196,29 @@ class Checkout:
         """Return the number of dependencies on code that stand in `dvc.yaml` files."""
         deps = (dep for stage in self.definitions().values() for dep in stage.get("deps", []))
         return sum(bool(CODE.match(str(dep))) for dep in deps)
+
+
+def _code(path: Path) -> set[int]:
+    """Numbers of the lines of a file that hold more than a comment."""
+    layout = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
+    layout |= {tokenize.ENCODING, tokenize.ENDMARKER}
+    with path.open("rb") as file:
+        tokens = [token for token in tokenize.tokenize(file.readline) if token.type not in layout]
+    return {line for token in tokens for line in range(token.start[0], token.end[0] + 1)}
+
+
+def _docstrings(tree: ast.Module) -> set[int]:
+    """Numbers of the lines that docstrings take."""
+    lines = set[int]()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+            lines |= set(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
+    return lines
+
+
+def _is_verb(path: Path, name: str) -> bool:
+    """Whether a function is a verb: it has the name of its module, in a folder of verbs."""
+    return path.stem == name and path.parent.name in ("verbs", "stages")
 
 
 def _digests(folder: Path) -> dict[str, str]:
@@ -256,6 +295,7 @@ def measured(root: Path) -> dict[str, object]:
     }
     return {
         "lines of Python": here.lines(),
+        "lines of code": here.lines_of_code(),
         "rooms": len(rooms),
         "arrows between rooms": len(arrows),
         "imports of the pipeline by the library": here.wrong_way() if len(here.packages) > 1 else None,

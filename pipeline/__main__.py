@@ -2,15 +2,37 @@
 
 from __future__ import annotations
 
+import os
+import platform
 from pathlib import Path
+from urllib.parse import quote
 
-from unmodelled.__main__ import LIBRARY, version
 from unmodelled.cli import command_line
-from unmodelled.cli.program import Program, Source
+from unmodelled.cli.program import LIBRARY, Program, Source, version
 
 PACKAGE = Path(__file__).parent
 CONF = PACKAGE.parent / "conf"
 DISSERTATION = Source("pipeline.stages", PACKAGE / "stages", CONF)
+
+#: Folder of notes on executed stages, beside the outputs: an output that holds a time never equals itself.
+EXECUTIONS = Path("data") / "executions"
+
+#: Packages whose version can change a number, a figure or a time.
+PACKAGES = (
+    "dvc",
+    "hydra-core",
+    "matplotlib",
+    "mujoco",
+    "numba",
+    "numpy",
+    "pandas",
+    "pyarrow",
+    "scikit-learn",
+    "scipy",
+    "shap",
+    "sympy",
+    "torch",
+)
 
 
 def _version() -> str:
@@ -19,13 +41,47 @@ def _version() -> str:
     return f"{version()[:-1]}, revision {revision()})"
 
 
-def _note(command: str, configuration: str, seed: int | None, seconds: float) -> None:
-    from pipeline.execution import note
+def note(command: str, configuration: str, seed: int | None, seconds: float) -> None:
+    """Write `EXECUTIONS`/<stage>.json if DVC runs this command as a stage; nothing if a user does.
 
-    note(command, configuration, seed, seconds)
+    The file is renamed into place after the stage has written its outputs, so that a killed stage leaves the
+    note of its last complete execution.
+
+    Args:
+        command: command as a user would type it.
+        configuration: resolved configuration, as YAML.
+        seed: seed of the random generators, if there is one.
+        seconds: wall time, s.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
+    # the name of a stage is unique in the whole graph, in whichever file it is defined
+    stage = os.environ.get("DVC_STAGE", "").rpartition(":")[2]
+    if not stage:
+        return
+    from datetime import UTC, datetime
+    from importlib.metadata import version as installed
+
+    from pipeline.revision import revision
+    from unmodelled.base.files import write_json
+
+    content = {
+        "stage": stage,
+        "command": command,
+        "configuration": configuration,
+        "seed": seed,
+        "seconds": round(seconds, 3),
+        "finished": datetime.now(UTC).isoformat(timespec="seconds"),
+        "revision": revision(),
+        "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores",
+        "versions": {"python": platform.python_version(), **{name: installed(name) for name in PACKAGES}},
+    }
+    root = Path(os.environ.get("DVC_ROOT", "."))
+    write_json(root / EXECUTIONS / f"{quote(stage, safe='@')}.json", content)
 
 
-PROGRAM = Program("python -m pipeline", (DISSERTATION, LIBRARY), _version, _note)
+PROGRAM = Program("python -m pipeline", (DISSERTATION, LIBRARY), _version, note)
 
 
 def main(arguments: list[str]) -> int:

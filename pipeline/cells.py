@@ -21,7 +21,6 @@ import yaml
 
 from unmodelled.base import workers
 from unmodelled.base.jobs import run_jobs
-from unmodelled.cli.command_line import INTERRUPTION
 
 Words = list[str]
 
@@ -113,7 +112,7 @@ def run(arguments: Sequence[str]) -> int:
     except BaseException:
         if not workers.interrupted.is_set():
             raise
-        print(INTERRUPTION, file=sys.stderr)
+        print(workers.INTERRUPTION, file=sys.stderr)
         return workers.INTERRUPTED
     return 0
 

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 from pipeline.cam_follower.cam_follower import CamFollower
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 ROOT = Path(__file__).parents[1]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.execution import FOLDER, PACKAGES, note
+from pipeline.__main__ import EXECUTIONS, PACKAGES, note
 
 
 def run(folder: Path, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -28,9 +28,9 @@ def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
     command = ["report", "out=site", "metrics=numbers"]
     stage = {"DVC_STAGE": "report@a", "DVC_ROOT": str(tmp_path / "root")}
     assert run(tmp_path, *command).returncode == 0
-    assert not (tmp_path / FOLDER).exists()
+    assert not (tmp_path / EXECUTIONS).exists()
     assert run(tmp_path, *command, **stage).returncode == 0
-    (path,) = (tmp_path / "root" / FOLDER).iterdir()
+    (path,) = (tmp_path / "root" / EXECUTIONS).iterdir()
     content = json.loads(path.read_text())
     assert path.name == "report@a.json" and content["stage"] == "report@a"
     assert content["command"] == "python -m pipeline report out=site metrics=numbers"
@@ -47,5 +47,5 @@ def test_a_stage_cannot_write_elsewhere(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setenv("DVC_STAGE", "elsewhere/dvc.yaml:../train")
     monkeypatch.setenv("DVC_ROOT", str(tmp_path))
     note("python -m pipeline train", "seed: 1\n", 1, 2.0)
-    (path,) = (tmp_path / FOLDER).iterdir()
+    (path,) = (tmp_path / EXECUTIONS).iterdir()
     assert json.loads(path.read_text())["seed"] == 1

@@ -13,7 +13,7 @@ from pipeline.recordings.fetch import PublicDataSet
 from pipeline.stages.acquire import acquire
 from pipeline.stages.featurize import featurize
 from pipeline.stages.ingest import ingest
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 pytestmark = pytest.mark.measured
 

@@ -6,10 +6,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import unmodelled
-import unmodelled.__main__
+from unmodelled.cli.program import version
 
 assert "site-packages" in unmodelled.__file__, unmodelled.__file__
-installed = [name for name in ("torch", "dvc", "shap", "mujoco", "pipeline") if find_spec(name)]
+installed = [name for name in ("torch", "dvc", "shap", "mujoco", "pyarrow", "pipeline") if find_spec(name)]
 assert not installed, installed
 found = json.loads(Path(sys.argv[1]).read_text())
 assert found["verdict"] == "effect", found["verdict"]
@@ -17,4 +17,4 @@ assert found["verdict"] == "effect", found["verdict"]
 assert effect["family"] == "coulomb_friction", effect["family"]
 value = effect["parameters"]["F_c"]["value"]
 assert abs(value - 0.06) < 0.001, value  # what conf/source/pendulum.yaml plants
-print(f"{unmodelled.__main__.version()}: coulomb_friction of {value:.4f} N m found, 0.06 N m planted")
+print(f"{version()}: coulomb_friction of {value:.4f} N m found, 0.06 N m planted")

@@ -2,22 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 from unmodelled.cli.command_line import run
-from unmodelled.cli.program import Program, Source
-
-PACKAGE = Path(__file__).parent
-LIBRARY = Source("unmodelled.cli.verbs", PACKAGE / "cli" / "verbs", PACKAGE / "conf")
-
-
-def version() -> str:
-    """Return the version of the library and of Python."""
-    from importlib.metadata import version as installed
-
-    return f"unmodelled {installed('unmodelled')} (Python {'.'.join(map(str, sys.version_info[:3]))})"
-
+from unmodelled.cli.program import LIBRARY, Program, version
 
 PROGRAM = Program("unmodelled", (LIBRARY,), version)
 

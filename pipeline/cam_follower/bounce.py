@@ -14,9 +14,9 @@ from scipy.interpolate import CubicSpline
 
 from pipeline.cam_follower.bounce_kernel import Law, Motion, Stretches, bounce_kernel, on_cams
 from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

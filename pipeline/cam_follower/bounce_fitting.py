@@ -12,8 +12,8 @@ from scipy.optimize import least_squares
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, check_finite
 from pipeline.cam_follower.bounce_kernel import Stretches
 from pipeline.cam_follower.cam_follower import CamFollower
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

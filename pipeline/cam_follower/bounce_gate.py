@@ -13,7 +13,7 @@ from torch import Tensor
 
 from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
 from pipeline.cam_follower.cam_follower import CamFollower
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -151,6 +151,13 @@ class Cam:
         h, d, _ = self.pitch_curve(n)
         return np.asarray(np.arctan(d / (self.prime_radius + h)))
 
+    def extremes(self) -> tuple[float, float]:
+        """Return the smallest radius of curvature, in radii of the roller, and the largest pressure angle,
+        rad.
+        """
+        curvature = np.abs(self.curvature_radius(np.linspace(0.0, TURN, 20_001))).min()
+        return float(curvature / self.roller_radius), float(self.pressure_angle().max())
+
     @cached_property
     def area_moments(self) -> tuple[float, float, float]:
         """Polar second moment (m^4) and first moments along x and y (m^3) of the cam's area.

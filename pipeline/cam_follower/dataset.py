@@ -11,7 +11,7 @@ from torch import Tensor
 
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.conditions import Bench, Conditions
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 Indices = NDArray[np.int64]
 

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from pipeline.cam_follower import jumps
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.lstm import DetachmentNetwork
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import check_name
 from unmodelled.base.progress import track
 from unmodelled.learning.recipe import Tables, check_folds, refused
 from unmodelled.learning.splits import Split
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

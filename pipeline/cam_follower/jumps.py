@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, Indices
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]

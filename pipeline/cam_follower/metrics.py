@@ -49,17 +49,3 @@ def time_mse(speed: Array, simulated_speed: Array) -> float:
     """
     n = min(len(speed), len(simulated_speed))
     return float(np.mean((simulated_speed[:n] - speed[:n]) ** 2))
-
-
-def median_interval(values: Array, seed: int = 0, draws: int = 2000) -> tuple[float, float]:
-    """Return the 95 % bootstrap interval of the median.
-
-    Args:
-        values: independent samples, shape (n,).
-        seed: seed of the random generator; default 0.
-        draws: number of bootstrap samples; default 2000.
-    """
-    generator = np.random.default_rng(seed)
-    medians = np.median(generator.choice(values, (draws, len(values))), axis=1)
-    low, high = np.quantile(medians, [0.025, 0.975])
-    return float(low), float(high)

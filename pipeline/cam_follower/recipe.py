@@ -14,13 +14,13 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.dataset import Dataset, Indices
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.held_out import explore, simulate_tests
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import check_name
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
 from unmodelled.learning.recipe import Tables, check_folds, refused
 from unmodelled.learning.splits import Split
-from unmodelled.logs.trajectory import Campaign
 
 #: Signals that models of the drivetrain read: time (s), angle (rad) and speed (rad/s) of the cam.
 SIGNALS = ["t", "theta", "omega"]

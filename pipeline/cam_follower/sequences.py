@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

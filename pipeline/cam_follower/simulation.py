@@ -18,10 +18,10 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.workers import threads_of
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

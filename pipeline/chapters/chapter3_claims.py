@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pipeline.chapters.chapter3 import LABELS, PROTOCOL, TABLE_3_2
 from pipeline.chapters.claims import Row
-from pipeline.chapters.leaves import SAMPLES
+from pipeline.chapters.leaves import median_interval
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW, order_verdict, too_few, worst
 from unmodelled.uncertainty.methods import CHAOS, GAUSSIAN, MAXIMUM_ENTROPY
 
@@ -63,7 +63,7 @@ def _reduction(found: dict[str, Any], of: str, leaf: str, published: float) -> R
 def _gain(identified: pd.DataFrame) -> Row:
     true = identified.pivot(index="data_set", columns="method", values="exact")
     gains = (true[MAXIMUM_ENTROPY] / true[GAUSSIAN] - 1.0).to_numpy()
-    low, high = _interval_of_median(gains)
+    low, high = median_interval(gains)  # the exact method may refuse one data set
     return _row(
         "true_log_likelihood",
         "section 3.4.3",
@@ -82,14 +82,6 @@ def _reached(value: float, low: float, published: float, data_sets: int) -> str:
     if too_few(data_sets):
         return TOO_FEW
     return FAILS if low <= 0.0 else HOLDS if value >= published else DIRECTION
-
-
-def _interval_of_median(values: Array) -> tuple[float, float]:
-    """95 % by bootstrap over the data sets: one of them may have an optimum that the exact method refuses."""
-    rng = np.random.default_rng(0)
-    medians = np.median(values[rng.integers(0, len(values), (SAMPLES, len(values)))], axis=1)
-    low, high = np.quantile(medians, [0.025, 0.975])
-    return float(low), float(high)
 
 
 def _overestimate(identified: pd.DataFrame) -> Row:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from pipeline.chapters.leaves import mean_leaf
 from pipeline.chapters.summary import leaf, share
-from unmodelled.base.errors import BadInput
-from unmodelled.learning.splits import Fold
 
 Array = NDArray[np.float64]
 
@@ -93,21 +91,13 @@ def predictions(runs: pd.DataFrame) -> dict[str, Any]:
     return result
 
 
-def force_accuracy(experiments: pd.DataFrame, folds: list[Fold]) -> dict[str, Any]:
-    """Return the accuracy of F-dagger in the test runs with scarce data; a negative minimum is called a jump.
+def force_accuracy(runs: pd.DataFrame) -> dict[str, Any]:
+    """Return the accuracy of F-dagger as a classifier of runs: a negative minimum is called a jump.
 
     Args:
-        experiments: table with one row per run and the columns f_min (N) and label.
-        folds: division into training and test runs.
-
-    Raises:
-        BadInput: when there is no fold with scarce data.
+        runs: table with columns f_min (N) and label, a row per run.
     """
-    fold = next((fold for fold in folds if fold.name == SCARCE), None)
-    if fold is None:
-        raise BadInput(f"split: has no fold {SCARCE}, only {', '.join(fold.name for fold in folds)}")
-    table = experiments.iloc[fold.test]
-    return share(int(((table["f_min"] < 0.0) == (table["label"] == "jump")).sum()), len(table))
+    return share(int(((runs["f_min"] < 0.0) == (runs["label"] == "jump")).sum()), len(runs))
 
 
 def attribution(tables: dict[str, pd.DataFrame]) -> dict[str, Any]:

@@ -13,6 +13,18 @@ Array = NDArray[np.float64]
 SAMPLES = 2000
 
 
+def median_interval(values: Array) -> tuple[float, float]:
+    """Return the 95 % bootstrap interval of the median.
+
+    Args:
+        values: independent samples, in any unit, shape (samples,).
+    """
+    rng = np.random.default_rng(0)
+    medians = np.median(values[rng.integers(0, len(values), (SAMPLES, len(values)))], axis=1)
+    low, high = np.quantile(medians, [0.025, 0.975])
+    return float(low), float(high)
+
+
 def mean_leaf(values: Array, unit: str) -> dict[str, Any]:
     """Return the mean of samples with its 95 % bootstrap interval.
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pipeline.cam_follower.cam_follower import CamFollower
-from pipeline.cam_follower.metrics import median_interval
 from pipeline.chapters import published
+from pipeline.chapters.leaves import median_interval
 
 Array = NDArray[np.float64]
 Leaf = dict[str, Any]
@@ -69,21 +69,20 @@ def labels(experiments: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def table_5_1(mechanism: CamFollower) -> pd.DataFrame:
-    """Compare table 5.1 with the computed geometry: 40 cells.
+def table_5_1(extremes: Callable[[float, float], tuple[float, float]]) -> pd.DataFrame:
+    """Compare table 5.1 by our geometry with the published one: 40 cells.
 
     Args:
-        mechanism: constants of the bench.
+        extremes: function of the stroke (m) and the angle of the rise (rad) of a cam; it returns the cam's
+            smallest radius of curvature in radii of the roller, and its largest pressure angle, rad.
     """
-    phi = np.linspace(0.0, 2.0 * np.pi, 20_001)
     rows = []
     for i, H in enumerate(published.STROKES):
         for j, skew in enumerate(published.SKEWS):
-            cam = mechanism.cam(H, skew * np.pi)
-            curvature = float(np.abs(cam.curvature_radius(phi)).min() / mechanism.roller_radius)
-            pressure = float(np.degrees(cam.pressure_angle().max()))
+            curvature, pressure = extremes(H, skew * np.pi)
             rows.append(("minimum |rho_c| / r_f", H, skew, round(curvature, 2), published.CURVATURE[i][j]))
-            rows.append(("maximum alpha [deg]", H, skew, round(pressure), published.PRESSURE[i][j]))
+            degrees = round(float(np.degrees(pressure)))
+            rows.append(("maximum alpha [deg]", H, skew, degrees, published.PRESSURE[i][j]))
     return pd.DataFrame(rows, columns=["quantity", "H [m]", "beta / pi", "ours", "dissertation"])
 
 

@@ -13,7 +13,7 @@ from math import comb, factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.cam_follower.metrics import median_interval
+from pipeline.chapters.leaves import median_interval
 
 Array = NDArray[np.float64]
 

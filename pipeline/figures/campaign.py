@@ -16,7 +16,7 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters.boundary import measured
 from pipeline.figures.examples import levels
 from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, LABELS, new_figure, styled
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import folded, levels, median_row
 from pipeline.figures.panels import cam_grid
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import (
     BLACK,
     GREEN,

@@ -18,7 +18,7 @@ from pipeline.cam_follower.labels import full_revolutions
 from pipeline.chapters.boundary import SETTING, first_crossing, measured
 from pipeline.figures.examples import levels, median_row, nominal_and_bouncing
 from pipeline.figures.panels import STALL, boundary_line, cells, map_grid
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, LABELS, MM, absent, new_figure, setting, signed, styled
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.metrics import project_on_angle
 from pipeline.figures.palette import band, handle, look, plain_log, present, shares, table
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, absent, new_figure, setting, styled
 
 Array = NDArray[np.float64]

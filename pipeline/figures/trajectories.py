@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.labels import full_revolutions
 from pipeline.figures.examples import FACTORS, centre, folded, nominal_and_bouncing, varied
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import (
     BLACK,
     GREY,

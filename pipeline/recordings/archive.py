@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file, check_memory
-from unmodelled.logs.table import LARGEST as LARGEST_NUMBER
+from unmodelled.logs.cells import LARGEST as LARGEST_NUMBER
 
 Array = NDArray[np.float64]
 

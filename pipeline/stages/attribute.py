@@ -17,13 +17,13 @@ from pipeline.cam_follower.detachment import Family
 from pipeline.cam_follower.jumps import example_rows
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import Sequences
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
-from unmodelled.learning.splits import Fold, Indices, Split
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.learning.splits import Indices, Split, fold_named
 
 Tables = dict[str, pd.DataFrame]
 
@@ -55,7 +55,7 @@ def attribute(
 
     - phi: exp, step, feature, phi (m), and explained: exp, step, base, output (m), of the example runs;
     - points: exp, step, feature, phi (m), value (of the input, in SI units) and base (m), of every tenth step
-      of all explained runs; `pipeline.attribution.explanation` makes a `shap.Explanation` of them;
+      of all explained runs; `pipeline.figures.jumps.explanation` makes a `shap.Explanation` of them;
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 
@@ -81,7 +81,7 @@ def attribute(
         raise BadInput("model must be of the follower's detachment, such as model=detachment")
     begin = time.monotonic()
     campaign = Campaign.read(model.features)
-    rows = _fold(split, fold, campaign)
+    rows = fold_named(split.folds(campaign.experiments), fold)
     chosen = Choice.of(campaign.experiments, rows.train, rows.test, profile, seed)
     shown = np.array(example_rows(campaign.experiments, rows.test)["jump"])
     members = {name: _networks(model, name, fits, fold) for name in explained}
@@ -99,13 +99,6 @@ def attribute(
             write_parquet(table, folder / f"{kind}.parquet")
         counts = {"runs": len(chosen.runs), "references": len(chosen.references), "fold": fold}
         write_json(folder / "attribution.json", {**counts, "seconds": time.monotonic() - begin})
-
-
-def _fold(split: Split, name: str, campaign: Campaign) -> Fold:
-    folds = {fold.name: fold for fold in split.folds(campaign.experiments)}
-    if name not in folds:
-        raise BadInput(f"fold: unknown {name}, must be one of {', '.join(folds)}")
-    return folds[name]
 
 
 def _networks(model: Family, name: str, fits: Path, fold: str) -> Sequence[DetachmentNetwork]:

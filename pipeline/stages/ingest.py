@@ -13,12 +13,12 @@ from pipeline.cam_follower.cam import TURN
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.labels import label, mean_extreme, unwrapped
 from pipeline.recordings.rawlogs import ROWS, RawLogs
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track
 from unmodelled.base.shapes import ORIGIN, read_shaped
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.folder import read_logs
-from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.reader import read_system
 
 #: What to do with the result (`unmodelled.cli.written`).

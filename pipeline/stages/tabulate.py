@@ -12,13 +12,13 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.chapters import boundary, claims, summary
 from pipeline.chapters.readable import training_seconds, write_table
 from pipeline.revision import revision
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet, write_parquet
 from unmodelled.base.progress import track
 from unmodelled.learning.splits import Fold, Split, nominal_subsets
-from unmodelled.logs.trajectory import Campaign
 
 PROTOCOL = (
     "nominal runs sorted by measured F_min into I_1 to I_10; free run from the measured initial state; "
@@ -64,7 +64,7 @@ def tabulate(
     lines = _boundaries(force, experiments, mechanism)
     tables = {"experiments": experiments, "errors": errors, "examples": examples, "force": force}
     tables |= {"boundary": lines, "tuning": _tuning(tuning)}
-    cells = summary.table_5_1(mechanism)
+    cells = summary.table_5_1(lambda H, beta: mechanism.cam(H, beta).extremes())
     equal = int((cells["ours"] == cells["dissertation"]).sum())
     labels = summary.labels(experiments)
     labels["table_5_1"] = {"cells_equal": {"value": equal, "unit": "cells", "n": len(cells)}}

@@ -11,12 +11,12 @@ from pipeline.chapters.chapter5_claims import claims
 from pipeline.chapters.claims import complete
 from pipeline.chapters.readable import training_seconds, write_table
 from pipeline.revision import revision
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet, write_parquet
-from unmodelled.learning.splits import Split
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.learning.splits import Split, fold_named
 
 PREDICTED = ("runs", "repeats", "examples")
 EXPLAINED = ("shares", "overall", "accuracy", "phi", "explained", "points", "exact", "agreement")
@@ -66,7 +66,8 @@ def tabulate_jumps(
     found = {kind: _gather(predictions, kind) for kind in PREDICTED}
     found |= {kind: read_parquet(attributions / f"{kind}.parquet") for kind in EXPLAINED}
     chapter = chapter5.predictions(found["runs"])
-    accuracy = chapter5.force_accuracy(campaign.experiments, split.folds(campaign.experiments))
+    scarce = fold_named(split.folds(campaign.experiments), chapter5.SCARCE)
+    accuracy = chapter5.force_accuracy(campaign.experiments.iloc[scarce.test])
     chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
     chapter["attribution"] = chapter5.attribution(found)
     data = str(campaign.provenance["data"])

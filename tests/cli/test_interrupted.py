@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from unmodelled.base.ownership import MARKER
-from unmodelled.cli.command_line import INTERRUPTION
+from unmodelled.base.workers import INTERRUPTION
 
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 

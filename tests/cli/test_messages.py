@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import os
 import string
@@ -214,3 +215,18 @@ def test_a_very_long_message_shows_its_start_and_its_end() -> None:
     line = str(BadInput("campaign.zip: damaged (" + "x" * 5000 + "): unpack it again"))
     assert len(line) < LONGEST and line.startswith("campaign.zip: damaged (x")
     assert " ... x" in line and line.endswith("x): unpack it again")
+
+
+def test_a_full_memory_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from unmodelled.cli.verbs.simulate import simulate
+
+    @functools.wraps(simulate)
+    def full(**_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("unmodelled.cli.verbs.simulate.simulate", full)
+    code, lines = said(["simulate", "system=a", "logs=b", "out=c"], capsys)
+    assert code == 2
+    assert lines == ["error: the memory is used up: give fewer rows or experiments, or free some memory"]

@@ -18,13 +18,13 @@ from omegaconf import OmegaConf
 from pipeline.__main__ import CONF
 from pipeline.stages.tune import tune
 from tests.conftest import stages
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import MARKER
 from unmodelled.cli.command_line import _options_last
 from unmodelled.cli.sweep.runs import FAILURE, OVERRIDES
 from unmodelled.cli.verbs.compare import compare
-from unmodelled.logs.trajectory import Campaign
 
 ROOT = CONF.parent
 SYSTEM = """
@@ -92,13 +92,13 @@ def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
     assert said[1].startswith("smallest simulation.gap.known: ") and said[1].endswith("run 0 horizon=0.05")
     failed, last = result.stderr.splitlines()
     assert failed.startswith("without metrics: run 1 horizon=-1: horizon: must be a number from 0 up")
-    files = "comparison.csv, comparison.parquet, comparison.svg"
+    files = "comparison.csv, comparison.svg"
     assert last == f"wrote compared: {files}; open compared/comparison.svg"
-    table = pd.read_parquet(cart / "compared" / "comparison.parquet")
+    table = pd.read_csv(cart / "compared" / "comparison.csv", dtype={"run": str})
     assert table["run"].tolist() == ["0", "1", "2"] and table["horizon"].tolist() == [0.05, -1.0, 0.1]
     gaps = [json.loads((runs / n / "simulation.json").read_text())["gap"]["known"] for n in ("0", "2")]
     assert table["simulation.gap.known"].dropna().tolist() == gaps
-    names = [MARKER, *(f"comparison.{kind}" for kind in ("csv", "parquet", "svg"))]
+    names = [MARKER, *(f"comparison.{kind}" for kind in ("csv", "svg"))]
     assert sorted(p.name for p in (cart / "compared").iterdir()) == names
     assert {p.name for p in cart.iterdir()} == {"cart.yaml", "logs", "outputs", "compared"}
 

@@ -13,9 +13,10 @@ from scipy.interpolate import CubicSpline
 from unmodelled.diagnosis.data.gap import WHOLE, FreeRun, steps_of
 from unmodelled.engine.compiled.structure import Augmented
 from unmodelled.engine.free_run import Integration
+from unmodelled.learning.held_out import measured_samples
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
-from unmodelled.models.rollout import Measured, simulate
+from unmodelled.models.rollout import simulate
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 
@@ -52,7 +53,7 @@ def free_run(
     )
     for i in runs:
         result.window[logs.rows(i)] = np.maximum(np.arange(np.diff(logs.offsets)[i]) - 1, 0) // steps
-    data, sensors = Measured.of(logs), _Sensors(system, logs)
+    data, sensors = measured_samples(logs), _Sensors(system, logs)
     model = _plain(system)
     sensors.start(result, logs.offsets[:-1][list(runs)])
     parts = list(_parts(sensors.last, steps, runs))

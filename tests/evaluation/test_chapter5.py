@@ -13,7 +13,7 @@ from pipeline.chapters import chapter5
 from pipeline.chapters.chapter5_claims import claims
 from pipeline.chapters.verdicts import DIRECTION, FAILS, HOLDS, TOO_FEW
 from unmodelled.base.errors import BadInput
-from unmodelled.learning.splits import Fold
+from unmodelled.learning.splits import Fold, fold_named
 
 MODELS = ("tau1", "tau2", "tau3", "tau4")
 FOLDS = {"uniform": ["1%", "5%", "10%", "30%", "50%"], "factors": ["H", "beta", "m"]}
@@ -170,11 +170,15 @@ def test_a_fold_without_jumps_has_no_error_on_them() -> None:
 
 def test_the_force_is_a_classifier_of_the_same_test_runs() -> None:
     table = pd.DataFrame({"f_min": [3.0, -1.0, 2.0, -2.0], "label": ["jump", "contact", "contact", "jump"]})
+    found = chapter5.force_accuracy(table)
+    assert found["value"] == 0.5 and found["n"] == 4
+
+
+def test_a_fold_is_found_by_its_name() -> None:
     fold = Fold("5%", np.arange(2), np.arange(2, 4))
-    found = chapter5.force_accuracy(table, [fold])
-    assert found["value"] == 1.0 and found["n"] == 2
-    with pytest.raises(BadInput, match="no fold 5%, only 50%"):
-        chapter5.force_accuracy(table, [Fold("50%", fold.train, fold.test)])
+    assert fold_named([Fold("50%", fold.test, fold.train), fold], "5%") is fold
+    with pytest.raises(BadInput, match="fold: unknown 5%, must be one of 50%"):
+        fold_named([Fold("50%", fold.train, fold.test)], "5%")
 
 
 def test_a_missing_model_is_named() -> None:

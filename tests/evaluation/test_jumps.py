@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.jumps import Observed, example_rows, judge, threshold
 from pipeline.cam_follower.labels import mean_extreme
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning import splits
 from unmodelled.learning.splits import Fold
-from unmodelled.logs.trajectory import Campaign
 
 FACTORS = ["H", "beta", "m"]
 

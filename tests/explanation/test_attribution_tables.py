@@ -9,8 +9,8 @@ import pytest
 from pipeline.attribution import tables
 from pipeline.attribution.choice import Choice
 from pipeline.attribution.deep_shap import deep_shap
-from pipeline.attribution.explanation import explanation
 from pipeline.attribution.groups import players
+from pipeline.figures.jumps.explanation import explanation
 from tests.explanation.attribution_problems import inputs_of, random_network, random_runs
 from unmodelled.base.errors import BadInput
 

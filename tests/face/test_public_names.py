@@ -15,19 +15,21 @@ import pytest
 import unmodelled as um
 from pipeline.rigs.pendulum import PendulumCampaign
 from tests.face.flywheel import write_logs
+from unmodelled.base.tables import read_table
+from unmodelled.report.figures.tables import TEXTS
 
 ROOT = Path(__file__).parents[2]
 #: Libraries that the core neither loads nor needs.
-FOREIGN = ("torch", "dvc", "hydra", "shap", "mujoco")
+FOREIGN = ("torch", "dvc", "hydra", "shap", "mujoco", "pyarrow")
 #: Libraries that take long to load.
-SLOW = (*FOREIGN, "numpy", "pandas", "scipy", "sympy", "numba", "matplotlib", "pyarrow")
+SLOW = (*FOREIGN, "numpy", "pandas", "scipy", "sympy", "numba", "matplotlib")
 
 REFUSING = f"""
 import sys
 class Refuse:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in {FOREIGN}:
-            raise ImportError(f"{{name}} is not to be imported")
+            raise ModuleNotFoundError(f"{{name}} is not to be imported", name=name)
 sys.meta_path.insert(0, Refuse())
 """
 
@@ -45,7 +47,7 @@ def test_importing_the_package_loads_no_library() -> None:
     assert [name for name in loaded if name.startswith("unmodelled")] == ["unmodelled"]
 
 
-def test_the_core_works_without_torch_dvc_hydra_shap_and_mujoco() -> None:
+def test_the_core_works_without_optional_libraries() -> None:
     program = REFUSING + (
         "import unmodelled as um\n"
         "system, logs = um.example('pendulum')\n"
@@ -54,8 +56,52 @@ def test_the_core_works_without_torch_dvc_hydra_shap_and_mujoco() -> None:
         "answer = um.diagnose(system, logs)\n"
         "answer.plot()\n"
         "print(answer.verdict, answer.effects[0].family)\n"
+        "frames = dict(iter(logs.table().groupby('experiment')))\n"
+        "print((um.Logs.from_frames(frames, system).y == logs.y).all())\n"
     )
-    assert python(program) == "effect coulomb_friction\n"
+    assert python(program) == "effect coulomb_friction\nTrue\n"
+
+
+def test_results_are_csv_files_without_pyarrow(tmp_path: Path) -> None:
+    write = (
+        "import unmodelled as um\n"
+        "system, logs = um.example('pendulum')\n"
+        "um.simulate(system, logs).save('{0}/simulation')\n"
+        "um.identifiability(system, logs).save('{0}/study')\n"
+        "um.diagnose(system, logs).save('{0}/answer')\n"
+    )
+    without, normal = tmp_path / "without", tmp_path / "normal"
+    python(REFUSING + write.format(without))
+    python(write.format(normal))
+    written = sorted(path.relative_to(normal) for path in normal.rglob("*.parquet"))
+    assert len(written) >= 11 and not list(without.rglob("*.parquet"))
+    for path in written:
+        one = read_table((normal / path).with_suffix(""), TEXTS)
+        other = read_table((without / path).with_suffix(""), TEXTS)
+        pd.testing.assert_frame_equal(one, other, check_dtype=len(one) > 0, rtol=0.0, atol=0.0)
+    assert (without / "answer" / "index.html").exists()
+
+
+@pytest.mark.parametrize("library", ["pyarrow", "torch"])
+def test_a_missing_library_is_named_with_the_command_that_installs_it(library: str, tmp_path: Path) -> None:
+    system, logs = um.example("pendulum")
+    frames = dict(iter(logs.table().groupby("experiment")))
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    for name, rows in frames.items():
+        rows.to_parquet(folder / f"{name}.parquet")
+    table = [f"{name},{name}.parquet" for name in frames]
+    (folder / "experiments.csv").write_text("\n".join(["id,file", *table]))
+    verb, given = ("simulate", str(folder)) if library == "pyarrow" else ("train", logs.source)
+    words = [verb, f"system={system.source}", f"logs={given}", f"out={tmp_path}/out"]
+    program = REFUSING.replace(str(FOREIGN), str((library,)))
+    program += f"sys.argv[1:] = {words}\nfrom unmodelled.__main__ import console\nconsole()"
+    found = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True)
+    lines = found.stderr.splitlines()
+    assert found.returncode == 2, found.stderr
+    assert lines[0].startswith("error: ")
+    assert all(f'{library} is not installed: pip install "{library}' in line for line in lines), found.stderr
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("name", FOREIGN)

@@ -10,7 +10,7 @@ import pandas as pd
 
 from pipeline.figures.jumps import tables
 from tests.figures.checks import write_tables
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 Content = dict[str, pd.DataFrame]
 SETTINGS = ("m", "H", "beta")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from pipeline.cam_follower.cam import TURN, cycloid
 from pipeline.figures import examples, panels
 from tests.figures.checks import figures_of
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures import style
 
 FIGURES = figures_of("cams", "trajectories", "campaign", "detachment")

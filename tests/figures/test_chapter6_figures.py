@@ -16,7 +16,7 @@ from pipeline.chapters import boundary
 from pipeline.figures import exploration, simulation
 from pipeline.figures.palette import LOOKS, look, present
 from tests.figures.checks import Draw, check_caption, figures_of
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import save
 
 FIGURES = figures_of("simulation", "exploration")

@@ -6,7 +6,7 @@ import pytest
 
 from tests.fuzz.inputs import Case
 from tests.fuzz.readers import archive_cases, checkpoint_cases, plain_cases
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 
 @pytest.fixture(scope="session")

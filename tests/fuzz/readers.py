@@ -36,6 +36,7 @@ from tests.measurements.systems import motor, run, write_folder
 from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
+from unmodelled.base.campaign import Campaign
 from unmodelled.cli.sweep.runs import OVERRIDES, read_run
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
@@ -45,7 +46,6 @@ from unmodelled.learning.windows import Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import read_rows
-from unmodelled.logs.trajectory import Campaign
 from unmodelled.models.structures import one_per_port
 from unmodelled.systems.reader import read_system
 

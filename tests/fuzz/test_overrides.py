@@ -13,7 +13,7 @@ from omegaconf import OmegaConf
 from pipeline.__main__ import CONF, PROGRAM, main
 from pipeline.rigs.pendulum import PendulumCampaign
 from tests.fuzz.inputs import draws
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 VALUES = [
     *("abc", "''", "nan", "inf", "-inf", "-1", "-0.5", "0", "0.0", "1e999", "1000000000000", "1e-300", "1.5"),

@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from pipeline.cells import cells
-from unmodelled.cli.command_line import INTERRUPTION
+from unmodelled.base.workers import INTERRUPTION
 
 ROOT = Path(__file__).parents[2]
 

@@ -153,7 +153,7 @@ def frame() -> set[str]:
     """What the command line loads around a verb: of one that is refused, and to note one that is done."""
     code, loaded = run("simulate", "no_such_key=1")
     assert code == 2 and not any(".verbs." in name or ".stages." in name for name in loaded)
-    return loaded | {"pipeline.execution", "pipeline.revision"}
+    return loaded | {"pipeline.revision"}
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.graph.tiny import HYBRIDS, write_project
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 pytestmark = pytest.mark.graph
 

@@ -9,7 +9,7 @@ import torch
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequence.training import Start, Training, standardised
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega", "F_dagger", "alpha"), ("m", "H", "beta"))
 FEW = Training(batch=6, epochs=1, updates=1, most=6)

@@ -11,8 +11,8 @@ from pipeline.cam_follower.bounce import BounceParameters, CamMotion, simulate
 from pipeline.cam_follower.bounce_fitting import fit_bounce
 from pipeline.cam_follower.cam_follower import CamFollower
 from tests.models.bounce_runs import PARAMETERS, campaign, turning
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.trajectory import Campaign
 
 BENCH = CamFollower()
 

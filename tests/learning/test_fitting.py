@@ -23,13 +23,12 @@ from unmodelled.base.errors import BadInput
 from unmodelled.learning import fitting
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
-from unmodelled.learning.held_out import free_runs, learned_efforts
+from unmodelled.learning.held_out import free_runs, learned_efforts, measured_samples
 from unmodelled.learning.on_device import train_on
 from unmodelled.learning.splits import leave_one_out
 from unmodelled.learning.windows import Progress, Windows
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.models.rollout import Measured
 from unmodelled.models.structures import one_per_port, physics_only
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
@@ -187,7 +186,7 @@ def test_a_diverging_fold_is_reported_and_leaves_the_others_alone(
 def test_torch_on_a_device_trains_like_the_compiled_loop(pendulum: tuple[System, Logs]) -> None:
     system, logs = pendulum
     recipe = replace(PLAIN, identify=("b", "J"), spread=0.3, windows=Windows(3, 1, batch=1000))
-    data = Measured.of(logs)
+    data = measured_samples(logs)
     runs = [fold.train for fold in leave_one_out(logs.experiments)]
     stacks = []
     for device in (None, "cpu"):

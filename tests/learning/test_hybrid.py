@@ -21,9 +21,9 @@ from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequence.training import Training
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceRecipe, Ensemble, shortened
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.learning.splits import Fold, Split
-from unmodelled.logs.trajectory import Campaign
 
 MECHANISM = CamFollower()
 BOUNCE = BounceRecipe(MECHANISM, members=1, samples=100)

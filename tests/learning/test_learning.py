@@ -22,11 +22,11 @@ from pipeline.cam_follower.motor import Motor
 from pipeline.cam_follower.recipe import DrivetrainRecipe, load
 from pipeline.cam_follower.relu_ode import Hybrid
 from pipeline.cam_follower.sampler import Sampler, input_scale
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.threads import one_thread
 from unmodelled.learning import splits
 from unmodelled.learning.checkpoint import save
-from unmodelled.logs.trajectory import Campaign
 
 MODELS = [
     name

@@ -9,7 +9,7 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.dataset import Dataset
 from pipeline.cam_follower.least_squares import fit
 from pipeline.cam_follower.linear import Linear
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 
 def test_collinear_settings_share_their_weight_always_in_the_same_way(small_campaign: Campaign) -> None:

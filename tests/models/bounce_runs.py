@@ -9,7 +9,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pipeline.cam_follower.bounce import BounceParameters
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 Array = NDArray[np.float64]
 PERIOD = 0.01

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.trajectory import Campaign
 
 INPUTS = SequenceInputs(("sin(theta)", "cos(theta)", "omega"), ("m", "H"))
 LENGTHS = (5, 9, 3, 7)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from pipeline.slider_crank.slider_crank import newton_euler
+from tests.physics.newton_euler import newton_euler
 from unmodelled.engine.free_run import Integration
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.rollout import Measured, simulate

@@ -18,12 +18,12 @@ from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.recordings.cam_drivetrain import CamDrivetrainRecording
 from pipeline.stages.acquire import acquire
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
-from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.stages.jump_stages import CELLS, attribute, evaluate, tabulate, train
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 
 @pytest.fixture(scope="session")

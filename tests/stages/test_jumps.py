@@ -13,7 +13,7 @@ import pytest
 
 from pipeline.cam_follower.sequence import recipe as recipes
 from tests.stages.jump_stages import evaluate, train
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 
 
 def test_tables_hold_what_was_not_trained_on(root: Path, jump_campaign: Campaign) -> None:

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.stages.jump_stages import BOTH, attribute, evaluate, tabulate, train
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.trajectory import Campaign
 
 
 def copied(root: Path, name: str, to: Path) -> Path:

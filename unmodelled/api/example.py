@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from unmodelled.api.inputs import read_inputs
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 
 FOLDER = Path(__file__).parent / "examples"
 
@@ -51,5 +50,4 @@ def example(name: str = "pendulum") -> tuple[System, Logs]:
     known = sorted(folder.name for folder in FOLDER.iterdir())
     if name not in known:
         raise BadInput(f"example: there is no {name!r}{closest(str(name), known)}")
-    system = read_system(FOLDER / name / f"{name}.yaml")
-    return system, read_logs(FOLDER / name / "logs", system)
+    return read_inputs(FOLDER / name / f"{name}.yaml", FOLDER / name / "logs")

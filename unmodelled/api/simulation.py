@@ -15,7 +15,7 @@ from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
-from unmodelled.base.parquet import write_parquet
+from unmodelled.base.tables import write_table
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.logs import Logs
@@ -23,7 +23,7 @@ from unmodelled.logs.preparation import prepared_for
 from unmodelled.report.figures.free_run import measured_and_simulated
 from unmodelled.systems.model import System
 
-TABLE, SUMMARY = "simulation.parquet", "simulation.json"
+TABLE, SUMMARY = "simulation", "simulation.json"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,7 +118,7 @@ class Simulation:
         return measured_and_simulated(rows[rows["experiment"] == name], units, name)
 
     def save(self, folder: Path | str) -> None:
-        """Write simulation.parquet (the table) and simulation.json (the gap).
+        """Write simulation.parquet (the table; simulation.csv without pyarrow) and simulation.json (the gap).
 
         Args:
             folder: folder that is new, empty or holds an older simulation; replaced as a whole.
@@ -128,7 +128,7 @@ class Simulation:
         """
         sources = {"system": self.system.source, "logs": self.logs.source}
         with writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
-            write_parquet(self.table(), new / TABLE)
+            write_table(self.table(), new / TABLE)
             write_json(new / SUMMARY, self._content())
 
     def __repr__(self) -> str:

@@ -34,6 +34,21 @@ def write_parquet(
     pq.write_table(table, path, compression="zstd", use_dictionary=dictionary, write_page_checksum=True)
 
 
+def column_names(path: Path) -> list[str]:
+    """Return the names of the columns of a Parquet file.
+
+    Args:
+        path: path of the file.
+
+    Raises:
+        BadInput: if the file is damaged or not a Parquet file.
+    """
+    try:
+        return list(pq.read_schema(path).names)
+    except (pa.ArrowException, OSError) as error:
+        raise BadInput(f"{path}: not a table ({str(error).splitlines()[0]})") from None
+
+
 def read_arrow(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """Read a Parquet file as an Arrow table.
 

@@ -22,6 +22,8 @@ NUMERICAL = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 THREADS = (*NUMERICAL, "NUMBA_NUM_THREADS")
 #: Exit code of a program that Ctrl-C ended, as shells count: 128 and the number of the signal.
 INTERRUPTED = 128 + signal.SIGINT
+#: Message of a program that Ctrl-C ended.
+INTERRUPTION = "interrupted: what was not finished is not written; the same command starts it again"
 #: Whether Ctrl-C was pressed: a library may make another exception of KeyboardInterrupt.
 interrupted = threading.Event()
 #: Seconds until an interruption that could not be raised is tried again.

@@ -20,6 +20,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from unmodelled.base import workers
 from unmodelled.base.errors import BadInput
+from unmodelled.base.extras import missing
 from unmodelled.base.progress import mode
 from unmodelled.cli.overrides import checked_paths
 from unmodelled.cli.program import Program
@@ -82,10 +83,14 @@ def _called(program: Program, config: DictConfig) -> Any:
 def _cause(error: InstantiationException) -> BaseException:
     """Return the exception of the verb, which Hydra wraps."""
     cause: BaseException = error
-    while isinstance(cause, InstantiationException) and cause.__cause__ is not None:
+    while isinstance(cause, InstantiationException | ImportError) and cause.__cause__ is not None:
         cause = cause.__cause__
     if isinstance(cause, OSError) and cause.errno in FULL:
         return BadInput(f"{cause.filename or 'disk'}: cannot be written: {cause.strerror}")
+    if isinstance(cause, MemoryError):
+        return BadInput("the memory is used up: give fewer rows or experiments, or free some memory")
+    if isinstance(cause, ModuleNotFoundError) and (line := missing(cause)):
+        return BadInput(line)
     if isinstance(cause, InstantiationException) or _is_call(cause):
         return BadInput(" ".join(str(cause).split()))
     return cause

@@ -42,9 +42,6 @@ FORMS = {
     "--version": "the version",
 }
 
-#: Said after Ctrl-C.
-INTERRUPTION = "interrupted: what was not finished is not written; the same command starts it again"
-
 
 def main(program: Program, arguments: list[str]) -> int:
     """Run one verb.
@@ -61,7 +58,7 @@ def main(program: Program, arguments: list[str]) -> int:
     except BaseException as error:
         if not (isinstance(error, KeyboardInterrupt) or workers.interrupted.is_set()):
             raise
-        print(INTERRUPTION, file=sys.stderr)
+        print(workers.INTERRUPTION, file=sys.stderr)
         return workers.INTERRUPTED
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -12,6 +13,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from omegaconf import DictConfig
+
+#: Folder of the library.
+PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
@@ -27,6 +31,17 @@ class Source:
     package: str
     verbs: Path
     conf: Path
+
+
+#: Verbs of the library, which every program has.
+LIBRARY = Source("unmodelled.cli.verbs", PACKAGE / "cli" / "verbs", PACKAGE / "conf")
+
+
+def version() -> str:
+    """Return the version of the library and of Python."""
+    from importlib.metadata import version as installed
+
+    return f"unmodelled {installed('unmodelled')} (Python {'.'.join(map(str, sys.version_info[:3]))})"
 
 
 @dataclass(frozen=True)

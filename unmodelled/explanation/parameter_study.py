@@ -11,10 +11,10 @@ from typing import Any
 import pandas as pd
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing, write_json
+from unmodelled.base.files import write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
-from unmodelled.base.parquet import write_parquet
+from unmodelled.base.tables import write_table
 from unmodelled.explanation.advice import advise
 from unmodelled.explanation.identifiability import Identifiability, identify_sets
 from unmodelled.logs.logs import Logs
@@ -78,7 +78,9 @@ class ParameterStudy:
         return table.assign(names=table["names"].map(", ".join)).rename(columns={"names": "set"})
 
     def save(self, folder: Path | str) -> None:
-        """Write sensitivity.parquet, correlation.parquet, advice.parquet (the sets) and identifiability.json.
+        """Write the tables sensitivity, correlation and advice (the sets), and identifiability.json.
+
+        The tables are Parquet files, or CSV files if pyarrow is not installed.
 
         Args:
             folder: folder that is new, empty or holds an older study.
@@ -90,8 +92,7 @@ class ParameterStudy:
         tables = {"sensitivity": self.sensitivity, "correlation": self.correlation, "advice": self.table()}
         with writing("identifiability", out, sources):
             for name, table in tables.items():
-                with replacing(out / f"{name}.parquet") as temporary:
-                    write_parquet(table, temporary)
+                write_table(table, out / name)
             write_json(out / "identifiability.json", self._content())
 
     def __repr__(self) -> str:

@@ -16,7 +16,7 @@ from unmodelled.engine.free_run import Integration, Method
 from unmodelled.learning.evaluation import judged
 from unmodelled.learning.fit import Fit, load_stack
 from unmodelled.learning.fitting import fit, start_from
-from unmodelled.learning.held_out import surfaces
+from unmodelled.learning.held_out import measured_samples, surfaces
 from unmodelled.learning.initial import initial_parameters, initial_weights, scales
 from unmodelled.learning.recipe import Tables, check_folds, required
 from unmodelled.learning.splits import Fold, Split
@@ -150,7 +150,7 @@ class AugmentedRecipe:
             BadInput: when the recipe does not suit the system, the data or the stack to start from.
         """
         runs = [np.asarray(fold.train, np.int64) for fold in folds for _ in range(repeats)]
-        problem = self.problem(system, Measured.of(logs), logs.period, runs, seed)
+        problem = self.problem(system, measured_samples(logs), logs.period, runs, seed)
         if start is not None:
             start_from(problem, start)
         ids = {fold.name: tuple(logs.ids[run] for run in fold.train.tolist()) for fold in folds}
@@ -235,7 +235,7 @@ class AugmentedRecipe:
         how = self.integration(measured.period)
         found = judged(fitted, measured, trained, tests, about["repeats"], how)
         # the first model as it was before training
-        data, first = Measured.of(measured), [folds[0].train]
+        data, first = measured_samples(measured), [folds[0].train]
         initial = self.problem(known, data, measured.period, first, about["seed"]).model
         print(found)
         return found.tables() | {"surface": surfaces({"initial": initial, "converged": fitted}, measured)}

@@ -25,6 +25,16 @@ LARGEST = 10.0
 GRID = 41
 
 
+def measured_samples(logs: Logs) -> Measured:
+    """Return the samples of logs as kernels read them.
+
+    Args:
+        logs: measured experiments with states.
+    """
+    x, u, t, c = (np.array(a, np.float64, order="C") for a in (logs.x, logs.u, logs.t, logs.c))
+    return Measured(x, u, t, c, logs.owner, np.asarray(logs.offsets, np.int64))
+
+
 class FreeRuns(NamedTuple):
     """Free runs of a stack of models.
 
@@ -53,7 +63,7 @@ def free_runs(
     Returns:
         Errors of all free runs, and the trajectories of the first repeat.
     """
-    data = Measured.of(logs)
+    data = measured_samples(logs)
     limit = LARGEST * np.abs(logs.x).max(axis=0)
     shown = [j for j, measured in enumerate(logs.measured) if measured]
     errors, examples = [], []

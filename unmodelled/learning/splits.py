@@ -52,6 +52,22 @@ class Split:
     explore: bool = False
 
 
+def fold_named(folds: Sequence[Fold], name: str) -> Fold:
+    """Return the fold of a name.
+
+    Args:
+        folds: folds of a split.
+        name: name of one of them.
+
+    Raises:
+        BadInput: when there is no fold of this name.
+    """
+    found = next((fold for fold in folds if fold.name == name), None)
+    if found is None:
+        raise BadInput(f"fold: unknown {name}, must be one of {', '.join(fold.name for fold in folds)}")
+    return found
+
+
 def nominal_subsets(experiments: pd.DataFrame, count: int = 10) -> list[Indices]:
     """Sort the contact runs by falling minimal contact force, in subsets I_1, I_2, ... (6.5).
 

@@ -1,21 +1,19 @@
-"""Logs from data frames, read like a log folder: the same checks and the same refusals."""
+"""Logs from data frames, with the checks and the refusals of a log folder."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import pandas as pd
-import pyarrow as pa
 
-from unmodelled.base.errors import BadInput
-from unmodelled.base.files import write_json
-from unmodelled.base.parquet import write_parquet
-from unmodelled.logs.folder import read_logs
+from unmodelled.base.errors import BadInput, Faults
+from unmodelled.logs.assembly import assembled, check_log, units_of
+from unmodelled.logs.cells import frame_numbers
+from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.recognition import refuse_missing
+from unmodelled.logs.table import Columns, Rows, check_repeated
 from unmodelled.systems.model import System
 
 ORIGIN = {"data": "measured", "description": "data frames"}
@@ -24,7 +22,7 @@ ORIGIN = {"data": "measured", "description": "data frames"}
 def read_frames(
     frames: Mapping[str, pd.DataFrame], system: System, experiments: pd.DataFrame | None = None
 ) -> Logs:
-    """Read data frames as `Logs.from_frames` says, by way of a temporary log folder.
+    """Read data frames as `Logs.from_frames` says.
 
     Args:
         frames: experiments by their ids.
@@ -34,47 +32,39 @@ def read_frames(
     Raises:
         BadInput: a line for every fault, which names frame, row and column.
     """
-    names = {f"{k}.parquet": name for k, name in enumerate(frames)}
-    with TemporaryDirectory() as place:
-        folder = Path(place)
-        shown = {str(folder / file): f"frames[{name!r}]" for file, name in names.items()}
-        shown |= {str(folder / "experiments.csv"): "experiments", str(folder): "frames"}
-        _write_table(folder / "experiments.csv", names, experiments)
-        write_json(folder / "provenance.json", ORIGIN)
-        for file, name in names.items():
-            _write_frame(folder / file, name, frames[name])
-        try:
-            found = read_logs(folder, system)
-        except BadInput as fault:
-            first, *others = (_renamed(line, shown) for line in (str(fault), *fault.others))
-            raise BadInput(first, others) from None
-    return replace(found, source="")
+    table, faults, logs = _table(list(frames), experiments), Faults(), []
+    if frames:
+        refuse_missing("experiments: row 1", "the table", table[0], logged(system))
+    for name, frame in frames.items():
+        with faults.collected():
+            log = _columns(Path(f"frames[{name!r}]"), frame, list(units_of(system)))
+            check_log(log, system)
+            logs.append(log)
+    return assembled(system, Path("experiments"), table, logs, ORIGIN, faults)
 
 
-def _write_table(path: Path, names: Mapping[str, str], experiments: pd.DataFrame | None) -> None:
-    """Write experiments.csv with a row for every frame."""
-    if experiments is not None and (unknown := set(names.values()) ^ set(experiments.index)):
+def _table(ids: list[str], experiments: pd.DataFrame | None) -> tuple[list[str], Rows]:
+    """Return header and rows as experiments.csv would have them; the files are the ids."""
+    if experiments is not None and (unknown := set(ids) ^ set(experiments.index)):
         raise BadInput(
             f"experiments: its index and the frames must have the same ids; {min(unknown)!r} is in one only"
         )
     more = [] if experiments is None else [name for name in experiments.columns if name not in ("id", "file")]
-    with path.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file)
-        rows.writerow(["id", "file", *more])
-        for log, name in names.items():
-            cells = [] if experiments is None else experiments.loc[name, more].tolist()
-            rows.writerow([name, log, *cells])
+    rows: Rows = []
+    for row, name in enumerate(ids, start=2):
+        cells = [] if experiments is None else experiments.loc[name, more].tolist()
+        rows.append((row, [str(cell).strip() for cell in (name, name, *cells)]))
+    return ["id", "file", *map(str, more)], rows
 
 
-def _write_frame(path: Path, name: str, frame: pd.DataFrame) -> None:
-    try:
-        write_parquet(frame.reset_index(drop=True), path)
-    except (pa.ArrowException, ValueError, TypeError) as error:
-        raise BadInput(f"frames[{name!r}]: {error}: give columns of numbers with texts as names") from None
-
-
-def _renamed(line: str, shown: Mapping[str, str]) -> str:
-    """A message about the temporary folder as one about the frames."""
-    for path, name in shown.items():
-        line = line.replace(path, name)
-    return line
+def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
+    """Return the wanted columns of a frame; `path` is its name in messages."""
+    names = [str(name) for name in frame.columns]
+    check_repeated(path, names)
+    refuse_missing(f"{path}: row 1", "the frame", names, wanted)
+    faults, values = Faults(), {}
+    for name in wanted:
+        with faults.collected():
+            values[name] = frame_numbers(path, name, frame.iloc[:, names.index(name)])
+    faults.check()
+    return Columns(path, values, header=False)

@@ -26,8 +26,9 @@ from unmodelled.base.files import replacing
 from unmodelled.base.limits import check_file, check_memory, limit_process
 from unmodelled.base.shapes import ORIGIN, check_shape
 from unmodelled.base.workers import pool_of
+from unmodelled.logs.cells import check_finite
 from unmodelled.logs.recognition import refuse_missing
-from unmodelled.logs.table import Columns, Rows, check_finite
+from unmodelled.logs.table import Columns, Rows
 from unmodelled.systems.units import parse_unit
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
-from unmodelled.logs.trajectory import Campaign
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]

@@ -13,21 +13,17 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.csv as pa_csv
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.extras import missing
 from unmodelled.base.limits import NUMBERS, OBJECTS, check_file
-from unmodelled.base.parquet import read_arrow
+from unmodelled.logs.cells import LARGEST, frame_numbers, no_number, shown
 from unmodelled.logs.recognition import NUMBER, foreign, not_utf8, odd_row, refuse_header
 
 Array = NDArray[np.float64]
 Rows = list[tuple[int, list[str]]]  # row number in the file, cells
 
-#: No measurement is larger, and squares of what is smaller do not overflow.
-LARGEST = 1e100
 #: No measurement in SI units varies by less; sizes below 1e-12 are not told from zero (`effects.scales`).
 SMALLEST = 1e-15
 
@@ -113,12 +109,28 @@ def check_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> No
         BadInput: when it does, naming the columns.
     """
     faults = Faults()
-    for name, count in Counter(header).items():
-        if name and count > 1 and not NUMBER.fullmatch(name):  # numbers: there is no header
-            faults.add(f"{path}: row 1: column {_shown(name)} stands there {count} times")
+    with faults.collected():
+        check_repeated(path, header)
     if not set(wanted) <= set(header):
         with faults.collected():
             refuse_header(path, header, wanted)
+    faults.check()
+
+
+def check_repeated(path: Path, header: Sequence[str]) -> None:
+    """Refuse a header that repeats a column.
+
+    Args:
+        path: path of the file.
+        header: names of the columns.
+
+    Raises:
+        BadInput: a line for every such column.
+    """
+    faults = Faults()
+    for name, count in Counter(header).items():
+        if name and count > 1 and not NUMBER.fullmatch(name):  # numbers: there is no header
+            faults.add(f"{path}: row 1: column {shown(name)} stands there {count} times")
     faults.check()
 
 
@@ -161,7 +173,7 @@ class _Column:
         """Refuse the column if a cell was no number."""
         if self._bad:
             row, cell = self._first
-            raise _no_number(self.path, row, self.name, _shown(cell), self._bad, _pointed(cell))
+            raise no_number(self.path, row, self.name, shown(cell), self._bad, _pointed(cell))
 
 
 def _is_number(cell: str) -> bool:
@@ -172,12 +184,6 @@ def _pointed(cell: str) -> str:
     """Return advice on how to write a number with a decimal comma."""
     pointed = cell.replace(",", ".")
     return f": write {pointed[:30]}" if "," in cell and _is_number(pointed) else ""
-
-
-def _no_number(path: Path, row: int, column: str, cell: str, count: int, advice: str = "") -> BadInput:
-    more = f" (the first of {count} such rows)" if count > 1 else ""
-    place = f"{path}: row {row}: column {column}"
-    return BadInput(f"{place}: {cell} is not a finite number below {LARGEST:g}{advice}{more}")
 
 
 def _records(path: Path) -> Iterator[tuple[int, list[str]]]:
@@ -215,11 +221,11 @@ def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> N
     """
     for name in experiments.columns:
         if not _is_text(str(name)):
-            raise BadInput(f"{path}: row 1: column {_shown(str(name))}: the name has a control character")
+            raise BadInput(f"{path}: row 1: column {shown(str(name))}: the name has a control character")
         for row, cell in zip(rows, experiments[name], strict=True):
             if isinstance(cell, str) and not _is_text(cell):
                 raise BadInput(
-                    f"{path}: row {row}: column {name}: {_shown(cell)} has a control character: leave it out"
+                    f"{path}: row {row}: column {name}: {shown(cell)} has a control character: leave it out"
                 )
 
 
@@ -247,19 +253,21 @@ def _reason(error: Exception) -> str:
 
 
 def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
-    """Arrow reads quickly; what it does not take is read cell by cell, which names the bad ones."""
+    """Read with pandas; a file that pandas refuses is read cell by cell, which names the bad cells."""
     header = _header(path, _records(path), wanted)
+    # other columns are read too, a byte of every cell, or rows of another length would not be noticed
+    kinds = {k: np.float64 if name in wanted else "S1" for k, name in enumerate(header)}
     try:
-        table = pa_csv.read_csv(
-            path,
-            read_options=pa_csv.ReadOptions(column_names=header, skip_rows=1),
-            convert_options=pa_csv.ConvertOptions(
-                include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64()), null_values=[]
-            ),
+        table = pd.read_csv(
+            path, header=None, skiprows=1, dtype=kinds, keep_default_na=False, encoding="utf-8"
         )
-    except (pa.ArrowException, OSError):
+    except (ValueError, OSError):
         return _cell_by_cell(path, wanted)
-    values = {name: table[name].to_numpy() for name in wanted}
+    last = table.shape[1] - 1
+    short = kinds.get(last) == "S1" and (table[last] == b"").any()
+    if table.shape[1] != len(header) or short:
+        return _cell_by_cell(path, wanted)
+    values = {name: table[header.index(name)].to_numpy() for name in wanted}
     fine = all((np.abs(v) < LARGEST).all() for v in values.values())
     return values if fine else _cell_by_cell(path, wanted)
 
@@ -272,8 +280,8 @@ def _cell_by_cell(path: Path, wanted: list[str]) -> dict[str, Array]:
     start = list(islice(records, 2))
     first = [start[0][1][k] for k in at] if len(start) > 1 else []
     if first and not any(cell == "" or any(c.isdigit() for c in cell) for cell in first):
-        shown = ", ".join(map(_shown, first))
-        faults.add(f"{path}: row {start[0][0]}: must hold numbers, got {shown}: delete the row")
+        got = ", ".join(map(shown, first))
+        faults.add(f"{path}: row {start[0][0]}: must hold numbers, got {got}: delete the row")
         start = start[1:]
     for row, cells in chain(start, records):
         for k, column in zip(at, found, strict=True):
@@ -287,46 +295,13 @@ def _cell_by_cell(path: Path, wanted: list[str]) -> dict[str, Array]:
 
 def _parquet(path: Path, wanted: list[str]) -> dict[str, Array]:
     try:
-        check_header(path, pq.read_schema(path).names, wanted)
-    except (pa.ArrowException, OSError) as error:
-        raise BadInput(f"{path}: not a table ({str(error).splitlines()[0]})") from None
-    table, faults, values = read_arrow(path, wanted), Faults(), {}
+        from unmodelled.base.parquet import column_names, read_parquet
+    except ModuleNotFoundError as error:
+        raise BadInput(f"{path}: is a Parquet file: {missing(error) or error}, or save it as CSV") from None
+    check_header(path, column_names(path), wanted)
+    table, faults, values = read_parquet(path, wanted), Faults(), {}
     for name in wanted:
         with faults.collected():
-            values[name] = _numbers(path, name, table[name])
+            values[name] = frame_numbers(path, name, table[name])
     faults.check()
     return values
-
-
-def _numbers(path: Path, name: str, column: pa.ChunkedArray) -> Array:
-    kind = column.type
-    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
-        cell = _shown(str(column[0].as_py())) if len(column) else str(kind)
-        raise _no_number(path, 1, name, cell, len(column))
-    values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
-    bad = np.flatnonzero(~(np.abs(values) < LARGEST))
-    if len(bad) and column[int(bad[0])].as_py() is None:
-        raise _no_number(path, int(bad[0]) + 1, name, "an empty cell", len(bad))
-    check_finite(path, name, values)
-    return values
-
-
-def check_finite(path: Path, column: str, values: Array) -> None:
-    """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
-
-    Args:
-        path: path of the file.
-        column: name of the column.
-        values: numbers of the column, shape (samples,).
-
-    Raises:
-        BadInput: when there is one; it names the row of the first, and how many more there are.
-    """
-    bad = np.flatnonzero(~(np.abs(values) < LARGEST))
-    if len(bad):
-        raise _no_number(path, int(bad[0]) + 1, column, str(values[bad[0]]), len(bad))
-
-
-def _shown(text: str) -> str:
-    """A user's text on one line."""
-    return repr(text[:30])

@@ -14,7 +14,6 @@ from unmodelled.engine.compiled import loops
 from unmodelled.engine.compiled.backend import Generated
 from unmodelled.engine.compiled.compiled import kernel
 from unmodelled.engine.free_run import Integration, Windows
-from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 
 Array = NDArray[np.float64]
@@ -46,16 +45,6 @@ class Measured:
     c: Array
     owner: Indices
     offsets: Indices
-
-    @classmethod
-    def of(cls, logs: Logs) -> Measured:
-        """Return the samples of a log folder.
-
-        Args:
-            logs: measured experiments with states.
-        """
-        x, u, t, c = (np.array(a, np.float64, order="C") for a in (logs.x, logs.u, logs.t, logs.c))
-        return cls(x, u, t, c, logs.owner, np.asarray(logs.offsets, np.int64))
 
     def window_starts(self, runs: Indices, horizon: int) -> Indices:
         """Return the first samples of all windows that lie within one experiment.

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.threads import one_thread
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from pipeline.cam_follower.sequence.fits import Fits
 from pipeline.cam_follower.sequence.recipe import SequenceRecipe
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
 from pipeline.cam_follower.simulation import BounceFits, BounceRecipe
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.trajectory import Campaign
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

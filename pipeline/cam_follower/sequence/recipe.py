@@ -22,10 +22,10 @@ from pipeline.cam_follower.sequence.layout import sizes
 from pipeline.cam_follower.sequence.stack import train_stack
 from pipeline.cam_follower.sequence.training import Course, Start, Training, standardised, train
 from pipeline.cam_follower.sequences import SequenceInputs, Sequences
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import claim, write_json
 from unmodelled.base.progress import Counter
-from unmodelled.logs.trajectory import Campaign
 
 
 @dataclass(frozen=True)

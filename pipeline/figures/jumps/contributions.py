@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from pipeline.attribution.explanation import explanation, shap_library
+from pipeline.figures.jumps.explanation import explanation, shap_library
 from pipeline.figures.jumps.tables import ANGLE, FEATURE_SETS, INPUTS, LOOKS, SHORT, models, nothing, table
 from unmodelled.report.figures.style import BLACK, GREY, MM, halo, new_figure, styled
 

@@ -29,7 +29,7 @@ from pipeline.figures.jumps.tables import (
     with_angle,
 )
 from pipeline.figures.jumps.trajectories import draw_predictions
-from unmodelled.logs.trajectory import Campaign
+from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import BLACK, GREY, MM, new_figure, styled
 
 Array = NDArray[np.float64]

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from unmodelled.base.campaign import Campaign
 from unmodelled.base.parquet import read_parquet
-from unmodelled.logs.trajectory import Campaign
 from unmodelled.report.figures.style import BLACK, GREEN, ORANGE, SKY, Look, absent, new_figure, setting
 
 INDIGO, WINE = "#332288", "#882255"  # of Tol's palette, beside that of Okabe and Ito

@@ -10,7 +10,6 @@ import pandas as pd
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
-from unmodelled.base.parquet import read_parquet
 
 #: The first of these that a sweep has is what it is compared by.
 PREFERRED = (
@@ -51,6 +50,8 @@ Measures = Iterator[tuple[str, float]]
 
 
 def _measured(path: Path, measure: Callable[[pd.DataFrame], Measures]) -> list[tuple[str, float]]:
+    from unmodelled.base.parquet import read_parquet  # with pyarrow, which the trainings need
+
     try:
         return [(name, float(value)) for name, value in measure(read_parquet(path))]
     except KeyError as error:

@@ -9,7 +9,6 @@ from pathlib import Path
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.base.ownership import verb
-from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import track
 from unmodelled.cli.sweep.figure import comparison, horizontal_key
 from unmodelled.cli.sweep.metrics import PREFERRED
@@ -19,8 +18,7 @@ from unmodelled.report.figures.style import save, verbatim
 
 @verb(inside=["runs"])
 def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None:
-    """Write a table and a figure of the runs of a sweep (comparison.parquet, .csv and .svg), and print a
-    summary.
+    """Write a table and a figure of the runs of a sweep (comparison.csv and .svg), and print a summary.
 
     The table has one row per run: `run` (its folder), the keys of the run, every number of its results
     (`unmodelled.cli.sweep.metrics`), and `failure`, the reason why there are no numbers. The figure shows one
@@ -46,8 +44,6 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
     over = over or horizontal_key(table, swept)
     _check(metric, metrics, "metric")
     _check(over, ["run", *swept], "over")
-    with replacing(out / "comparison.parquet") as temporary:
-        write_parquet(table, temporary)
     with replacing(out / "comparison.csv") as temporary:
         table.to_csv(temporary, index=False)
     with verbatim(), replacing(out / "comparison.svg") as temporary:

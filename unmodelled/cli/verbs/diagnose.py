@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
+from unmodelled.api.inputs import read_inputs
 from unmodelled.base.ownership import verb
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 
 @verb()
@@ -30,7 +29,6 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
     Raises:
         BadInput: when the system file, the logs, the horizon or the seed cannot be used.
     """
-    known = read_system(system)
-    found = diagnosed(known, read_logs(logs, known), horizon, seed)
+    found = diagnosed(*read_inputs(system, logs), horizon, seed)
     notes = found.save(out)
     print("\n".join([str(found), *(f"note: {note}" for note in notes)]))

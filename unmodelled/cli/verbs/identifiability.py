@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from unmodelled.api.inputs import read_inputs
 from unmodelled.base.ownership import verb
 from unmodelled.explanation.parameter_study import identifiability as studied
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 
 @verb()
@@ -34,7 +33,6 @@ def identifiability(
     Raises:
         BadInput: when the system or the logs cannot be used, or a parameter does not exist.
     """
-    model = read_system(system)
-    found = studied(model, read_logs(logs, model), parameters, limit, floor)
+    found = studied(*read_inputs(system, logs), parameters, limit, floor)
     found.save(out)
     print(found)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from unmodelled.api.inputs import read_inputs
 from unmodelled.api.simulation import simulate as simulated
 from unmodelled.base.ownership import verb
-from unmodelled.logs.folder import read_logs
-from unmodelled.systems.reader import read_system
 
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
@@ -18,7 +17,7 @@ NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
 def simulate(
     system: Path, logs: Path, horizon: float, out: Path, only: Sequence[str] | str | None = None
 ) -> None:
-    """Write `simulation.parquet` and `simulation.json`, and print the gap.
+    """Write `simulation.parquet` (`simulation.csv` without pyarrow) and `simulation.json`, print the gap.
 
     The gap, its noise floor and the scale of every output are those of `diagnose`: standard deviations within
     runs, over all experiments of the logs, whichever are simulated. Beside them stand the root mean square
@@ -38,7 +37,6 @@ def simulate(
     Raises:
         BadInput: when the system file, the logs, the horizon or an id cannot be used.
     """
-    model = read_system(system)
-    found = simulated(model, read_logs(logs, model), horizon, only)
+    found = simulated(*read_inputs(system, logs), horizon, only)
     found.save(out)
     print(found)

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from unmodelled.base.files import replacing, write_json
-from unmodelled.base.parquet import write_parquet
+from unmodelled.base.files import write_json
+from unmodelled.base.tables import write_table
 from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
@@ -73,8 +73,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
         "time": pd.concat(_time(diagnosis), ignore_index=True),
     }
     for name, table in tables.items():
-        with replacing(folder / FOLDER / f"{name}.parquet") as temporary:
-            write_parquet(table, temporary)
+        write_table(table, folder / FOLDER / name)
     write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, found, worst))
 
 

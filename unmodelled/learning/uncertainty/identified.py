@@ -13,8 +13,8 @@ import pandas as pd
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown as in_notebook
 from unmodelled.base.ownership import writing
-from unmodelled.base.parquet import write_parquet
 from unmodelled.base.progress import say
+from unmodelled.base.tables import write_table
 from unmodelled.learning.uncertainty import report
 from unmodelled.learning.uncertainty.estimate import Estimator, least_squares
 from unmodelled.learning.uncertainty.problem import Problem, of_observations, of_system, shown
@@ -71,6 +71,8 @@ class IdentifiedUncertainty:
     def save(self, folder: Path | str) -> None:
         """Write uncertainty.json and the tables points, estimates, trace, profiles, pairs and replicates.
 
+        The tables are Parquet files, or CSV files if pyarrow is not installed.
+
         Args:
             folder: folder that is new, empty or holds an older result; replaced as a whole.
 
@@ -80,7 +82,7 @@ class IdentifiedUncertainty:
         sources = dict(zip(("system", "logs"), self.sources, strict=True))
         with writing("identify_uncertainty", Path(folder), sources), replacing_folder(Path(folder)) as new:
             for name in ("points", "estimates", "trace", "profiles", "pairs", "replicates"):
-                write_parquet(getattr(self, name), new / f"{name}.parquet")
+                write_table(getattr(self, name), new / name)
             write_json(new / "uncertainty.json", self.content)
 
     def __repr__(self) -> str:

@@ -11,11 +11,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.learning.uncertainty.event_response import event_response
 from unmodelled.logs.events import event_times
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import numbers, read_rows
-from unmodelled.models.event_response import event_response
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.uncertainty.response import Formula, Response

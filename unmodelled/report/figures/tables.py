@@ -15,7 +15,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json
-from unmodelled.base.parquet import read_parquet
+from unmodelled.base.tables import read_table
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY, Look
 
 Array = NDArray[np.float64]
@@ -32,6 +32,8 @@ LOOKS = {
 #: What an effort is called, by its unit.
 EFFORTS = {"N": "force", "N m": "torque", "Pa": "pressure", "V": "voltage"}
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+#: Columns of the tables that hold texts.
+TEXTS = ("channel", "experiment", "id", "kind", "label", "output", "over", "stage")
 GAP = "gap (standard deviations of the outputs)"
 
 
@@ -42,7 +44,7 @@ def table(data: Path, name: str) -> pd.DataFrame:
         data: folder of the diagnosis.
         name: name of the table.
     """
-    return read_parquet(data / "tables" / f"{name}.parquet")
+    return read_table(data / "tables" / name, TEXTS)
 
 
 def about(data: Path) -> dict[str, Any]:

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder, write_json
-from unmodelled.base.parquet import read_arrow, read_parquet, write_parquet
 from unmodelled.base.shapes import read_shaped
 
 Array = NDArray[np.float64]
@@ -64,6 +62,10 @@ class Campaign:
         Args:
             folder: folder to be written; replaced as a whole.
         """
+        import pyarrow as pa  # an optional library
+
+        from unmodelled.base.parquet import write_parquet
+
         lengths = np.diff(self.offsets)
         ids = np.repeat(self.experiments["exp"].to_numpy(), lengths)
         with replacing_folder(folder) as temporary:
@@ -83,6 +85,8 @@ class Campaign:
         Raises:
             BadInput: when a file is missing, damaged or the two tables disagree.
         """
+        from unmodelled.base.parquet import read_arrow, read_parquet  # with pyarrow, an optional library
+
         experiments = read_parquet(folder / "experiments.parquet")
         table = read_arrow(folder / "signals.parquet", columns)
         if missing := {"exp", "samples"} - set(experiments.columns):

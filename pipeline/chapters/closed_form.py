@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from unmodelled.base.errors import BadInput
-from unmodelled.explanation.candidates import (
+from pipeline.chapters.formula_candidates import (
     Motion,
     Term,
     candidates,
@@ -26,6 +25,7 @@ from unmodelled.explanation.candidates import (
     short_number,
     sum_text,
 )
+from unmodelled.base.errors import BadInput
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

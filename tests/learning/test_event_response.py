@@ -12,9 +12,9 @@ import pytest
 
 from pipeline.rigs import clutch
 from pipeline.rigs.clutch import ClutchCampaign
+from unmodelled.learning.uncertainty.event_response import event_response, inputs, same_starts
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.models.event_response import event_response, inputs, same_starts
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 

@@ -1,0 +1,204 @@
+"""From columns of numbers to experiments on one uniform clock: checks, unwrapping, resampling."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput, Faults
+from unmodelled.logs.clock import Kind, check_time, common_period, read_at, uniform_clock
+from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
+from unmodelled.logs.recognition import NUMBER
+from unmodelled.logs.table import SMALLEST, Columns, Rows, check_header, check_texts, numbers
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+TURN = 2.0 * np.pi  # rad
+
+
+def units_of(system: System) -> dict[str, str]:
+    """Return the columns that a log of a system must have, with their units.
+
+    Args:
+        system: system whose inputs and outputs name the columns.
+    """
+    named = {item.column: item.unit for item in system.inputs} | {o.column: o.unit for o in system.outputs}
+    return {"t": "s", **named}
+
+
+def assembled(
+    system: System,
+    path: Path,
+    table: tuple[list[str], Rows],
+    logs: Sequence[Columns],
+    provenance: Mapping[str, Any],
+    faults: Faults,
+) -> Logs:
+    """Return logs on one uniform clock, with states.
+
+    Args:
+        system: system of the logs.
+        path: path of the table of experiments, for messages.
+        table: header and rows of the table of experiments, as text.
+        logs: columns of the experiments, those with a fault left out.
+        provenance: origin of the data.
+        faults: faults of the logs, which are refused together with those of the table.
+
+    Raises:
+        BadInput: a line for every fault, which names file, row and column.
+    """
+    found = Faults()
+    with found.collected():
+        experiments, notes = _experiments(path, *table, system)
+    with found.collected():
+        faults.check()
+    if logs:
+        with found.collected():
+            period = common_period(logs)
+    found.check()
+    return prepare(system, _measurements(system, experiments, logs, period, notes, provenance))
+
+
+def check_log(log: Columns, system: System) -> None:
+    """Refuse a log without a usable clock, or with a dead output.
+
+    Args:
+        log: columns of one experiment.
+        system: system whose outputs are checked.
+
+    Raises:
+        BadInput: a line for every fault, which names row and column.
+    """
+    faults = Faults()
+    with faults.collected():
+        check_time(log)
+    for output in system.outputs:
+        with faults.collected():
+            _check_alive(log, output.column)
+    faults.check()
+
+
+def _check_alive(log: Columns, column: str) -> None:
+    values = log.values[column]
+    if len(values) and np.ptp(values) == 0.0:
+        place = f"{log.path}: row {log.row(0)}: column {column}"
+        raise BadInput(f"{place}: dead output, {values[0]:g} in every row")
+    if len(values) and np.ptp(values) < SMALLEST:
+        raise BadInput(
+            f"{log.path}: row {log.row(0)}: column {column}: its values differ by no more than "
+            f"{np.ptp(values):.3g}, too little to compute with: check the unit of the column"
+        )
+
+
+def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> tuple[pd.DataFrame, list[str]]:
+    """The table, and notes."""
+    constants, faults = logged(system), Faults()
+    if not rows:
+        raise BadInput(f"{path}: row 1: column id: no experiments below it")
+    with faults.collected():
+        check_header(path, header, ["id", "file", *constants])
+    at = {name: k for k, name in enumerate(header) if name}
+    table: dict[str, list[Any]] = {name: [cells[k] for _, cells in rows] for name, k in at.items()}
+    with faults.collected():
+        _check_ids(path, [row for row, _ in rows], table["id"])
+    for name in [name for name in constants if name in at]:
+        with faults.collected():
+            table[name] = list(numbers(path, name, rows, at[name]))
+    faults.check()
+    if "group" in table:  # an experiment without a group is one of its own
+        table["group"] = [group or name for group, name in zip(table["group"], table["id"], strict=True)]
+    for name in set(table) - {"id", "file", "group", *constants}:
+        if all(NUMBER.fullmatch(cell) for cell in table[name]):
+            table[name] = [float(cell) for cell in table[name]]
+    experiments = pd.DataFrame(table)
+    check_texts(path, experiments, [row for row, _ in rows])
+    return with_constants(system, experiments, [f"{path}: row {row}: column id" for row, _ in rows])
+
+
+def _check_ids(path: Path, rows: Sequence[int], ids: Sequence[str]) -> None:
+    """Refuse ids that are empty or there twice, a line for each."""
+    first: dict[str, int] = {}
+    faults = Faults()
+    for row, name in zip(rows, ids, strict=True):
+        if not name:
+            faults.add(f"{path}: row {row}: column id: is empty")
+        elif name in first:
+            faults.add(f"{path}: row {row}: column id: {name!r} stands in row {first[name]} already")
+        else:
+            first[name] = row
+    faults.check()
+
+
+def _measurements(
+    system: System,
+    experiments: pd.DataFrame,
+    logs: Sequence[Columns],
+    period: float,
+    notes: list[str],
+    provenance: Mapping[str, Any],
+) -> Logs:
+    ids = tuple(experiments["id"])
+    clocks, moves = zip(*(uniform_clock(log.values["t"], period) for log in logs), strict=True)
+    offsets = np.concatenate([[0], np.cumsum([len(clock) for clock in clocks])]).astype(np.int64)
+    pairs = list(zip(logs, clocks, strict=True))
+    y, u = np.empty((offsets[-1], len(system.outputs))), np.empty((offsets[-1], len(system.inputs)))
+    notes = [*notes, *_moved(ids, moves, period)]
+    for j, output in enumerate(system.outputs):
+        columns = [log.values[output.column] for log in logs]
+        turning = [output.unit.strip() == "rad" and _wrapped(column) for column in columns]
+        columns = [np.unwrap(v) if turns else v for v, turns in zip(columns, turning, strict=True)]
+        y[:, j] = _read(columns, pairs, "cubic")
+        if any(turning):
+            notes.append(f"{output.name} was unwrapped")
+    for j, item in enumerate(system.inputs):
+        u[:, j] = _read([log.values[item.column] for log in logs], pairs, "linear")
+    return Logs.measurements(
+        system,
+        experiments=experiments,
+        period=period,
+        offsets=offsets,
+        t=np.concatenate([period * np.arange(len(clock)) for clock in clocks]),
+        y=y,
+        u=u,
+        notes=tuple(notes),
+        provenance=provenance,
+    )
+
+
+def _wrapped(angle: Array) -> bool:
+    """Whether `angle` (n,), rad, stays within one turn, jumps by a turn at times, and is smooth otherwise."""
+    steps = np.diff(angle)
+    jumps = np.abs(steps) > np.pi
+    smooth = np.abs(np.remainder(steps + np.pi, TURN) - np.pi)
+    # less than a quarter turn per sample, or a jump by a turn could as well be motion
+    return bool(jumps.any() and smooth.max() < 0.5 * np.pi and np.ptp(angle) < TURN * (1.0 + 1e-3))
+
+
+def _read(columns: Sequence[Array], pairs: Sequence[tuple[Columns, Array]], kind: Kind) -> Array:
+    """A column of every log at the instants of its uniform clock, one after the other."""
+    return np.concatenate(
+        [
+            read_at(log.values["t"], values, clock, kind)
+            for values, (log, clock) in zip(columns, pairs, strict=True)
+        ]
+    )
+
+
+def _moved(ids: Sequence[str], moves: Sequence[float], period: float) -> list[str]:
+    """What happened to the clocks."""
+    moved = np.count_nonzero(moves)
+    if not moved:
+        return []
+    worst = int(np.argmax(moves))
+    return [
+        f"{moved} of {len(ids)} logs were put on a uniform clock of {period:.6g} s by interpolation; samples "
+        f"moved by up to {100.0 * moves[worst]:.3g} % of a period ({ids[worst]})"
+    ]

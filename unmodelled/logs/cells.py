@@ -1,0 +1,100 @@
+"""Cells of a table as finite numbers, with refusals that name row and column."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from numbers import Real
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+
+Array = NDArray[np.float64]
+
+#: No measurement is larger, and squares of what is smaller do not overflow.
+LARGEST = 1e100
+
+
+def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
+    """Return the finite numbers in a column of a data frame.
+
+    Args:
+        path: path of the file, or name of the frame.
+        name: name of the column.
+        column: column of the frame.
+
+    Returns:
+        Numbers of the column, shape (rows,).
+
+    Raises:
+        BadInput: when a cell is no number, or beyond any measurement; it names the row of the first one,
+            counted from 1, and how many there are.
+    """
+    kind = column.dtype
+    if kind is np.dtype(object):
+        cells = [_number(cell) for cell in column]
+        bad = [k for k, cell in enumerate(cells) if cell is None]
+        if bad:
+            raise no_number(path, bad[0] + 1, name, shown(str(column.iloc[bad[0]])), len(bad))
+        values = np.array(cells, np.float64)
+    elif pd.api.types.is_integer_dtype(kind) or pd.api.types.is_float_dtype(kind):
+        values = column.to_numpy(np.float64, na_value=np.nan)
+    else:
+        cell = shown(str(column.iloc[0])) if len(column) else str(kind)
+        raise no_number(path, 1, name, cell, len(column))
+    check_finite(path, name, values)
+    return values
+
+
+def _number(cell: object) -> float | None:
+    """A cell as a number, nan for an empty one; None for what is no number."""
+    if isinstance(cell, bool):  # Python counts it among the numbers
+        return None
+    if cell is None or cell is pd.NA:
+        return np.nan
+    return float(cell) if isinstance(cell, Real | Decimal) else None
+
+
+def check_finite(path: Path, column: str, values: Array) -> None:
+    """Refuse numbers of a file without a header that are not finite, or beyond any measurement.
+
+    Args:
+        path: path of the file.
+        column: name of the column.
+        values: numbers of the column, shape (samples,).
+
+    Raises:
+        BadInput: when there is one; it names the row of the first, and how many more there are.
+    """
+    bad = np.flatnonzero(~(np.abs(values) < LARGEST))
+    if len(bad):
+        cell = "an empty cell" if np.isnan(values[bad[0]]) else str(values[bad[0]])
+        raise no_number(path, int(bad[0]) + 1, column, cell, len(bad))
+
+
+def shown(text: str) -> str:
+    """Return a user's text, quoted and on one line.
+
+    Args:
+        text: text of any length; its first 30 characters are shown.
+    """
+    return repr(text[:30])
+
+
+def no_number(path: Path, row: int, column: str, cell: str, count: int, advice: str = "") -> BadInput:
+    """Return the error that a cell is no finite number.
+
+    Args:
+        path: path of the file, or name of the frame.
+        row: row of the first such cell, counted from 1.
+        column: name of the column.
+        cell: cell as a message shows it.
+        count: number of such cells in the column.
+        advice: end of the sentence, what to write instead; default: none.
+    """
+    more = f" (the first of {count} such rows)" if count > 1 else ""
+    place = f"{path}: row {row}: column {column}"
+    return BadInput(f"{place}: {cell} is not a finite number below {LARGEST:g}{advice}{more}")
