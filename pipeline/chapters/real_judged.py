@@ -141,6 +141,8 @@ def _faults(case: KnownCase, report: Report) -> Iterator[str]:
 def _missed(names: frozenset[str], report: Report) -> str:
     name = " or ".join(sorted(names))
     if any(names & _said(effect) for effect in report["effects"]):
+        if asserted(report):
+            return f"choice: one effect is named in place of {name} and another effect"
         return f"verdict: {name} is a partial explanation only"
     tried = [c["evidence"] for c in report["candidates"] if names & {*map(named, c.get("effects", [c]))}]
     if tried:

@@ -161,7 +161,9 @@ def test_judgement(
 
 def test_one_effect_stands_for_one_withheld_effect() -> None:
     either = {**FRICTION, "indistinguishable": [{"family": "viscous_friction", "port": "rail"}]}
-    assert judged(RIGHT, diagnosis(effects=[either]))["places right"] == "1 of 2"
+    row = judged(RIGHT, diagnosis(effects=[either]))
+    assert row["places right"] == "1 of 2"
+    assert row["failed at"].startswith("choice: one effect is named in place of viscous_friction at rail")
 
 
 def test_an_effect_that_was_fitted_and_not_chosen() -> None:
