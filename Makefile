@@ -5,7 +5,15 @@ VENV := .venv
 BIN := $(VENV)/bin
 PROFILE ?= full
 
-.PHONY: help report measured test check wheel bench fuzz survive docs clean
+# a measured machine, and the variable that gives its data
+MACHINES := emps:EMPS cam_drivetrain:DATASET xl330:XL330 so101:SO101 ur10e_joint:UR10E \
+	double_pendulum:DOUBLE_PENDULUM silverbox:SILVERBOX cascaded_tanks:CASCADED_TANKS
+empty :=
+comma := ,
+given := $(strip $(foreach m,$(MACHINES),$(if $($(lastword $(subst :, ,$m))),$(firstword $(subst :, ,$m)))))
+REAL := $(subst $(empty) $(empty),$(comma) ,$(given))
+
+.PHONY: help report measured real test check wheel bench fuzz survive docs clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' $(MAKEFILE_LIST)
@@ -13,8 +21,12 @@ help:            ## this list
 report: repro    ## run the whole graph on the virtual campaign and build reports/index.html
 report: CHOOSE = $(call choose,virtual,quick,)
 
-measured: repro  ## the same on the measured data: DATASET=<folder or zip>, EMPS=<folder>, PROFILE=full|quick
-measured: CHOOSE = $(call choose,measured,$(PROFILE),$(if $(EMPS),measured))
+measured: repro  ## the same on the measured data: DATASET=<folder or zip>, PROFILE=full|quick, data as for real
+measured: CHOOSE = $(call choose,measured,$(PROFILE),$(REAL))
+
+real: $(VENV)/ready  ## diagnose published machines: EMPS=, XL330=, ... (docs/real); write reports/tables/real.csv
+	@$(BIN)/python -m pipeline.mend && $(call choose,$(if $(DATASET),measured,virtual),quick,$(REAL))
+	@$(REPRO) diagnose_real && $(REPRO) --single-item tabulate_real
 
 # `dvc repro` runs one stage after the other. Before it, parts of the graph that share no stage run two at a time, so
 # that both cores work. A core that is free takes the next part; the longest parts of the full profile come first.
@@ -94,5 +106,5 @@ $(VENV)/tools: $(VENV)/ready
 	@$(INSTALL) -e ".[dev]"
 	@touch $@
 
-# params.yaml says which campaign, which profile and whether real machines are diagnosed
+# params.yaml says which campaign, which profile and which measured machines are diagnosed
 choose = sed -i -e 's/^source:.*/source: $(1)/' -e 's/^profile:.*/profile: $(2)/' -e 's/^real:.*/real: [$(3)]/' params.yaml

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from docs.reference.docstrings import ROOT
 from docs.reference.markdown import code, table
+from pipeline.chapters.known import FILE
 from unmodelled.systems.operations import FUNCTIONS, Operation
 from unmodelled.systems.reader import read_system
 
@@ -40,7 +41,8 @@ MEANINGS = {
 
 def page() -> str:
     """Return a table of all system files, and the language of expressions."""
-    files = sorted((ROOT / "systems").rglob("*.yaml"), key=lambda path: (len(path.parts), path))
+    found = (path for path in (ROOT / "systems").rglob("*.yaml") if path.name != FILE)
+    files = sorted(found, key=lambda path: (len(path.parts), path))
     head = ("file", "description", "states", "inputs", "outputs", "ports", "uncertain")
     plain = ", ".join(code(name) for name in FUNCTIONS if name not in MEANINGS)
     calls = [(code(f"{n}({_arguments(f)})"), MEANINGS[n]) for n, f in FUNCTIONS.items() if n in MEANINGS]

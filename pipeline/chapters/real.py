@@ -1,49 +1,77 @@
-"""Numbers and tables of the diagnoses of measured machines, by what their known physics withholds."""
+"""Diagnoses of measured machines as numbers and tables, one system file per row."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from pipeline.chapters.known import FILE, SUFFIX, KnownCase, Machine
+from pipeline.chapters.real_judged import Report, asserted, is_inside, judged, named, parameters
 from pipeline.chapters.reported import read_told
 from unmodelled.base.errors import BadInput
+from unmodelled.base.shapes import ORIGIN, read_shaped
 
-Report = Mapping[str, Any]
-Diagnoses = dict[str, dict[str, Report]]
-
-#: Of system files and folders; what stands before it is what the known physics withholds.
-SUFFIX = "_withheld"
 GAPS = ("known", "reidentified", "augmented", "neural", "floor")
 PROTOCOL = (
     "gap: free runs from the measured states on held-out experiments, in standard deviations of the outputs; "
-    "shrink: the share of the re-identified square gap above the floor that the named effects explain, with "
-    "its 95 % interval over experiments; remainder: the gap that is left with them over the floor, what the "
-    "noise of the sensors leaves"
+    "shrink: share of the re-identified squared gap above the noise floor that the effects explain, with its "
+    "95 % interval over experiments; remainder: augmented gap over noise floor; holds: verdict and effects "
+    "agree with what is known of the machine from elsewhere; harmful: a wrong effect is asserted, or the "
+    "answer ends the search although an effect is missing"
 )
 
 
-def read_diagnoses(folder: Path) -> Diagnoses:
-    """Read <machine>/<what>_withheld/diagnosis.json, by machine and by what is withheld.
+@dataclass(frozen=True)
+class Diagnosed:
+    """The diagnosis of one system file of a machine.
+
+    Attributes:
+        machine: name of the machine.
+        withheld: physics that the system file leaves out.
+        case: right answer.
+        report: content of diagnosis.json.
+        data: kind of the logs, measured or virtual.
+    """
+
+    machine: str
+    withheld: str
+    case: KnownCase
+    report: Report
+    data: str
+
+    @property
+    def about(self) -> dict[str, str]:
+        """First columns of every table."""
+        return {"machine": self.machine, "withheld": self.withheld}
+
+
+def read_diagnoses(folder: Path, machines: Sequence[Machine]) -> list[Diagnosed]:
+    """Read `folder`/<machine>/<withheld>_withheld/diagnosis.json of all machines.
 
     Args:
-        folder: folder of all diagnoses.
+        folder: folder of all diagnoses; may be missing.
+        machines: machines to look for.
 
     Raises:
-        BadInput: when there is no diagnosis, or a file is no diagnosis.
+        BadInput: when a diagnosis is damaged, or known.yaml of its machine lacks its case.
     """
-    found: Diagnoses = {}
-    for path in sorted(folder.glob(f"[!.]*/[!.]*{SUFFIX}/diagnosis.json")):
-        content = read_told(path)
-        if content["gap"]["floor"] <= 0.0 or len(content["gap"]["interval"]) != 2:
-            raise BadInput(f"{path}: gap: floor must be positive, interval two numbers")
+    return [found for machine in machines for found in _read(folder / machine.name, machine)]
+
+
+def _read(folder: Path, machine: Machine) -> Iterator[Diagnosed]:
+    for path in sorted(folder.glob(f"[!.]*{SUFFIX}/diagnosis.json")):
         withheld = path.parent.name.removesuffix(SUFFIX)
-        found.setdefault(path.parents[1].name, {})[withheld] = content
-    if not found:
-        raise BadInput(f"{folder}: no */*{SUFFIX}/diagnosis.json")
-    return found
+        if withheld not in machine.cases:
+            raise BadInput(f"{FILE} of {machine.name}: cases: {withheld} is missing, but {path} exists")
+        report = read_told(path)
+        if report["gap"]["floor"] <= 0.0 or len(report["gap"]["interval"]) != 2:
+            raise BadInput(f"{path}: gap: floor must be positive, interval two numbers")
+        data = str(read_shaped(path.parent / "tables" / "about.json", ORIGIN)["data"])
+        yield Diagnosed(machine.name, withheld, machine.cases[withheld], report, data)
 
 
 def leaves(report: Report) -> dict[str, Any]:
@@ -56,7 +84,7 @@ def leaves(report: Report) -> dict[str, Any]:
     n = len(gap["held_out"])
     return {
         "verdict": {"value": report["verdict"], "n": n},
-        "effects": {"value": "; ".join(_effect(e) for e in report["effects"]) or "none", "n": n},
+        "effects": {"value": said(report), "n": n},
         "confidence": {"value": report["confidence"], "unit": "1"},
         "shrink": {"value": gap["shrink"], "unit": "1", "n": n, **_limits(gap["interval"])},
         "remainder": {"value": gap["augmented"] / gap["floor"], "unit": "floors", "n": n},
@@ -72,77 +100,93 @@ def _limits(interval: Sequence[float | None]) -> dict[str, Any]:
     return {} if None in interval else {"interval": list(interval)}
 
 
-def verdicts(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Return one row per withheld effect of one machine.
+def judgements(found: Sequence[Diagnosed], machines: Sequence[Machine]) -> pd.DataFrame:
+    """Return a row per system file: what is known from elsewhere, what is said, and whether it holds.
+
+    A system file without a diagnosis has a row that says how to give the data of its machine.
 
     Args:
-        reports: content of diagnosis.json, by what the known physics withholds.
+        found: diagnoses of any machines.
+        machines: all machines, with or without a diagnosis.
     """
+    reports = {(one.machine, one.withheld): one.report for one in found}
     rows = []
-    for withheld, report in reports.items():
-        gap, effects = report["gap"], report["effects"]
-        alike = sorted({_named(other) for e in effects for other in e["indistinguishable"]})
-        rows.append(
-            {
-                "withheld": withheld,
-                "verdict": report["verdict"],
-                "confidence": report["confidence"],
-                "effects": "; ".join(_effect(e) for e in effects),
-                "not told apart from": "; ".join(alike),
-                **{kind: gap[kind] for kind in GAPS},
-                "shrink": gap["shrink"],
-                "shrink low": gap["interval"][0],
-                "shrink high": gap["interval"][1],
-                "remainder / floor": gap["augmented"] / gap["floor"],
-            }
-        )
-    return pd.DataFrame(rows)
+    for machine in machines:
+        for withheld, case in machine.cases.items():
+            row = {"machine": machine.name, "withheld": withheld, "known from elsewhere": case.known}
+            if (report := reports.get((machine.name, withheld))) is None:
+                path = f"make real {machine.variable}=<zip file or folder>"
+                rows.append({**row, "verdict": "not diagnosed", "effects": f"no data given: {path}"})
+            else:
+                told = {"verdict": report["verdict"], "effects": said(report)}
+                rows.append({**row, **told, "confidence": report["confidence"], **judged(case, report)})
+    columns = ["confidence", "names right", "places right", "numbers inside", "holds", "harmful", "failed at"]
+    head = ["machine", "withheld", "known from elsewhere", "verdict", "effects"]
+    return pd.DataFrame(rows, columns=[*head, *columns])
 
 
-def numbers(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Return the identified parameters of the known physics and of the effects.
+def gaps(found: Sequence[Diagnosed]) -> pd.DataFrame:
+    """Return the gaps of every diagnosis, model by model.
 
     Args:
-        reports: content of diagnosis.json, by what the known physics withholds.
-    """
-    rows = []
-    for withheld, report in reports.items():
-        own = {name: ("known physics", values) for name, values in report["parameters"].items()}
-        added = {
-            name: (_named(e), {**values, "identified": values["value"]})
-            for e in report["effects"]
-            for name, values in e["parameters"].items()
-        }
-        for name, (owner, values) in {**own, **added}.items():
-            low, high = values["interval"] or (None, None)
-            rows.append(
-                {
-                    "withheld": withheld,
-                    "of": owner,
-                    "parameter": name,
-                    "unit": values.get("unit", ""),
-                    "given": values.get("known"),
-                    "identified": values["identified"],
-                    "low": low,
-                    "high": high,
-                }
-            )
-    return pd.DataFrame(rows)
-
-
-def left_over(reports: Mapping[str, Report]) -> pd.DataFrame:
-    """Return the location of the gap, the remaining gap of every experiment with the named effects, and the
-    notes.
-
-    Args:
-        reports: content of diagnosis.json, by what the known physics withholds.
+        found: diagnoses of any machines.
     """
     rows = [
-        {"withheld": withheld, "kind": kind, "where": where, "share": share, "left": left}
-        for withheld, report in reports.items()
-        for kind, where, share, left in _places(report)
+        {
+            **one.about,
+            **{kind: one.report["gap"][kind] for kind in GAPS},
+            "shrink": one.report["gap"]["shrink"],
+            "shrink low": one.report["gap"]["interval"][0],
+            "shrink high": one.report["gap"]["interval"][1],
+            "remainder / floor": one.report["gap"]["augmented"] / one.report["gap"]["floor"],
+        }
+        for one in found
     ]
-    return pd.DataFrame(rows)
+    columns = [*GAPS, "shrink", "shrink low", "shrink high", "remainder / floor"]
+    return pd.DataFrame(rows, columns=["machine", "withheld", *columns])
+
+
+def numbers(found: Sequence[Diagnosed]) -> pd.DataFrame:
+    """Return the identified numbers of the known physics and of the effects, with their references.
+
+    Args:
+        found: diagnoses of any machines.
+    """
+    rows = [row for one in found for row in _numbers(one)]
+    columns = ["of", "parameter", "unit", "given", "identified", "low", "high"]
+    more = ["reference low", "reference high", "inside", "source"]
+    return pd.DataFrame(rows, columns=["machine", "withheld", *columns, *more])
+
+
+def _numbers(one: Diagnosed) -> Iterator[dict[str, Any]]:
+    references = {(r.of, r.parameter): r for r in one.case.numbers}
+    identified = parameters(one.report)
+    for key in dict.fromkeys([*identified, *references]):
+        values, reference = identified.get(key, {}), references.get(key)
+        row: dict[str, Any] = {**one.about, "of": key[0], "parameter": key[1]}
+        row |= {"unit": values.get("unit"), "given": values.get("known")}
+        if values:
+            low, high = values["interval"] or (None, None)
+            row |= {"identified": values["identified"], "low": low, "high": high}
+        if reference is not None:
+            inside = {True: "yes", False: "no", None: "not identified"}[is_inside(reference, one.report)]
+            row |= {"unit": reference.unit, "reference low": reference.low, "reference high": reference.high}
+            row |= {"inside": inside, "source": reference.source}
+        yield row
+
+
+def left_over(found: Sequence[Diagnosed]) -> pd.DataFrame:
+    """Return where the gap lies, the remaining gap of every held-out experiment, and the notes.
+
+    Args:
+        found: diagnoses of any machines.
+    """
+    rows = [
+        {**one.about, "kind": kind, "where": where, "share": share, "left": left}
+        for one in found
+        for kind, where, share, left in _places(one.report)
+    ]
+    return pd.DataFrame(rows, columns=["machine", "withheld", "kind", "where", "share", "left"])
 
 
 def _places(report: Report) -> Iterator[tuple[str, str, float | None, float | None]]:
@@ -160,12 +204,17 @@ def _places(report: Report) -> Iterator[tuple[str, str, float | None, float | No
         yield "note", note, None, None
 
 
-def _named(effect: Mapping[str, Any]) -> str:
-    place = effect.get("port")
-    return f"{effect['family']} at {place}" if place else str(effect["family"])
+def said(report: Report) -> str:
+    """Return the effects of a diagnosis with their laws and the effects that are not told apart from them.
+
+    Args:
+        report: content of diagnosis.json.
+    """
+    partial = "" if asserted(report) else " (partial)"
+    return "; ".join(_effect(effect) + partial for effect in report["effects"]) or "none"
 
 
 def _effect(effect: Mapping[str, Any]) -> str:
     level = f" where {effect['factor']} = {effect['level']}" if "factor" in effect else ""
-    partial = " (partial)" if effect.get("partial") else ""
-    return f"{_named(effect)}: {effect['law']}{level}{partial}"
+    alike = ", ".join(sorted(map(named, effect["indistinguishable"])))
+    return f"{named(effect)}: {effect['law']}{level}" + (f" (or {alike})" if alike else "")

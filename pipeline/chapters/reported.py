@@ -44,6 +44,7 @@ _TOLD = {
         **{"neural": _NUMBER, "shrink": _NUMBER, "interval": [_NUMBER], "held_out": [str]},
     },
     "parameters": {"*": {"known": _NUMBER, "identified": _NUMBER, "interval": ([_NUMBER], None)}},
+    "candidates": [{"family": (str, None), "port": (str, None), "evidence": float}],
     "notes": [str],
 }
 _TRUTH = {

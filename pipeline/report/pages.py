@@ -51,7 +51,7 @@ class Page:
 
 
 LEAD = ("fig_6_24", "fig_6_20", "fig_5_16|fig_5_11")
-REAL = "make measured DATASET=<zip or folder> EMPS=<folder with DATA_EMPS.mat>"
+REAL = "make real EMPS=<folder with DATA_EMPS.mat> XL330=<zip file or folder>"
 
 PAGES = (
     Page(
@@ -110,28 +110,15 @@ PAGES = (
         campaign="cam_follower",
     ),
     Page(
-        "emps",
-        "EMPS",
-        "A real positioning axis: what its model leaves out",
-        summary="Public measurements of a carriage on a ball screw. Withheld from the known physics is its "
-        "dry friction, its viscous friction, or nothing: what the diagnosis finds, and what it cannot "
-        "explain.",
-        campaign="emps",
+        "real",
+        "Measured machines",
+        "Diagnoses of published machines, compared with what is known of them",
+        summary="Each system file leaves out an effect that is known from elsewhere, or nothing. The "
+        "diagnosis reads the system file and the logs only. The first table compares its answer with what is "
+        "known, and names the part of the diagnosis that failed.",
+        campaign="real",
         group="Diagnosis",
-        tables=("emps", "emps_numbers", "emps_left_over"),
-        metrics=("real",),
-        command=REAL,
-    ),
-    Page(
-        "cam_drivetrain",
-        "Cam drivetrain",
-        "The measured drivetrain of the cam-follower: what its model leaves out",
-        summary="Sixteen of the dissertation's contact runs. Withheld from the known physics is the friction "
-        "of the follower's guide, the follower's inertia, or nothing: what the diagnosis finds, and what it "
-        "cannot explain.",
-        campaign="cam_drivetrain",
-        group="Diagnosis",
-        tables=("cam_drivetrain", "cam_drivetrain_numbers", "cam_drivetrain_left_over"),
+        tables=("real", "real_numbers", "real_gaps", "real_left_over"),
         metrics=("real",),
         command=REAL,
     ),

@@ -6,6 +6,7 @@ import hashlib
 from functools import partial
 from pathlib import Path
 
+from pipeline.chapters.known import FILE, read_machine, system_files
 from pipeline.revision import PACKAGE
 from unmodelled.base.errors import BadInput
 from unmodelled.base.jobs import growing_folder, run_jobs
@@ -14,18 +15,23 @@ from unmodelled.diagnosis.answer.findings import findings
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
+#: Length of the free-run windows where nothing else is given, s.
+HORIZON = 0.1
+
 
 @verb()
-def diagnose_systems(systems: Path, logs: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
+def diagnose_systems(
+    systems: Path, logs: Path, horizon: float | None, seed: int, workers: int, out: Path
+) -> None:
     """Write diagnosis.json, augmented_system.yaml and tables to `out`/<system file> for every system file.
 
     An interrupted run continues with the next system file, as long as system files, logs, arguments and
     program are the same.
 
     Args:
-        systems: system file, or folder of system files that describe the same machine.
+        systems: system file, or folder of system files that describe the same machine, with known.yaml.
         logs: folder of the measured experiments, two or more.
-        horizon: length of the free-run windows, s.
+        horizon: length of the free-run windows, s; None: the horizon in known.yaml, or else 0.1.
         seed: seed of the random generators of a diagnosis.
         workers: number of processes, of one thread each; a single system file gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
@@ -33,9 +39,11 @@ def diagnose_systems(systems: Path, logs: Path, horizon: float, seed: int, worke
     Raises:
         BadInput: when there is no system file, or a system file or the logs cannot be used.
     """
-    files = sorted(systems.glob("*.yaml")) if systems.is_dir() else [systems]
+    files = system_files(systems) if systems.is_dir() else [systems]
     if not files:
         raise BadInput(f"{systems}: holds no system file, <name>.yaml")
+    if horizon is None:
+        horizon = read_machine(systems).horizon if (systems / FILE).exists() else HORIZON
     about = {"systems": _digest(systems), "logs": _digest(logs), "horizon": horizon, "seed": seed}
     with growing_folder(out, about, [PACKAGE]) as folder:
         left = [file for file in files if not (folder / file.stem / "tables").exists()]

@@ -1,55 +1,70 @@
-"""Tabulate the diagnoses of measured machines: identified effects and remaining errors."""
+"""Tabulate the diagnoses of measured machines, and compare them with what is known from elsewhere."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from pipeline.chapters import real
+from pipeline.chapters.known import read_machines
 from pipeline.chapters.readable import write_table
 from pipeline.revision import revision
 from unmodelled.base.files import write_json
 from unmodelled.base.ownership import verb
-from unmodelled.base.shapes import ORIGIN, read_shaped
 
 TITLES = {
-    "": "What the diagnosis says",
-    "_numbers": "Identified numbers",
-    "_left_over": "Where the gap lies, and what is left",
+    "real": "What is known from elsewhere, and what the diagnosis says",
+    "real_numbers": "Identified numbers and their references",
+    "real_gaps": "Gaps on held-out experiments",
+    "real_left_over": "Place of the gap, and remaining gap",
 }
 
 
 @verb()
-def tabulate_real(diagnoses: Path, raw: Path, profile_name: str, reports: Path) -> None:
-    """Write metrics/real.json, and tables/<machine>.csv, <machine>_numbers.csv and <machine>_left_over.csv.
+def tabulate_real(diagnoses: Path, systems: Path, profile_name: str, reports: Path) -> None:
+    """Write metrics/real.json and tables/real.csv, real_numbers.csv, real_gaps.csv and real_left_over.csv.
+
+    A machine without a diagnosis has rows in real.csv that say how to give its data.
 
     Args:
-        diagnoses: folder with <machine>/<what>_withheld/diagnosis.json as written by diagnose.
-        raw: folder with <machine>/provenance.json.
-        profile_name: name of the profile of the graph; a diagnosis is the same in all profiles.
-        reports: folder in which these files are rewritten.
+        diagnoses: folder with <machine>/<withheld>_withheld as written by diagnose_systems; may be missing.
+        systems: folder with <machine>/known.yaml.
+        profile_name: profile of the graph; a diagnosis is the same in all profiles.
+        reports: folder; these files in it are rewritten.
 
     Raises:
-        BadInput: when there is no diagnosis, or a machine's provenance is missing.
+        BadInput: when known.yaml of a machine or a diagnosis is damaged.
     """
-    found = real.read_diagnoses(diagnoses)
-    kinds = {
-        machine: str(read_shaped(raw / machine / "provenance.json", ORIGIN)["data"]) for machine in found
+    machines = read_machines(systems)
+    found = real.read_diagnoses(diagnoses, machines)
+    data = "virtual" if any(one.data == "virtual" for one in found) else "measured"
+    judgements = real.judgements(found, machines)
+    tables = {
+        "real": judgements,
+        "real_numbers": real.numbers(found),
+        "real_gaps": real.gaps(found),
+        "real_left_over": real.left_over(found),
     }
-    for machine, reports_of in found.items():
-        parts = {
-            "": real.verdicts(reports_of),
-            "_numbers": real.numbers(reports_of),
-            "_left_over": real.left_over(reports_of),
-        }
-        for suffix, table in parts.items():
-            path = reports / "tables" / f"{machine}{suffix}"
-            write_table(path, table, None, TITLES[suffix], real.PROTOCOL, kinds[machine])
+    for name, table in tables.items():
+        write_table(reports / "tables" / name, table, None, TITLES[name], real.PROTOCOL, data)
     head = {
-        "data": "measured" if set(kinds.values()) == {"measured"} else "virtual",
+        "data": data,
         "profile": profile_name,
         "revision": revision(),
         "seconds": 0.0,
         "protocol": real.PROTOCOL,
+        "cases": {
+            "known": {"value": len(judgements), "unit": "cases"},
+            "diagnosed": {"value": len(found), "unit": "cases"},
+            **{
+                answer: {"value": int((judgements[answer] == "yes").sum()), "unit": "cases", "n": len(found)}
+                for answer in ("holds", "harmful")
+            },
+        },
     }
-    leaves = {m: {what: real.leaves(report) for what, report in r.items()} for m, r in found.items()}
-    write_json(reports / "metrics" / "real.json", {**head, **leaves})
+    by_machine: dict[str, dict[str, object]] = {}
+    for one in found:
+        by_machine.setdefault(one.machine, {})[one.withheld] = real.leaves(one.report)
+    write_json(reports / "metrics" / "real.json", {**head, **by_machine})
+    for row in judgements.to_dict("records"):
+        failed = f"; failed at {row['failed at']}" if row["holds"] == "no" else ""
+        print(f"{row['machine']}, {row['withheld']} withheld: {row['verdict']}: {row['effects']}{failed}")

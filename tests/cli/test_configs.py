@@ -64,9 +64,9 @@ def test_shared_files_are_used(name: str) -> None:
     assert any(f"/training@_here_: {name}\n" in p.read_text() for p in files)
 
 
-@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "hybrids", "campaigns", "machines"])
+@pytest.mark.parametrize("kind", ["models", "tuned", "splits", "hybrids", "campaigns"])
 def test_params_name_existing_files(kind: str) -> None:
-    group = {"splits": "split", "campaigns": "source", "machines": "source"}.get(kind, "model")
+    group = {"splits": "split", "campaigns": "source"}.get(kind, "model")
     for name in PARAMS[kind]:
         assert name in PROGRAM.groups()[group]
 

@@ -75,7 +75,7 @@ def known(folder: Path, emps: Path | None) -> Iterator[tuple[str, Known, float]]
         yield name, (system, bench.logs(folder / name / "logs", system)), HORIZON
     if emps is not None:
         EmpsRecording(str(emps)).write(folder / "emps", 0)
-        for file in sorted(Path("systems/emps").glob("*.yaml")):
+        for file in sorted(Path("systems/emps").glob("*_withheld.yaml")):
             system = read_system(file)
             yield f"EMPS {file.stem}", (system, read_logs(folder / "emps", system)), HORIZON
     for kind, count in KINDS.items():

@@ -233,6 +233,15 @@ def test_a_constant_input_is_noted(tmp_path: Path) -> None:
     assert fault.sentence.startswith("torque is 0 in all samples of all experiments")
 
 
+def test_a_wrong_clock_of_a_system_without_inputs(tmp_path: Path) -> None:
+    PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=0.0).write(tmp_path / "free", 0)
+    text = SYSTEM.read_text().replace("inputs:\n  torque: {unit: N m}\n", "").replace("(torque - b", "(-b")
+    (tmp_path / "free.yaml").write_text(text)
+    logs = spoilt(tmp_path / "free", tmp_path / "logs", stretched(1.5, "run1"), tmp_path / "free.yaml")
+    fault = only(log_faults(*logs, HORIZON))
+    assert (fault.channels, fault.problem, fault.experiments) == (("t",), "clock", ("run1",))
+
+
 def test_an_input_that_did_nothing(tmp_path: Path) -> None:
     PendulumCampaign(runs=4, duration=2.0, torque=0.0, coulomb=0.02).write(tmp_path / "free", 0)
 

@@ -138,7 +138,7 @@ def test_the_contact_run_of_the_median_voltage_of_every_combination(store: Path,
 def test_the_system_files_fit_the_bench(store: Path, tmp_path: Path) -> None:
     acquire(recording(store), 0, tmp_path / "logs")
     left = {}
-    for path in sorted(SYSTEMS.glob("*.yaml")):
+    for path in sorted(SYSTEMS.glob("*_withheld.yaml")):
         system = read_system(path)
         found = fit_parameters(Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1)))
         assert found.converged

@@ -22,7 +22,7 @@ from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
-FILES = [(name, path.stem) for name in MACHINES for path in sorted((SYSTEMS / name).glob("*.yaml"))]
+FILES = [(name, path.stem) for name in MACHINES for path in sorted((SYSTEMS / name).glob("*_withheld.yaml"))]
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def archives(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 def logs_of(name: str, archive: Path, folder: Path) -> Logs:
     acquire(MACHINES[name].recording(str(archive)), 0, folder)
-    return read_logs(folder, read_system(next((SYSTEMS / name).glob("*.yaml"))))
+    return read_logs(folder, read_system(next((SYSTEMS / name).glob("*_withheld.yaml"))))
 
 
 @pytest.mark.parametrize(("name", "file"), FILES)

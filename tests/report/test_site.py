@@ -55,8 +55,8 @@ def test_pages_links_and_banner(inputs: Path, tmp_path: Path) -> None:
     check_addresses(tmp_path / "out", pages)
     virtual = ("index.html", *(f"site/{name}.html" for name in ("chapter_5", "chapter_6", "data", "runs")))
     assert all("Virtual campaign – simulated logs, not measurements" in pages[name] for name in virtual)
-    assert all("No campaign yet" in pages[f"site/{name}.html"] for name in ("emps", "withheld"))
-    assert "make measured" in pages["site/emps.html"]
+    assert all("No campaign yet" in pages[f"site/{name}.html"] for name in ("real", "withheld"))
+    assert "make real" in pages["site/real.html"]
     home = pages["index.html"]
     assert home.index("Figure 6.24") < home.index("Figure 6.20") < home.index("Figure 5.11")
     assert "Figure 6.23" not in home and "180" in home and "virtual bench" in home
@@ -134,9 +134,9 @@ def test_a_diagnosis_has_a_page_in_the_site(inputs: Path, tmp_path: Path) -> Non
     assert set(pages) == PAGES | {"site/diagnoses/emps_coulomb_withheld/index.html"}
     check_addresses(out, pages)
     verdict = "Coulomb friction at rail explains 98\u202f% of the gap (confidence 94\u202f%)."
-    for name in ("index.html", "site/emps.html", "site/diagnoses/emps_coulomb_withheld/index.html"):
+    for name in ("index.html", "site/real.html", "site/diagnoses/emps_coulomb_withheld/index.html"):
         assert verdict in pages[name]
-    assert verdict not in pages["site/cam_drivetrain.html"]
+    assert verdict not in pages["site/withheld.html"]
     rows = (out / "site/diagnoses/emps_coulomb_withheld/tables/effect_1.csv").read_text().splitlines()
     assert rows[1] == "F_c,22.4,22.10 to 22.80,N"
 
@@ -170,16 +170,15 @@ def test_times_seeds_configurations_and_versions_of_the_stages(inputs: Path, tmp
     assert "4 cells of the stage graph, 2 min 20 s added up" in pages["index.html"]
 
 
-@pytest.mark.parametrize("machine", ["emps", "cam_drivetrain"])
-def test_a_measured_machine_has_a_page(machine: str, inputs: Path, tmp_path: Path) -> None:
+def test_measured_machines_have_a_page(inputs: Path, tmp_path: Path) -> None:
     leaf = {"value": "effect", "n": 3}
-    put(inputs / "metrics" / "real.json", {"data": "measured", machine: {"nothing": {"verdict": leaf}}})
-    put(inputs / "tables" / f"{machine}_left_over.csv", "withheld,where\nnothing,q from 0 to 1\n")
-    put(inputs / "tables" / f"{machine}_left_over.json", {"title": "What is left", "data": "measured"})
+    put(inputs / "metrics" / "real.json", {"data": "measured", "emps": {"nothing": {"verdict": leaf}}})
+    put(inputs / "tables" / "real_left_over.csv", "withheld,where\nnothing,q from 0 to 1\n")
+    put(inputs / "tables" / "real_left_over.json", {"title": "What is left", "data": "measured"})
     pages = make(inputs, tmp_path / "out")
     assert set(pages) == PAGES
-    page = pages[f"site/{machine}.html"]
-    assert f"{machine} · nothing · verdict" in page and "q from 0 to 1" in page and "measured" in page
+    page = pages["site/real.html"]
+    assert "emps · nothing · verdict" in page and "q from 0 to 1" in page and "measured" in page
 
 
 @pytest.mark.parametrize(

@@ -136,6 +136,7 @@ class Correction:
             part, instants = values[logs.rows(i)], self._instants(logs, i)
             if self.clock[i] != self.common:
                 k = np.arange(len(part), dtype=np.float64)
-                part = np.stack([read_at(k, column, instants, kind) for column in part.T], axis=1)
+                read = [read_at(k, column, instants, kind) for column in part.T]
+                part = np.column_stack([np.empty((len(instants), 0)), *read])  # a system may have no inputs
             parts.append(part)
         return np.concatenate(parts)

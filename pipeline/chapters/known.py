@@ -1,0 +1,176 @@
+"""What is known of measured machines from elsewhere: known.yaml beside the system files of every machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.shapes import check_shape
+
+FILE = "known.yaml"
+#: Of system files and folders of answers; the part before it is the physics that the system file leaves out.
+SUFFIX = "_withheld"
+#: Owner of a parameter that belongs to the system file and not to an effect.
+KNOWN_PHYSICS = "known physics"
+
+_NUMBER = {"of": str, "parameter": str, "value": (float, [float]), "unit": str, "source": str}
+_CASE = {
+    "known": str,
+    "verdicts": [frozenset({"effect", "main_effect", "no_gap", "unknown", "check_logs"})],
+    "effects": [[str]],
+    "beside": [str],
+    "numbers": [_NUMBER],
+}
+_MACHINE = {
+    **dict.fromkeys(("title", "variable", "published", "licence", "about"), str),
+    "horizon": float,
+    "cases": {"*": _CASE},
+}
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A reference value, or a range of values, of one parameter.
+
+    Attributes:
+        of: owner of the parameter: name of an effect, or `KNOWN_PHYSICS`.
+        parameter: name of the parameter in the law or the system file.
+        low: smallest value, in `unit`.
+        high: largest value, in `unit`.
+        unit: SI unit of the parameter.
+        source: origin of the value, in words.
+    """
+
+    of: str
+    parameter: str
+    low: float
+    high: float
+    unit: str
+    source: str
+
+    @classmethod
+    def read(cls, row: Mapping[str, Any]) -> Reference:
+        """Read a row of `numbers`; a value that is a list is a range.
+
+        Args:
+            row: checked entry of the file.
+        """
+        values = row["value"] if isinstance(row["value"], list) else [row["value"]]
+        return cls(row["of"], row["parameter"], min(values), max(values), row["unit"], row["source"])
+
+
+@dataclass(frozen=True)
+class KnownCase:
+    """The right answer for one system file.
+
+    Attributes:
+        known: knowledge from elsewhere, in words.
+        verdicts: verdicts that are right.
+        effects: right names of every withheld effect, such as "coulomb_friction at rail".
+        beside: names of effects that may be said besides.
+        numbers: reference values.
+    """
+
+    known: str
+    verdicts: frozenset[str]
+    effects: tuple[frozenset[str], ...]
+    beside: frozenset[str]
+    numbers: tuple[Reference, ...]
+
+    @classmethod
+    def read(cls, case: Mapping[str, Any]) -> KnownCase:
+        """Read an entry of `cases`.
+
+        Args:
+            case: checked entry of the file.
+        """
+        return cls(
+            str(case["known"]),
+            frozenset(case["verdicts"]),
+            tuple(frozenset(names) for names in case["effects"]),
+            frozenset(case["beside"]),
+            tuple(Reference.read(row) for row in case["numbers"]),
+        )
+
+    @property
+    def right(self) -> frozenset[str]:
+        """Names of all effects that may be said."""
+        return self.beside.union(*self.effects)
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A published machine and the right answers for its system files.
+
+    Attributes:
+        name: name of the folder of its system files.
+        title: name for readers.
+        variable: variable of make, or of the environment, that gives the path of the data.
+        published: address of the data.
+        licence: licence of the data.
+        about: description of data and known physics.
+        horizon: length of the free-run windows, s.
+        cases: right answers by withheld physics.
+    """
+
+    name: str
+    title: str
+    variable: str
+    published: str
+    licence: str
+    about: str
+    horizon: float
+    cases: Mapping[str, KnownCase]
+
+
+def read_machine(folder: Path) -> Machine:
+    """Read `folder`/known.yaml.
+
+    Args:
+        folder: folder with the system files of one machine.
+
+    Raises:
+        BadInput: when the file is missing or damaged.
+    """
+    path = folder / FILE
+    try:
+        content = yaml.safe_load(path.read_bytes())
+    except (OSError, yaml.YAMLError, UnicodeError, RecursionError) as error:
+        raise BadInput(f"{path}: cannot be read ({str(error).splitlines()[0]})") from None
+    check_shape(path, content, _MACHINE)
+    for name, case in content["cases"].items():
+        for k, row in enumerate(case["numbers"]):
+            if isinstance(row["value"], list) and len(row["value"]) != 2:
+                raise BadInput(f"{path}: cases.{name}.numbers[{k}].value: must be a number or two numbers")
+    cases = {str(name): KnownCase.read(case) for name, case in content["cases"].items()}
+    texts = {key: content[key] for key in ("title", "variable", "published", "licence", "about")}
+    return Machine(folder.name, horizon=float(content["horizon"]), cases=cases, **texts)
+
+
+def read_machines(systems: Path) -> list[Machine]:
+    """Read all machines in `systems`/<machine>/known.yaml, by name.
+
+    Args:
+        systems: folder with one folder of system files per machine.
+
+    Raises:
+        BadInput: when there is none, or one is damaged.
+    """
+    found = [read_machine(path.parent) for path in sorted(systems.glob(f"[!.]*/{FILE}"))]
+    if not found:
+        raise BadInput(f"{systems}: holds no machine, a folder with {FILE}")
+    return found
+
+
+def system_files(folder: Path) -> list[Path]:
+    """Return the system files in the folder of a machine, by name.
+
+    Args:
+        folder: folder with the system files of one machine.
+    """
+    return sorted(path for path in folder.glob("*.yaml") if path.name != FILE)
