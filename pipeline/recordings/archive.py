@@ -150,7 +150,7 @@ class Archive:
             names: names of all columns, for a file without a header; default: the header of the file.
 
         Raises:
-            BadInput: as in `cells` and `numbers`.
+            BadInput: if the member is missing or damaged, or a cell holds no number.
         """
         cells = self.cells(name, columns, names)
         first = 2 if names is None else 1

@@ -152,7 +152,7 @@ def _in_rows(system: System, recording: Recording, steps: int, found: Runs, erro
     """Simulated outputs, from their errors (windows, most steps, outputs), beside the samples that show them.
 
     Args:
-        steps: of a full window.
+        steps: number of samples of a full window.
     """
     logs, some = recording.logs, recording.counted
     simulated = found.measured[:, 0] + error * recording.scale

@@ -6,14 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.rigs.withheld.chain.part import Names, Part
+from pipeline.rigs.withheld.chain.part import Names, Part, VaryingPart
 from pipeline.rigs.withheld.effects.actuators import Gain
-from pipeline.rigs.withheld.effects.changing import spread
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array
 from pipeline.rigs.withheld.machine import Machine
 
 LAG = 0.001, 0.005  # s
-VARIATION = 0.05, 0.15  # rms, share of the mean
 
 
 @dataclass
@@ -54,24 +52,8 @@ class DriveLag(Part):
 
 
 @dataclass(frozen=True)
-class VaryingSupply(Part):
-    """The drive is stronger by the share `excess`[i] in run i, with mean zero.
-
-    Attributes:
-        excess: excess of every run, share of the mean, shape (n,).
-    """
-
-    excess: tuple[float, ...]
-
-    @classmethod
-    def drawn(cls, runs: int, rng: np.random.Generator) -> VaryingSupply:
-        """Draw the strength of the drive in every run.
-
-        Args:
-            runs: number of runs.
-            rng: random generator.
-        """
-        return cls(tuple((float(rng.uniform(*VARIATION)) * spread(runs, rng)).tolist()))
+class VaryingSupply(VaryingPart):
+    """The drive is stronger by the share `excess`[i] in run i, with mean zero."""
 
     def drive(self) -> tuple[ActuatorEffect, ...]:
         return (Gain(np.array(self.excess)),)

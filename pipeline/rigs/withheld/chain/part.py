@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
+from pipeline.rigs.withheld.effects.changing import spread
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Array, Effect
 from pipeline.rigs.withheld.machine import Machine, Sensor
 
+#: Variation from run to run: root mean square, share of the mean.
+VARIATION = 0.05, 0.15
 #: Families and channels that describe a part in the words of a diagnosis.
 Names = tuple[tuple[str, str], ...]
 
@@ -105,3 +108,24 @@ def sensor_of(machine: Machine, output: str) -> Sensor:
         output: name of the output.
     """
     return next(sensor for sensor in machine.sensors if sensor.output == output)
+
+
+@dataclass(frozen=True)
+class VaryingPart(Part):
+    """Part that is stronger than its mean by the share `excess`[i] in run i; the mean excess is zero.
+
+    Attributes:
+        excess: excess of every run, share of the mean, shape (n,).
+    """
+
+    excess: tuple[float, ...]
+
+    @classmethod
+    def drawn(cls, runs: int, rng: np.random.Generator) -> Self:
+        """Draw the excess of every run.
+
+        Args:
+            runs: number of runs.
+            rng: random generator.
+        """
+        return cls(tuple((float(rng.uniform(*VARIATION)) * spread(runs, rng)).tolist()))

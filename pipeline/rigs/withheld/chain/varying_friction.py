@@ -7,13 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.rigs.withheld.chain.part import Names, Part
-from pipeline.rigs.withheld.effects.changing import spread
+from pipeline.rigs.withheld.chain.part import Names, VaryingPart
 from pipeline.rigs.withheld.effects.effect import Array, Effect, Port
 from pipeline.rigs.withheld.effects.friction import DryFriction
 from pipeline.rigs.withheld.machine import Machine
-
-VARIATION = 0.05, 0.15  # rms, share of the mean
 
 
 @dataclass
@@ -33,24 +30,8 @@ class _Varied(DryFriction):
 
 
 @dataclass(frozen=True)
-class VaryingFriction(Part):
-    """Known damping, and planted dry friction, are larger by the share `excess`[i] in run i, mean zero.
-
-    Attributes:
-        excess: excess of every run, share of the mean, shape (n,).
-    """
-
-    excess: tuple[float, ...]
-
-    @classmethod
-    def drawn(cls, runs: int, rng: np.random.Generator) -> VaryingFriction:
-        """Draw the friction of every run.
-
-        Args:
-            runs: number of runs.
-            rng: random generator.
-        """
-        return cls(tuple((float(rng.uniform(*VARIATION)) * spread(runs, rng)).tolist()))
+class VaryingFriction(VaryingPart):
+    """Known damping, and planted dry friction, are larger by the share `excess`[i] in run i, mean zero."""
 
     @property
     def _factor(self) -> Array:
