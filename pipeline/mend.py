@@ -28,6 +28,8 @@ from unmodelled.base.progress import track
 RESULTS = ("data", "reports")
 #: Longest pause while DVC writes a file, s: one that has been incomplete for longer stays so.
 PAUSE = 3.0
+#: A process in DVC's list of files in use.
+_PROCESS = re.compile(r'"pid": (\d+)')
 _OBJECT = re.compile(r"[0-9a-f]{30}(?:\.dir)?")
 
 
@@ -35,7 +37,8 @@ def mend(root: Path) -> list[str]:
     """Repair a checkout in which DVC may be at work, and return a line for every repair.
 
     - A part of dvc.lock is put aside: the next `dvc repro` writes the file anew from its cache of runs.
-    - A part of DVC's list of files in use is removed.
+    - DVC's list of files in use is removed where it is a part of one, or where no process in it is at work:
+      DVC takes a killed process that is not yet reaped, and another program with its number, for one that is.
     - A damaged file of the cache is removed: the next `dvc repro` makes it again.
     - An unfinished result of a process that is gone is removed, unless its stage goes on from there.
 
@@ -59,6 +62,17 @@ def _files_of_dvc(root: Path) -> Iterator[str]:
     if _stays_partial(used, lambda text: bool(json.loads(text) is not None)):
         used.unlink()
         yield f"{used}: was not written to its end and is removed"
+    elif used.exists() and not any(map(_is_at_work, set(_PROCESS.findall(used.read_text())))):
+        used.unlink()
+
+
+def _is_at_work(process: str) -> bool:
+    """Whether a process is one of DVC's and alive."""
+    try:
+        found = psutil.Process(int(process))
+        return found.status() != psutil.STATUS_ZOMBIE and "dvc" in (Path(w).name for w in found.cmdline())
+    except psutil.Error:
+        return False
 
 
 def _stays_partial(path: Path, is_whole: Callable[[str], bool]) -> bool:

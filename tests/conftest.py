@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,17 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from hypothesis import settings
 
 from pipeline.cam_follower.cam_follower import CamFollower
 from unmodelled.base.campaign import Campaign
+from unmodelled.base.progress import VARIABLE
 
 ROOT = Path(__file__).parents[1]
+
+# a first example may compile, and a busy machine is slow: how long an example takes is no property
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
 
 os.environ["DVC_NO_ANALYTICS"] = "1"  # projects of the tests have no .dvc/config that says so
 
@@ -23,6 +30,17 @@ os.environ["DVC_NO_ANALYTICS"] = "1"  # projects of the tests have no .dvc/confi
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """The whole graph takes longest and comes first."""
     items.sort(key=lambda item: "tests/graph/" not in item.nodeid)
+
+
+@pytest.fixture(autouse=True)
+def _progress_is_shown_as_before() -> Iterator[None]:
+    """A command with -q says so to the processes that it starts, by a variable of the environment."""
+    before = os.environ.get(VARIABLE)
+    yield
+    if before is None:
+        os.environ.pop(VARIABLE, None)
+    else:
+        os.environ[VARIABLE] = before
 
 
 @pytest.fixture(autouse=True)

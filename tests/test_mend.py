@@ -57,10 +57,29 @@ def test_a_part_of_the_list_of_files_in_use_is_removed(content: str, root: Path)
     assert len(mend(root)) == 1 and not path.exists()
 
 
-def test_a_whole_list_of_files_in_use_stays(root: Path) -> None:
-    """DVC itself removes the entries of processes that are gone."""
-    path = used(root, '{"write": {"/a": {"pid": 4194305, "cmd": "dvc"}}}')
-    assert mend(root) == [] and path.exists()
+def listed(process: int) -> str:
+    return f'{{"write": {{"/a": {{"pid": {process}, "cmd": "dvc"}}}}, "read": {{}}}}'
+
+
+def test_a_list_of_files_that_dvc_uses_stays(root: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", "input()", "dvc"], stdin=subprocess.PIPE) as process:
+        path = used(root, listed(process.pid))
+        assert mend(root) == [] and path.exists()
+        process.kill()
+
+
+def test_a_list_of_files_whose_process_was_killed_is_removed_before_it_is_reaped(root: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", "input()", "dvc"], stdin=subprocess.PIPE) as process:
+        process.kill()
+        os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+        path = used(root, listed(process.pid))
+        assert mend(root) == [] and not path.exists()
+
+
+@pytest.mark.parametrize("process", [GONE, os.getpid()], ids=["gone", "another program"])
+def test_a_list_of_files_that_dvc_no_longer_uses_is_removed(process: int, root: Path) -> None:
+    path = used(root, listed(process))
+    assert mend(root) == [] and not path.exists()
 
 
 FILE = """

@@ -28,7 +28,6 @@ _CASE = {
 }
 _MACHINE = {
     **dict.fromkeys(("title", "variable", "published", "licence", "about"), str),
-    "horizon": float,
     "cases": {"*": _CASE},
 }
 
@@ -114,7 +113,6 @@ class Machine:
         published: address of the data.
         licence: licence of the data.
         about: description of data and known physics.
-        horizon: length of the free-run windows, s.
         cases: right answers by withheld physics.
     """
 
@@ -124,7 +122,6 @@ class Machine:
     published: str
     licence: str
     about: str
-    horizon: float
     cases: Mapping[str, KnownCase]
 
 
@@ -149,7 +146,7 @@ def read_machine(folder: Path) -> Machine:
                 raise BadInput(f"{path}: cases.{name}.numbers[{k}].value: must be a number or two numbers")
     cases = {str(name): KnownCase.read(case) for name, case in content["cases"].items()}
     texts = {key: content[key] for key in ("title", "variable", "published", "licence", "about")}
-    return Machine(folder.name, horizon=float(content["horizon"]), cases=cases, **texts)
+    return Machine(folder.name, cases=cases, **texts)
 
 
 def read_machines(systems: Path) -> list[Machine]:

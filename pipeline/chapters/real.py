@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from pipeline.chapters.known import FILE, SUFFIX, KnownCase, Machine
-from pipeline.chapters.real_judged import Report, asserted, is_inside, judged, named, parameters
+from pipeline.chapters.real_judged import Report, is_inside, judged, named, parameters
 from pipeline.chapters.reported import read_told
 from unmodelled.base.errors import BadInput
 from unmodelled.base.shapes import ORIGIN, read_shaped
@@ -210,8 +210,7 @@ def said(report: Report) -> str:
     Args:
         report: content of diagnosis.json.
     """
-    partial = "" if asserted(report) else " (partial)"
-    return "; ".join(_effect(effect) + partial for effect in report["effects"]) or "none"
+    return "; ".join(map(_effect, report["effects"])) or "none"
 
 
 def _effect(effect: Mapping[str, Any]) -> str:

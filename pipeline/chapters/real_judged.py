@@ -10,7 +10,7 @@ from pipeline.chapters.known import KNOWN_PHYSICS, KnownCase, Reference
 
 Report = Mapping[str, Any]
 
-#: Verdicts that assert their effects; the effects of any other verdict are a partial explanation.
+#: Verdicts that name effects.
 ASSERTING = ("effect", "main_effect")
 
 
@@ -141,10 +141,10 @@ def _faults(case: KnownCase, report: Report) -> Iterator[str]:
 def _missed(names: frozenset[str], report: Report) -> str:
     name = " or ".join(sorted(names))
     if any(names & _said(effect) for effect in report["effects"]):
-        if asserted(report):
-            return f"choice: one effect is named in place of {name} and another effect"
-        return f"verdict: {name} is a partial explanation only"
-    tried = [c["evidence"] for c in report["candidates"] if names & {*map(named, c.get("effects", [c]))}]
+        return f"choice: one effect is named in place of {name} and another effect"
+    tried = [c["difference"] for c in report["comparison"] if names & {*map(named, c["effects"])}]
     if tried:
-        return f"choice: {name} was fitted, log-likelihood {abs(max(tried)):.3g} below the best candidate"
+        return (
+            f"choice: {name} was fitted, its score is {min(tried):.3g} nats from that of the named candidate"
+        )
     return f"search: {name} was not fitted"

@@ -1,4 +1,4 @@
-"""Read diagnosis.json (`diagnosis/1`) and related files, and check their form."""
+"""Read diagnosis.json (`diagnosis/2`) and related files, and check their form."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _JUDGED = _CORE | {
 }
 #: What telling all of it takes.
 _TOLD = {
-    "schema": frozenset({"diagnosis/1"}),
+    "schema": frozenset({"diagnosis/2"}),
     **_CORE,
     "effects": [
         {
@@ -44,7 +44,7 @@ _TOLD = {
         **{"neural": _NUMBER, "shrink": _NUMBER, "interval": [_NUMBER], "held_out": [str]},
     },
     "parameters": {"*": {"known": _NUMBER, "identified": _NUMBER, "interval": ([_NUMBER], None)}},
-    "candidates": [{"family": (str, None), "port": (str, None), "evidence": float}],
+    "comparison": [{"effects": [{"family": str, "port": str}], "difference": float, "named": bool}],
     "notes": [str],
 }
 _TRUTH = {

@@ -38,7 +38,7 @@ def calibrate_withheld(cases: Path, diagnoses: Path, refits: Path, out: Path) ->
             raise BadInput(f"{diagnoses / place}.json: signs.{missing[0]}: must be a number")
         rows.append({"verdict": said["verdict"], "right": row["right"], **shown})
     table = pd.DataFrame(rows)
-    for verdict in ("effect", "no_gap", "unknown"):
+    for verdict in ("effect", "main_effect", "no_gap", "unknown"):
         if verdict not in set(table["verdict"]):
             raise BadInput(f"{diagnoses}: no case has the verdict {verdict}: weights need all of them")
     write_json(out, fitted_weights(table, signs))

@@ -6,7 +6,7 @@ import hashlib
 from functools import partial
 from pathlib import Path
 
-from pipeline.chapters.known import FILE, read_machine, system_files
+from pipeline.chapters.known import system_files
 from pipeline.revision import PACKAGE
 from unmodelled.base.errors import BadInput
 from unmodelled.base.jobs import growing_folder, run_jobs
@@ -14,9 +14,6 @@ from unmodelled.base.ownership import verb
 from unmodelled.diagnosis.answer.findings import findings
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
-
-#: Length of the free-run windows where nothing else is given, s.
-HORIZON = 0.1
 
 
 @verb()
@@ -29,9 +26,9 @@ def diagnose_systems(
     program are the same.
 
     Args:
-        systems: system file, or folder of system files that describe the same machine, with known.yaml.
+        systems: system file, or folder of system files that describe the same machine.
         logs: folder of the measured experiments, two or more.
-        horizon: length of the free-run windows, s; None: the horizon in known.yaml, or else 0.1.
+        horizon: length of the free-run windows, s; None: from the logs.
         seed: seed of the random generators of a diagnosis.
         workers: number of processes, of one thread each; a single system file gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
@@ -42,8 +39,6 @@ def diagnose_systems(
     files = system_files(systems) if systems.is_dir() else [systems]
     if not files:
         raise BadInput(f"{systems}: holds no system file, <name>.yaml")
-    if horizon is None:
-        horizon = read_machine(systems).horizon if (systems / FILE).exists() else HORIZON
     about = {"systems": _digest(systems), "logs": _digest(logs), "horizon": horizon, "seed": seed}
     with growing_folder(out, about, [PACKAGE]) as folder:
         left = [file for file in files if not (folder / file.stem / "tables").exists()]
@@ -52,7 +47,7 @@ def diagnose_systems(
         run_jobs(jobs, workers, "diagnosing")
 
 
-def _diagnose(system: Path, logs: Path, horizon: float, seed: int, threads: int, out: Path) -> None:
+def _diagnose(system: Path, logs: Path, horizon: float | None, seed: int, threads: int, out: Path) -> None:
     known = read_system(system)
     found = findings(known, read_logs(logs, known), horizon, seed, threads).save(out)
     print(f"{system}: {found}")

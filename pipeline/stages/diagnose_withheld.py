@@ -17,14 +17,15 @@ from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
 
 @verb()
-def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out: Path) -> None:
-    """Write `out`/<case>.json, the diagnosis (diagnosis/1), and `out`/costs/<case>.json.
+def diagnose_withheld(cases: Path, horizon: float | None, seed: int, workers: int, out: Path) -> None:
+    """Write `out`/<case>.json, the diagnosis (diagnosis/2), and `out`/costs/<case>.json.
 
     For several campaigns, these files are `out`/<campaign>/<case>.json and
     `out`/<campaign>/costs/<case>.json.
@@ -38,7 +39,7 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
 
     Args:
         cases: folder of one campaign of withheld cases, as acquire writes it, or of several such campaigns.
-        horizon: length of the free-run windows, s.
+        horizon: length of the free-run windows, s; None: from the logs of every case.
         seed: seed of all random numbers of a diagnosis.
         workers: number of processes, of one thread each; a single case gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
@@ -58,10 +59,12 @@ def diagnose_withheld(cases: Path, horizon: float, seed: int, workers: int, out:
         run_jobs(jobs, workers, "diagnosing")
 
 
-def _diagnose(case: Path, horizon: float, seed: int, threads: int, out: Path) -> None:
+def _diagnose(case: Path, horizon: float | None, seed: int, threads: int, out: Path) -> None:
     start = time.monotonic()
     known = read_system(case / SYSTEM)
-    found = diagnose_gap(known, read_logs(case / LOGS, known), horizon, seed, workers=threads)
+    logs = read_logs(case / LOGS, known)
+    seconds = default_horizon(logs) if horizon is None else horizon
+    found = diagnose_gap(known, logs, seconds, seed, workers=threads)
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}
     write_json(out.parent / COSTS / out.name, cost)

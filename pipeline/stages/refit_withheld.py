@@ -14,13 +14,14 @@ from pipeline.withheld.sparse_regression import largest_term
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
+from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
 
 @verb()
-def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, out: Path) -> None:
+def refit_withheld(cases: Path, diagnoses: Path, horizon: float | None, workers: int, out: Path) -> None:
     """Write `out`/<campaign>/<case>.json: `oracle` (see `pipeline.withheld.oracle`) and `sparse_regression`.
 
     The oracle knows the families and channels of the planted effects. Both methods use the training
@@ -30,7 +31,7 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, o
     Args:
         cases: folder of campaigns of withheld cases.
         diagnoses: folder written by diagnose_withheld, with <campaign>/<case>.json.
-        horizon: length of the free-run windows, s.
+        horizon: length of the free-run windows, s; None: from the logs of every case.
         workers: number of processes, of one thread each.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 
@@ -51,10 +52,11 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float, workers: int, o
         run_jobs(jobs, workers, "refitting")
 
 
-def _refit(case: Path, held_out: list[str], horizon: float, path: Path) -> None:
+def _refit(case: Path, held_out: list[str], horizon: float | None, path: Path) -> None:
     system = read_system(case / SYSTEM)
     logs = read_logs(case / LOGS, system)
-    study = Study(system, logs, horizon, tuple(logs.ids.index(name) for name in held_out))
+    seconds = default_horizon(logs) if horizon is None else horizon
+    study = Study(system, logs, seconds, tuple(logs.ids.index(name) for name in held_out))
     planted = [
         Known(row["family"], row["channel"], row.get("factor"), row.get("level"))
         for row in read_truth(case / TRUTH)["effects"]

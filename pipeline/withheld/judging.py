@@ -2,9 +2,8 @@
 
 An answer is right if it names family and channel of the planted effect, or of an effect that the logs of this
 machine cannot distinguish from it (`alike` in truth.json). A drifting or scattering parameter has the
-channels at which it acts (`parameter_channels`). Only the verdicts `effect` and `main_effect` name effects;
-an effect beside the verdict `unknown` is a partial explanation. Effects that describe the measurement chain
-(`tolerated` in truth.json) are neither right nor wrong.
+channels at which it acts (`parameter_channels`). Only the verdicts `effect` and `main_effect` name effects.
+Effects that describe the measurement chain (`tolerated` in truth.json) are neither right nor wrong.
 """
 
 from __future__ import annotations
@@ -193,8 +192,8 @@ class Case:
     def channel(self) -> bool:
         """Whether the diagnosis attributes the gap to a channel with a planted effect.
 
-        The channel of the strongest effect counts, which may be a partial explanation; without effects, the
-        channel with the largest share counts.
+        The channel of the strongest effect counts; without effects, the channel with the largest share
+        counts.
         """
         said: list[str] = [effect["port"] for effect in self.diagnosis["effects"]]
         if not said:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,19 +17,35 @@ from unmodelled.base.ownership import MARKER
 ROOT = CONF.parent
 
 
-def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-    import os
-
-    command = [sys.executable, "-m", "pipeline", *arguments]
-    return subprocess.run(
-        command, cwd=ROOT, capture_output=True, text=True, env={**os.environ, **environment}
-    )
+#: Exit code, standard output and standard error of a command.
+Said = tuple[int, str, str]
+Run = Callable[..., Said]
 
 
-def assert_refused(result: subprocess.CompletedProcess[str], *words: str) -> None:
-    assert result.returncode == 2, result.stderr
-    lines = result.stderr.strip().splitlines()
-    assert len(lines) == 1, result.stderr
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    """A command in this process, because loading the libraries takes longer than most commands."""
+
+    def call(*arguments: str, **environment: str) -> Said:
+        monkeypatch.chdir(ROOT)
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+        try:
+            code = main(list(arguments))
+        except SystemExit as left:
+            assert left.code is None or isinstance(left.code, int)
+            code = left.code or 0
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return call
+
+
+def assert_refused(result: Said, *words: str) -> None:
+    code, _, said = result
+    assert code == 2, said
+    lines = said.strip().splitlines()
+    assert len(lines) == 1, said
     for word in words:
         assert word in lines[0]
 
@@ -47,11 +65,11 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 @pytest.mark.parametrize("verb", PROGRAM.verbs)
-def test_help_of_a_verb_explains_its_arguments(verb: str) -> None:
-    result = run(verb, "--help")
-    assert result.returncode == 0, result.stderr
-    assert "Args:" in result.stdout
-    assert f"_target_: {PROGRAM.target(verb)}" in result.stdout
+def test_help_of_a_verb_explains_its_arguments(verb: str, run: Run) -> None:
+    code, said, wrong = run(verb, "--help")
+    assert code == 0, wrong
+    assert "Args:" in said
+    assert f"_target_: {PROGRAM.target(verb)}" in said
 
 
 def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:
@@ -60,14 +78,17 @@ def test_unknown_verb(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_unknown_key() -> None:
-    assert_refused(run("train", "modle=f_h1", "out=x"), "modle")
+    """In a process of its own: its exit code and its streams."""
+    command = [sys.executable, "-m", "pipeline", "train", "modle=f_h1", "out=x"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert_refused((result.returncode, result.stdout, result.stderr), "modle")
 
 
-def test_unknown_model() -> None:
+def test_unknown_model(run: Run) -> None:
     assert_refused(run("train", "model=f_h9", "out=x"), "f_h9", "f_h1")
 
 
-def test_missing_features(tmp_path: Path) -> None:
+def test_missing_features(tmp_path: Path, run: Run) -> None:
     assert_refused(
         run("train", "model=f_h2", f"model.features={tmp_path}/none", f"out={tmp_path}/fit"),
         "none",
@@ -77,12 +98,12 @@ def test_missing_features(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("arguments", [["compare", "runs="], ["simulate", "system=a", "logs=b", "out="]])
-def test_a_name_that_no_file_can_have(arguments: list[str]) -> None:
+def test_a_name_that_no_file_can_have(arguments: list[str], run: Run) -> None:
     *others, last = arguments
     assert_refused(run(*others, last + 5000 * "x"), last[:-1], "too long")
 
 
-def test_missing_dataset(tmp_path: Path) -> None:
+def test_missing_dataset(tmp_path: Path, run: Run) -> None:
     out = tmp_path / "raw"
     assert_refused(
         run("acquire", "source=measured", f"out={out}", DATASET=f"{tmp_path}/absent.zip"), "absent.zip"
@@ -90,7 +111,7 @@ def test_missing_dataset(tmp_path: Path) -> None:
     assert not out.exists()
 
 
-def test_a_data_set_that_cannot_be_fetched(tmp_path: Path) -> None:
+def test_a_data_set_that_cannot_be_fetched(tmp_path: Path, run: Run) -> None:
     out = tmp_path / "raw"
     result = run(
         "acquire", "-q", "source=measured", f"source.url={tmp_path}/nowhere", f"out={out}", DATASET=""
@@ -100,20 +121,21 @@ def test_a_data_set_that_cannot_be_fetched(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["folder", "zip"])
-def test_measured_from_folder_or_zip(kind: str, tmp_path: Path) -> None:
+def test_measured_from_folder_or_zip(kind: str, tmp_path: Path, run: Run) -> None:
     archive = write_archive(tmp_path / "set.zip", {1: log_text(), 2: log_text(rate=9.0)})
     source = archive
     if kind == "folder":
         source = tmp_path / "unpacked"
-        subprocess.run([sys.executable, "-m", "zipfile", "-e", str(archive), str(source)], check=True)
-    result = run("acquire", "source=measured", f"out={tmp_path}/raw", DATASET=str(source))
-    assert result.returncode == 0, result.stderr
-    result = run("ingest", f"raw={tmp_path}/raw", f"out={tmp_path}/store")
-    assert result.returncode == 0, result.stderr
+        with zipfile.ZipFile(archive) as packed:
+            packed.extractall(source)
+    code, _, said = run("acquire", "source=measured", f"out={tmp_path}/raw", DATASET=str(source))
+    assert code == 0, said
+    code, _, said = run("ingest", f"raw={tmp_path}/raw", f"out={tmp_path}/store")
+    assert code == 0, said
     assert (tmp_path / "store" / "signals.parquet").exists()
 
 
-def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path) -> None:
+def test_a_bad_log_leaves_the_old_store_alone(tmp_path: Path, run: Run) -> None:
     rows = log_text()
     rows[2][7] = "oops"
     raw, store = tmp_path / "raw", tmp_path / "store"

@@ -1,4 +1,4 @@
-"""What the README tells a newcomer to do with a pendulum, exactly as it stands there."""
+"""What the README tells a newcomer to do with a pendulum: its commands, with a shorter training."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ ROOT = Path(__file__).parents[2]
 SECTION = (ROOT / "README.md").read_text().partition("## Your own machine")[2].partition("\n## ")[0]
 SYSTEM = re.search(r"```yaml\n(.*?)```", SECTION, re.S)
 COMMANDS = re.search(r"```sh\n(.*?)```", SECTION, re.S)
+#: Keys that are added to the command of a verb: a training of a quarter of the length is accurate enough.
+SHORTER = {"train": ["profile.window_epochs=25"]}
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     said = ""
     for line in COMMANDS[1].splitlines():
         words = shlex.split(line, comments=True)
+        words += [key for verb, keys in SHORTER.items() if verb in words for key in keys]
         command = [sys.executable, *(["-m", *words] if words[0] == "unmodelled" else words[1:])]
         environment = {**os.environ, "PYTHONPATH": str(ROOT)}
         result = subprocess.run(command, cwd=here, capture_output=True, text=True, env=environment)

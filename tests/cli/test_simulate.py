@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from pipeline.__main__ import CONF
+from pipeline.__main__ import main
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import MARKER
 from unmodelled.cli.verbs.simulate import simulate
+from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
 
-ROOT = CONF.parent
 SYSTEM = """
 schema: system/1
 name: cart
@@ -59,10 +58,15 @@ def case(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def call(case: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "pipeline", "simulate", *arguments]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(command, cwd=case, capture_output=True, text=True, env=environment)
+def call(case: Path, *arguments: str) -> int:
+    """Exit code of the command, given in the folder of the case."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(case)
+        try:
+            return main(["simulate", *arguments])
+        except SystemExit as left:
+            assert isinstance(left.code, int)
+            return left.code
 
 
 def within(table: pd.DataFrame, name: str) -> float:
@@ -71,11 +75,13 @@ def within(table: pd.DataFrame, name: str) -> float:
     return float(np.sqrt(np.mean((table[f"{name}_measured"] - measured.transform("mean")) ** 2)))
 
 
-def test_what_is_written_and_printed(case: Path) -> None:
-    result = call(case, "system=system.yaml", "logs=logs", "out=out")
-    assert result.returncode == 0, result.stderr
-    lines = result.stdout.splitlines()
-    assert [line.split(":")[0] for line in lines] == ["x", "v", "gap", "noise floor", "worst experiment"]
+def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, said = call(case, "system=system.yaml", "logs=logs", "horizon=0.1", "out=out"), capsys.readouterr()
+    assert code == 0, said.err
+    lines = said.out.splitlines()
+    assert [line.split(":")[0] for line in lines] == [
+        *("x", "v", "gap", "noise floor", "persistence", "worst experiment", "note")
+    ]
     names = sorted(p.name for p in (case / "out").iterdir())
     assert names == [MARKER, "simulation.json", "simulation.parquet"]
     summary = read_json(case / "out" / "simulation.json")
@@ -117,7 +123,27 @@ def test_what_is_written_and_printed(case: Path) -> None:
     assert lines[1] == "v: 0.02 m/s off after 0.1 s, 0.12 m/s over whole runs"
     assert [e["id"] for e in summary["experiments"]] == ["fast", "7"]
     worst = max(summary["experiments"], key=lambda e: float(e["known"]))
-    assert lines[4].startswith(f"worst experiment: {worst['id']}, ")
+    assert lines[5].startswith(f"worst experiment: {worst['id']}, ")
+    assert lines[4].startswith(f"persistence: {summary['gap']['persistence']:.3g}, ")
+    # within so short a horizon, the change of the acceleration matters less than the missing brake
+    assert summary["gap"]["floor"] < summary["gap"]["persistence"] < summary["gap"]["known"]
+    assert lines[6] == f"note: {summary['notes'][-1]}" and "than persistence" in lines[6]
+
+
+def test_the_default_horizon_is_chosen_from_all_logs(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for only in ([], ["only=fast"]):
+        assert call(case, "system=system.yaml", "logs=logs", *only, "out=out") == 0
+        horizon = read_json(case / "out" / "simulation.json")["horizon"]
+        assert horizon == default_horizon(read_logs(case / "logs", read_system(case / "system.yaml"))) != 0.1
+        assert f" off after {horizon:.3g} s, " in capsys.readouterr().out
+
+
+def test_a_model_that_persistence_beats_has_a_note(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (case / "system.yaml").read_text().replace("value: 2.0", "value: -0.1")
+    (case / "system.yaml").write_text(text)
+    assert call(case, "system=system.yaml", "logs=logs", "out=out") == 0
+    (note,) = (line for line in capsys.readouterr().out.splitlines() if "than persistence" in line)
+    assert note.removeprefix("note: ") in read_json(case / "out" / "simulation.json")["notes"]
 
 
 @pytest.mark.parametrize(
@@ -127,11 +153,12 @@ def test_what_is_written_and_printed(case: Path) -> None:
         (["system=system.yaml", "logs=logs", "horizon=soon"], ["horizon", "soon"]),
     ],
 )
-def test_what_is_refused(case: Path, arguments: list[str], words: list[str]) -> None:
-    result = call(case, *arguments, "out=out")
-    assert result.returncode == 2, result.stderr
-    assert result.stdout == ""
-    lines = result.stderr.splitlines()
+def test_what_is_refused(
+    case: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], words: list[str]
+) -> None:
+    code, said = call(case, *arguments, "out=out"), capsys.readouterr()
+    assert (code, said.out) == (2, ""), said.err
+    lines = said.err.splitlines()
     assert len(lines) == 1 and lines[0].startswith("error: ")
     for word in words:
         assert word in lines[0]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from tests.diagnosis.benches import Bench, pendulum
-from unmodelled.diagnosis.data.result import Candidate, DiagnosedEffect, Diagnosis, Estimate, JudgedModel
+from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, JudgedModel
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import extended, in_columns
@@ -87,7 +87,7 @@ def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
         verdict="effect" if said else "no_gap",
         confidence=0.94,
         effects=results,
-        partial=False,
+        remainder=None,
         known=before,
         reidentified=before,
         augmented=after,
@@ -98,10 +98,10 @@ def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
         interval=(0.97, 1.0),
         held_out=HELD_OUT,
         parameters={"b": Estimate("N m s/rad", 0.03, 0.0151, (0.0149, 0.0153))},
-        candidates=(
-            Candidate(tuple(found), 0.012, 0.0),
-            Candidate(tuple(found[:1]), 0.05, 12.3),
-            Candidate((), 0.3, 200.0),
+        comparison=(
+            Compared(tuple(found), 0.9, 0.0, 0.0, bool(said)),
+            Compared(tuple(found[:1]), 2.4, 1.5, 0.3, False),
+            Compared((), 5.0, 4.1, 0.6, not said),
         ),
         notes=("theta was unwrapped",),
     )
@@ -114,4 +114,5 @@ def _found(logs: Logs, added: Added, said: Said) -> DiagnosedEffect:
         if name in added.reported
     }
     own = {name: dict(zip(logs.ids, values, strict=True)) for name, values in said.own.items()}
-    return DiagnosedEffect(added, estimates, own, 0.97, 0.81, (replace(added, family="stribeck_friction"),))
+    others = (replace(added, family="stribeck_friction"),)
+    return DiagnosedEffect(added, estimates, own, 0.97, 0.81, (0.7, 0.88), others)

@@ -9,7 +9,7 @@ from pathlib import Path
 from tests.diagnosis.benches import Bench, pendulum
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import (
-    Candidate,
+    Compared,
     DiagnosedEffect,
     Diagnosis,
     Estimate,
@@ -42,7 +42,7 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
     other = ViscousFriction().add(system, JOINT, scales)
     before, base = _fitted("re-identified", system, logs, held)
     after, best = _fitted("with coulomb_friction at joint", added.system, logs, held)
-    named = verdict == "effect"
+    named, chance = verdict == "effect", (0.9, 1.0)
     last = after if named else before
     noise = last.gap.floor
     square = before.gap.value**2 - noise**2
@@ -51,8 +51,8 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
     estimates = {"F_c": Estimate("N m", float("nan"), F_c, (0.98 * F_c, 1.02 * F_c))}
     return Diagnosis(
         *(system, logs, HORIZON, 0, verdict, 0.94),
-        effects=(DiagnosedEffect(added, estimates, {}, 0.97, shrink, (other,)),) if named else (),
-        partial=False,
+        effects=(DiagnosedEffect(added, estimates, {}, 0.97, shrink, chance, (other,)),) if named else (),
+        remainder=None,
         known=JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held)),
         reidentified=before,
         augmented=last,
@@ -67,10 +67,10 @@ def friction(folder: Path, bench: Bench = BENCH, verdict: Verdict = "effect") ->
             for p in system.parameters
             if p.identify
         },
-        candidates=(
-            Candidate((added,), best.gap.value, 0.0),
-            Candidate((other,), base.gap.value, 812.0),
-            Candidate((), base.gap.value, 820.0),
+        comparison=(
+            Compared((added,), 0.9, 0.0, 0.0, named),
+            Compared((other,), 3.1, 2.2, 0.4, False),
+            Compared((), 3.2, 2.3, 0.4, not named),
         ),
         notes=("omega was estimated from theta",),
     )
@@ -81,7 +81,7 @@ def as_given(system: System, logs: Logs) -> Diagnosis:
     held = (0,)
     model = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, held))
     return Diagnosis(
-        *(system, logs, HORIZON, 0, "unknown", 0.5, (), False, model, model, model, model, (model,)),
+        *(system, logs, HORIZON, 0, "unknown", 0.5, (), None, model, model, model, model, (model,)),
         *(model.gap.floor, 0.0, (0.0, 0.0), held, {}, (), ()),
     )
 

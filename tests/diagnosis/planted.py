@@ -24,6 +24,9 @@ Array = NDArray[np.float64]
 PERIOD, RUNS, SAMPLES, SUBSTEPS = 0.005, 4, 240, 4
 #: N m, the effort that is planted at the joint; rad and rad/s, the noise of angle and speed.
 EFFORT, NOISE = 0.15, (2e-5, 2e-4)
+#: rad/s, of the torque in the first and the last run. A stop must be reached in several runs: what one run
+#: alone shows is not confirmed by the others.
+RATES, AT_STOPS = (3.0, 8.0), (5.0, 7.0)
 #: Of each run, a number of its own, in its plausible size; in no order, or it would be a drift.
 OWN = (1.2, -3.0, 4.5, -1.5)
 IDS = tuple(f"run{k}" for k in range(RUNS))
@@ -45,7 +48,8 @@ dynamics: {theta: omega, omega: (torque - b*omega - mgl*sin(theta) - tau)/J}
 def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
     """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it."""
     known = pendulum(folder, text=TEXT)
-    _write(folder / "logs", known, {}, ids)
+    rates = AT_STOPS if effect.family == "end_stop" else RATES
+    _write(folder / "logs", known, {}, ids, rates)
     logs = read_logs(folder / "logs", known)
     sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
     place = effect.places(known)[0]
@@ -53,7 +57,7 @@ def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
     own = {name: added.scales[name] * np.array(OWN) for name in added.per_experiment}
     columns = {name: column(logs.experiments) for name, column in added.columns.items()}
     grown = in_columns(with_numbers(added.system, [added], _numbers(added)), own)
-    _write(folder / "logs", grown, {**columns, **own}, ids)
+    _write(folder / "logs", grown, {**columns, **own}, ids, rates)
 
 
 def _numbers(added: Added) -> dict[str, float]:
@@ -62,11 +66,13 @@ def _numbers(added: Added) -> dict[str, float]:
     return amounts | {n: grid[len(grid) // 2] for n, grid in added.shapes.items()}
 
 
-def _write(folder: Path, true: System, own: dict[str, Array], ids: Sequence[str]) -> None:
+def _write(
+    folder: Path, true: System, own: dict[str, Array], ids: Sequence[str], rates: tuple[float, float]
+) -> None:
     """Logs of `true`, whose constants are `own`."""
     rng = np.random.default_rng(0)
     t = PERIOD * np.arange(SAMPLES)
-    rate, phase = np.linspace(3.0, 8.0, RUNS), rng.uniform(0.0, 6.0, (2, RUNS))
+    rate, phase = np.linspace(*rates, RUNS), rng.uniform(0.0, 6.0, (2, RUNS))
     u = 0.9 * np.sin(rate * t[:, None] + phase[0]) + 0.5 * np.sin(2.3 * rate * t[:, None] + phase[1])
     c = np.column_stack([own[constant.name] for constant in true.operating_point] or [np.empty((RUNS, 0))])
     held = true.inputs[0].delay / PERIOD

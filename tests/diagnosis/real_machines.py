@@ -26,7 +26,7 @@ def main(folder: Path, names: list[str]) -> None:
         for file in system_files(Path("systems") / machine.name):
             start, system = time.perf_counter(), read_system(file)
             logs = read_logs(folder / machine.name / "logs", system)
-            report = findings(system, logs, machine.horizon).content
+            report = findings(system, logs).content
             gap, case = report["gap"], machine.cases[file.stem.removesuffix(SUFFIX)]
             gaps = ", ".join(f"{gap[name]:.3g}" for name in ("reidentified", "augmented", "floor"))
             fault = judged(case, report)["failed at"] or "holds"

@@ -25,9 +25,12 @@ from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.decision import decide
+from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
@@ -52,10 +55,8 @@ BENCHES = {
 }
 KINDS = {"single": 8, "null": 3, "pair": 4, "outside": 3, "local": 2}
 DECIDING = (
-    *("local_complexity", "known_parameter_complexity", "penalty", "largest_penalty_factor"),
-    *("same_complexity", "significant_loss", "significant_loss_per_complexity", "further_share"),
-    *("at_floor", "above_floor", "above_floor_share", "far_from_floor", "complexity_share"),
-    *("equal_loss", "equal_loss_per_value", "mixed_loss_per_value", "mixed_t", "better_loss", "most_equal"),
+    *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
+    *("exchanged_rest", "unexplained_gap", "least_gain", "alike_errors", "same_complexity", "most_equal"),
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),
@@ -92,27 +93,37 @@ def varied(name: str) -> Iterator[tuple[float, Thresholds]]:
     value = getattr(DEFAULT_THRESHOLDS, name)
     for factor in FACTORS:
         other = type(value)(value * factor)
-        if name in ("fault_share", "input_likeness", "port_likeness") and factor > 1.0:
+        if name in ("level", "fault_share", "input_likeness", "port_likeness") and factor > 1.0:
             other = 0.5 * (1.0 + value)
         if name == "equal_error_ratio":  # a ratio of one or more
             other = 1.0 + factor * (value - 1.0)
         yield factor, replace(DEFAULT_THRESHOLDS, **{name: other})
 
 
-def decided(candidates: Candidates, limits: Thresholds) -> dict[str, Any]:
-    """What is decided with other thresholds."""
-    fits = []
-    for fit in candidates.fits:
-        study = replace(fit.hypothesis.study, thresholds=limits)
-        again = replace(fit, hypothesis=replace(fit.hypothesis, study=study))
-        vars(again).update(errors=fit.errors, spread=fit.spread)  # the fit stays
-        fits.append(again)
-    said = decide(Candidates(tuple(fits), limits))
-    return {
-        "verdict": said.verdict,
-        "effects": sorted(map(_where, fits[said.named].hypothesis.effects)),
-        "equal": {k: sorted(map(_where, others)) for k, others in said.indistinguishable.items()},
-    }
+def decider(search: EffectSearch) -> Callable[[Thresholds], dict[str, Any]]:
+    """What is decided with other thresholds, without the gate of the held-out experiments."""
+    networks: dict[int, LeftOut] = {}
+
+    def decided(limits: Thresholds) -> dict[str, Any]:
+        study = replace(search.study, thresholds=limits)
+        found = []
+        for prediction in search.found.values():
+            fitted = prediction.fitted
+            same = replace(fitted, hypothesis=replace(fitted.hypothesis, study=study))
+            found.append(replace(prediction, fitted=same))  # the fit stays
+        candidates = Candidates(tuple(found), limits)
+        named = candidates.named()
+        if named not in networks:
+            fitted = list(search.found.values())[named].fitted
+            networks[named] = search.left_out(fit_network(fitted, search.fitted, search.screened, 0))
+        said = decide(candidates, named, networks[named], judged_model("", candidates.fits[named]).gap)
+        return {
+            "verdict": said.verdict,
+            "effects": sorted(map(_where, candidates.fits[named].hypothesis.effects)),
+            "equal": {k: sorted(map(_where, others)) for k, others in said.indistinguishable.items()},
+        }
+
+    return decided
 
 
 def _where(effect: Any) -> tuple[str, str]:
@@ -147,8 +158,9 @@ def deciding(folder: Path, emps: Path | None) -> None:
     for name, (system, logs), horizon in known(folder, emps):
         if time.process_time() > BUDGET:
             break
-        found = EffectSearch(Study.of(system, logs, horizon, 0)).run()
-        cases[name] = lambda limits, found=found: decided(found, limits)
+        search = EffectSearch(Study.of(system, logs, horizon, 0))
+        search.run()
+        cases[name] = decider(search)
         print(f"# searched {name} ({time.process_time():.0f} s)", flush=True)
     compare(DECIDING, cases)
 

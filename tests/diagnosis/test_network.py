@@ -13,6 +13,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.network import AT_REST, HIDDEN, with_networks
 from unmodelled.diagnosis.search.network import fit_network as fitted_network
@@ -51,8 +52,9 @@ def network(base: FittedHypothesis) -> FittedHypothesis:
 
 
 def test_it_explains_what_was_left_out(base: FittedHypothesis, network: FittedHypothesis) -> None:
-    losses = Candidates((base, network)).losses.sum(1)
-    assert losses[1] < 0.5 * losses[0]
+    compared = Candidates((LeftOut.of(base), LeftOut.of(network)))
+    assert compared.beats(1, 0) and not compared.beats(0, 1)
+    assert compared.remaining[1] < 0.5
     assert network.fit.left.value < 0.5 * base.fit.left.value
 
 

@@ -23,27 +23,37 @@ def screened(folder: Path, bench: Bench) -> list[Screened]:
     return screen(base, base.recording, workers=2)
 
 
+def simplest(found: list[Screened]) -> Screened:
+    """The simplest of those that gain as much as the first one, to a hundredth."""
+    gains = [candidate.gain for candidate in found]
+    assert gains == sorted(gains, reverse=True)
+    return min(found, key=lambda c: (c.gain < 0.99 * gains[0], c.hypothesis.complexity))
+
+
 def first(found: list[Screened]) -> tuple[str, Place]:
-    added = found[0].hypothesis.effects[-1]
+    added = simplest(found).hypothesis.effects[-1]
     return added.family, added.place
 
 
 @pytest.mark.parametrize(
-    ("bench", "family", "place", "rank"),
+    ("bench", "family", "place"),
     [
-        (Bench(samples=400), "coulomb_friction", JOINT, 1),
-        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE, 1),
-        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE, 1),
+        (Bench(samples=400), "coulomb_friction", JOINT),
+        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
+        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
         # a delay of the only input is the same thing
-        (Bench(samples=400, friction=0.0, delay=8), "sensor_delay", ANGLE, 2),
+        (Bench(samples=400, friction=0.0, delay=8), "input_delay", TORQUE),
     ],
     ids=["friction", "dead zone", "gain", "delay"],
 )
-def test_what_was_planted_comes_first(
-    tmp_path: Path, bench: Bench, family: str, place: Place, rank: int
-) -> None:
+def test_what_was_planted_comes_first(tmp_path: Path, bench: Bench, family: str, place: Place) -> None:
     found = screened(tmp_path, bench)
-    assert first(found[rank - 1 :]) == (family, place)
+    assert first(found) == (family, place)
+    if family == "input_delay":
+        assert [c.effect.family for c in found if c.gain > 0.9 * found[0].gain][:2] == [
+            family,
+            "sensor_delay",
+        ]
     assert found[0].gain > 500.0
     assert {c.hypothesis.effects[-1].family for c in found} == {e.family for e in effects()}
 
@@ -92,8 +102,8 @@ def test_an_effect_in_one_group_is_found_there(local: list[Screened]) -> None:
 
 
 def test_a_start_is_close_to_what_was_planted(local: list[Screened]) -> None:
-    assert local[0].starts[0]["F_c"] == pytest.approx(0.06, rel=0.3)
-    assert local[0].starts[0]["mgl"] == pytest.approx(1.2, rel=0.05)
+    (start, *_) = simplest(local).starts
+    assert start["F_c"] == pytest.approx(0.06, rel=0.3) and start["mgl"] == pytest.approx(1.2, rel=0.05)
 
 
 def test_levels_where_windows_are_left_out(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from tests.diagnosis.diagnoses import JOINT, TORQUE, Said, diagnosis
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.data.result import Diagnosis, Estimate
+from unmodelled.diagnosis.data.result import Diagnosis, Estimate, Remainder
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
 
@@ -25,6 +25,8 @@ WHERE = Where(
     experiments=({"id": "run1", "known": 0.31, "augmented": 0.02},),
     **dict.fromkeys(("lacking", "left", "every")),  # what figures show is no part of it
 )
+#: What is said besides of a number that the logs determine within its bounds.
+SOUND = {"determined": True, "at_bound": False}
 FRICTION = Said("coulomb_friction", JOINT, {"F_c": 0.06, "v_c": 0.05})
 LOAD = Said("constant_load", replace(JOINT, factor="group", level="old"), {"F_0": 0.1})
 SCATTER = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.01, 0.0, -0.02, 0.005)})
@@ -53,9 +55,9 @@ def content(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[
 def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert set(content) == {
         *("schema", "system", "seed", "verdict", "confidence", "effects", "where", "gap", "parameters"),
-        *("candidates", "logs", "notes", "signs"),
+        *("remainder", "comparison", "logs", "notes", "signs"),
     }
-    assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/1", "pendulum", 3)
+    assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/2", "pendulum", 3)
     assert (content["verdict"], content["confidence"]) == ("effect", 0.94)
     assert content["notes"] == ["theta was unwrapped"]
     assert content["where"] == {
@@ -69,9 +71,10 @@ def test_an_effect_on_a_port(content: dict[str, Any]) -> None:
         "family": "coulomb_friction",
         "port": "joint",
         "law": "F_c*sign(omega)",
-        "parameters": {"F_c": {"value": 0.06, "unit": "N m", "interval": [0.054, 0.066]}},
+        "parameters": {"F_c": {"value": 0.06, "unit": "N m", "interval": [0.054, 0.066], **SOUND}},
         "confidence": 0.97,
         "shrink": 0.81,
+        "interval": [0.7, 0.88],
         "indistinguishable": [{"family": "stribeck_friction", "port": "joint"}],
     }
 
@@ -98,7 +101,7 @@ def test_gap_and_parameters(content: dict[str, Any], found: Diagnosis) -> None:
     gap = content["gap"]
     assert set(gap) == {
         *("known", "reidentified", "augmented", "neural", "floor", "shrink", "interval", "held_out"),
-        *("horizon", "units"),
+        *("horizon", "units", "persistence"),
     }
     assert gap["augmented"] == pytest.approx(found.augmented.gap.value, rel=1e-7)
     assert gap["floor"] == pytest.approx(found.augmented.gap.floor, rel=1e-7)
@@ -114,34 +117,62 @@ def test_gap_and_parameters(content: dict[str, Any], found: Diagnosis) -> None:
         }
     }
     assert gap["held_out"] == ["run1", "run3"]
-    b = {"known": 0.03, "identified": 0.0151, "unit": "N m s/rad", "interval": [0.0149, 0.0153]}
+    b = {"known": 0.03, "identified": 0.0151, "unit": "N m s/rad", "interval": [0.0149, 0.0153], **SOUND}
     assert content["parameters"] == {"b": b}
 
 
 def test_candidates_from_best_to_worst(content: dict[str, Any]) -> None:
-    several, one, none = content["candidates"]
-    assert one == {"family": "coulomb_friction", "port": "joint", "gap": 0.05, "evidence": -12.3}
-    assert (none["family"], none["port"], none["evidence"]) == (None, None, -200.0)
-    assert several["family"].startswith("coulomb_friction + constant_load")
+    several, one, none = content["comparison"]
+    assert one == {
+        "effects": [{"family": "coulomb_friction", "port": "joint"}],
+        **{"score": 2.4, "difference": 1.5, "standard_error": 0.3, "named": False},
+    }
+    assert (none["effects"], none["difference"], none["named"]) == ([], 4.1, False)
     assert [e["family"] for e in several["effects"]][:2] == ["coulomb_friction", "constant_load"]
-    assert str(several["evidence"]) == "0.0"
+    assert several["effects"][1]["level"] == "old" and several["effects"][2]["parameter"] == "b"
+    assert (str(several["difference"]), several["named"]) == ("0.0", True)
 
 
 def test_numbers_that_are_none_and_those_of_numpy(found: Diagnosis) -> None:
-    nothing = Estimate("1", float("nan"), np.float64(2.0), (-np.inf, np.inf))
+    nothing = Estimate("1", float("nan"), np.float64(2.0), (-np.inf, np.inf), determined=False)
     changed = replace(found, parameters={"b": nothing}, confidence=np.float32(0.5), neural=found.known)
     level = replace(WHERE, factors=[{"factor": "m", "level": np.float64(1.2), "share": np.nan}])
     text = json.dumps(summary(changed, level), allow_nan=False)
     loaded = json.loads(text)
     numbers = {"known": None, "identified": 2.0, "interval": [None, None]}
-    assert loaded["parameters"]["b"] == {**numbers, "unit": "1"}
+    assert loaded["parameters"]["b"] == {**numbers, "unit": "1", "determined": False, "at_bound": False}
     assert loaded["where"]["factors"] == [{"factor": "m", "level": 1.2, "share": None}]
 
 
-def test_a_partial_explanation_says_so(found: Diagnosis) -> None:
-    content = summary(replace(found, verdict="unknown", partial=True), WHERE)
-    assert content["partial"] is True
-    assert all(effect["partial"] is True for effect in content["effects"])
+@pytest.mark.parametrize(
+    ("place", "channel", "words"),
+    [
+        (
+            TORQUE,
+            "actuator:torque",
+            "predicts 7 % of the whole; the further effect that predicts best is at actuator:torque",
+        ),
+        (
+            Place("parameter", "b"),
+            "joint",
+            "predicts 7 % of the whole; the further effect that predicts best is at parameter:b",
+        ),
+        (None, None, "a network in every port predicts 7 % of the whole"),
+    ],
+    ids=["input", "parameter", "no further effect"],
+)
+def test_a_remainder_says_how_much_and_where(
+    place: Place | None, channel: str | None, words: str, found: Diagnosis, content: dict[str, Any]
+) -> None:
+    changed = replace(found, verdict="main_effect", remainder=Remainder(0.11, 0.07, place))
+    told = summary(changed, WHERE)
+    assert told["verdict"] == "main_effect"
+    assert told["remainder"] == {"share": 0.11, "predictable": 0.07, "channel": channel}
+    (line,) = (line for line in sentences(changed) if line.startswith("remainder: "))
+    assert line.startswith("remainder: 11 % of the squared error in experiments that were left out")
+    assert line.endswith(words)
+    assert sentences(changed)[-1].startswith("next: simulate augmented_system.yaml on new logs")
+    assert content["remainder"] is None and "remainder: " not in "\n".join(sentences(found))
 
 
 def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:

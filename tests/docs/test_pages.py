@@ -92,7 +92,7 @@ def test_what_python_code_imports_exists(page: Path) -> None:
 
 def test_the_tutorial_prints_what_it_shows(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     acquire(PendulumCampaign(), 0, tmp_path / "logs")
-    simulate(ROOT / "systems" / "pendulum.yaml", tmp_path / "logs", 0.1, tmp_path / "known")
+    simulate(ROOT / "systems" / "pendulum.yaml", tmp_path / "logs", None, tmp_path / "known")
     said = capsys.readouterr().out.strip()
     shown = (ROOT / "docs" / "tutorial" / "README.md").read_text()
     assert said in shown

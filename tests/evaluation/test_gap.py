@@ -116,7 +116,7 @@ def test_the_true_slider_crank_has_no_gap(tmp_path: Path) -> None:
     assert free_runs(system, logs, 0.1).value < 1e-4
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(
     horizon=st.sampled_from([0.001, 0.01, 0.07, 0.1, 0.5, 40.0]),
     lengths=st.lists(st.integers(50, 140), min_size=1, max_size=4).map(tuple),

@@ -120,8 +120,9 @@ def test_an_effect_of_no_family() -> None:
     assert not row(real, diagnosis(effect(*COULOMB)), False)["right"]
     assert not row(real, NO_GAP, False)["right"]
     assert row(real, NO_GAP, False, gap_seen=False)["right"]
-    partial = row(real, diagnosis(effect(*LAG), verdict="unknown"), False)
-    assert partial["right"] and partial["channel"] and partial["seen"] and not partial["first"]
+    assert row(real, diagnosis(effect(*LAG), verdict="main_effect"), False)["right"]
+    unnamed = row(real, diagnosis(verdict="unknown", where="actuator:u"), False)
+    assert unnamed["right"] and unnamed["channel"] and unnamed["seen"] and not unnamed["first"]
 
 
 def table() -> pd.DataFrame:

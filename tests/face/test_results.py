@@ -187,7 +187,8 @@ def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Pa
     assert answer.table()["value"].tolist() == [p["value"] for p in effect.parameters.values()]
     assert answer.where.experiments.to_dict("records") == content["where"]["experiments"]
     assert answer.gaps.set_index("model")["gap"].to_dict() == {
-        name: content["gap"][name] for name in ("known", "reidentified", "augmented", "neural", "floor")
+        name: content["gap"][name]
+        for name in ("known", "reidentified", "augmented", "neural", "floor", "persistence")
     }
     assert answer.units["augmented"].tolist() == [content["gap"]["units"]["theta"]["augmented"]]
     assert answer.parameters["identified"].tolist() == [content["parameters"]["b"]["identified"]]

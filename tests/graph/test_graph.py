@@ -17,9 +17,9 @@ from unmodelled.base.campaign import Campaign
 pytestmark = pytest.mark.graph
 
 
-def call(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+def call(folder: Path, *command: str, **more: str) -> subprocess.CompletedProcess[str]:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path}
+    environment = {**os.environ, "PATH": path, **more}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
 
 
@@ -52,7 +52,7 @@ def test_every_result_exists(project: Path) -> None:
     assert set(chapter["extrapolation"]) == {str(k) for k in range(1, 9)} == set(chapter["boundary"])
     assert set(chapter["boundary"]["1"]) == models | {"direct"}
     chapter = json.loads((project / "reports/metrics/chapter4.json").read_text())
-    assert set(chapter["loocv"]) == set(HYBRIDS) and set(chapter["recurrent"]) == {"1", "5", "10"}
+    assert set(chapter["loocv"]) == set(HYBRIDS) and set(chapter["recurrent"]) == {"1", "10"}
     assert set(chapter["parameters"]) == {"m3", "J1", "B_m"}
     assert "rmse_share" in chapter["recovered"]["spring"] and chapter["identifiability"]["advice"]["text"]
     chapter = json.loads((project / "reports/metrics/chapter3.json").read_text())
@@ -92,9 +92,6 @@ def test_editing_one_model_touches_only_its_cells(project: Path) -> None:
     config = project / "conf/model/f_h1.yaml"
     before = config.read_text()
     try:
-        config.write_text(before + "# a comment changes nothing\n")
-        dvc(project, "repro", "code")
-        assert json.loads(dvc(project, "status", "--json")) == {}
         config.write_text(before.replace("batch: 200", "batch: 100"))
         dvc(project, "repro", "code")
         changed = {stage.rpartition(":")[2] for stage in json.loads(dvc(project, "status", "--json"))}
@@ -104,25 +101,27 @@ def test_editing_one_model_touches_only_its_cells(project: Path) -> None:
     assert changed == {"train@f_h1-interpolation", "train@f_h1-extrapolation", "tune@f_h1", "evaluate"}
 
 
-def test_a_sweep_leaves_the_graph_clean(project: Path) -> None:
+def test_a_sweep_touches_nothing_that_the_graph_tracks(project: Path) -> None:
+    before = {path.name for path in project.iterdir()}
     sweep = ["-m", "model=f_h1,f_h2", "seed=range(2)", "split=tuning", "profile=quick"]
-    result = call(project, sys.executable, "-m", "pipeline", "train", *sweep)
+    result = call(project, sys.executable, "-m", "pipeline", "train", *sweep, EXP_LAUNCHER="joblib")
     assert result.returncode == 0, result.stderr
     assert len(list((project / "outputs/train").glob("*/*/model.pt"))) == 4
     assert json.loads(dvc(project, "status", "--json")) == {}
+    assert {path.name for path in project.iterdir()} - before <= {"outputs"}
 
 
-def test_the_same_seed_gives_the_same_numbers(project: Path) -> None:
-    for out in ("first", "second"):
-        fits, predictions = f"outputs/{out}/fit", f"outputs/{out}/prediction"
-        for command in (
-            ["train", "profile=quick", f"out={fits}"],
-            ["evaluate", f"fits={fits}", f"out={predictions}"],
-        ):
-            result = call(project, sys.executable, "-m", "pipeline", *command, "model=f_h2", "split=tuning")
-            assert result.returncode == 0, result.stderr
-    first, second = (project / f"outputs/{out}/prediction/errors.parquet" for out in ("first", "second"))
-    assert first.read_bytes() == second.read_bytes()
+def test_the_same_seed_gives_the_same_numbers_as_in_the_graph(project: Path) -> None:
+    place = "cam_follower/f_h2/interpolation"
+    for command in (
+        ["train", "profile=quick", "out=outputs/fit"],
+        ["evaluate", "fits=outputs/fit", "out=outputs/prediction"],
+    ):
+        cell = [*command, "model=f_h2", "split=interpolation"]
+        result = call(project, sys.executable, "-m", "pipeline", *cell)
+        assert result.returncode == 0, result.stderr
+    again = (project / "outputs/prediction/errors.parquet").read_bytes()
+    assert (project / "data/predictions" / place / "errors.parquet").read_bytes() == again
 
 
 @pytest.mark.parametrize("delay", [0.4, 0.8, 1.2, 1.6])

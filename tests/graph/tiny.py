@@ -81,7 +81,7 @@ def write_project(folder: Path, linked: bool = False) -> Path:
     _edit(folder / "unmodelled" / "conf" / "uncertainty" / "clipped_normal.yaml", SEARCH)
     _edit(folder / "conf" / "teach.yaml", TUTORIAL)
     params = yaml.safe_load((ROOT / "params.yaml").read_text())
-    params |= {"source": "virtual", "profile": "quick", "hybrids": HYBRIDS, "horizons": [1, 5, 10]}
+    params |= {"source": "virtual", "profile": "quick", "hybrids": HYBRIDS, "horizons": [1, 10]}
     params |= {"planted": PLANTED}
     (folder / "params.yaml").write_text(yaml.safe_dump(params))
     # no git in the copy, as in a tarball

@@ -111,6 +111,7 @@ def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") 
         "parameters": {"F_c": {"value": 22.4, "unit": "N", "interval": [22.1, 22.8]}},
         "confidence": 0.9,
         "shrink": 0.98,
+        "interval": [0.97, 0.99],
         "indistinguishable": [{"family": "stribeck_friction", "port": "rail"}],
     }
     gap = {"known": 0.31, "reidentified": 0.18, "augmented": 0.012, "neural": 0.011, "floor": 6.27e-6}
@@ -118,9 +119,15 @@ def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") 
     errors = {"known": 0.014, "augmented": 2e-4, "known_whole_run": 0.21, "augmented_whole_run": None}
     gap |= {"horizon": 0.1, "units": {"q": {"unit": "m", **errors}}}
     runs = [{"id": f"run{k}", "known": 0.3 + k, "augmented": 0.02} for k in range(8)]
-    tried = [{"family": LONG, "port": "rail", "gap": 0.05 * k, "evidence": -12.3 * k} for k in range(8)]
+    tried = [
+        {
+            "effects": [{"family": LONG, "port": "rail"}] if k else [effect],
+            **{"score": 0.9 + 0.5 * k, "difference": 0.5 * k, "standard_error": 0.1 * k, "named": not k},
+        }
+        for k in range(8)
+    ]
     content = {
-        "schema": "diagnosis/1",
+        "schema": "diagnosis/2",
         "system": system,
         "seed": 0,
         "verdict": "effect",
@@ -134,7 +141,8 @@ def write_diagnosis(folder: Path, system: str = "emps", data: str = "measured") 
         },
         "gap": gap,
         "parameters": {"M": {"known": 95.1, "identified": 94.9, "interval": [94.6, 95.3]}},
-        "candidates": tried,
+        "comparison": tried,
+        "remainder": None,
         "notes": ["v was estimated from q"],
     }
     put(folder / "diagnosis.json", content)

@@ -72,6 +72,12 @@ def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     assert re.search(r"<h1>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap \(", text)
     assert re.search(r" of the gap \(confidence \d+\u202f%\)\.</h1>", text)
     assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
+    assert "A network in every port predicts" not in text
+    models = (tmp_path / "out" / "tables" / "models.csv").read_text().splitlines()
+    assert models[0] == "Model,Score (nats),Difference,Standard error"
+    assert [row.partition(",")[0] for row in models[1:]] == [
+        *("Coulomb friction at joint", "viscous friction at joint", "no effect")
+    ]
     for part in ("viscous friction at joint", "omega was estimated from theta", "system=&lt;b&gt;.yaml"):
         assert part in text
     rows = (tmp_path / "out" / "tables" / "effect_1.csv").read_text().splitlines()
@@ -82,10 +88,14 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     content = json.loads((folder / "diagnosis.json").read_text())
     nowhere = content["where"] | {"channels": [], "regions": [], "factors": []}
     text = page_of(folder, tmp_path / "none", verdict="no_gap", effects=[], where=nowhere)
-    assert "<h1>No gap beyond the noise of the sensors.</h1>" in text
+    assert "<h1>No gap that any law or network predicts.</h1>" in text
     assert "Nowhere: there is no gap to divide." in text
-    text = page_of(folder, tmp_path / "part", verdict="unknown", partial=True)
-    assert "Best partial explanation" in text
+    left = {"share": 0.11, "predictable": 0.07, "channel": "actuator:torque"}
+    text = page_of(folder, tmp_path / "part", verdict="main_effect", remainder=left)
+    assert re.search(r" of the gap \(confidence \d+\u202f%\); something predictable remains\.</h1>", text)
+    assert (
+        "predicts 7\u202f% of the whole; the further effect that predicts best is at actuator:torque." in text
+    )
     assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
         "A gap that no known effect explains; 100\u202f% of it enters at joint"
     )

@@ -72,7 +72,7 @@ def check_answer(folder: Path) -> dict[str, Any]:
     system = read_system(folder / "out" / "augmented_system.yaml")
     logs = read_logs(folder / "logs", system)
     held = [logs.ids.index(name) for name in content["gap"]["held_out"]]
-    found = free_runs(system, logs, 0.1, held).value
+    found = free_runs(system, logs, content["gap"]["horizon"], held).value
     assert found == pytest.approx(content["gap"]["augmented"], rel=1e-6)
     return content
 

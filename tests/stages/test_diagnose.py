@@ -53,7 +53,7 @@ def files(folder: Path) -> dict[str, bytes]:
 def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
     call(case)
     content = read_json(case / "out" / "diagnosis.json")
-    assert (content["schema"], content["verdict"]) == ("diagnosis/1", "effect")
+    assert (content["schema"], content["verdict"]) == ("diagnosis/2", "effect")
     assert {e["id"] for e in content["where"]["experiments"]} == {"run0", "run1", "run2", "run3"}
     said = capsys.readouterr().out
     assert said.startswith("verdict: ") and "coulomb_friction at joint" in said
@@ -96,7 +96,7 @@ def test_logs_in_degrees_are_the_answer(tmp_path: Path, capsys: pytest.CaptureFi
         table.assign(theta=np.degrees(table["theta"])).to_csv(log, index=False)
     call(tmp_path)
     content = read_json(tmp_path / "out" / "diagnosis.json")
-    assert (content["verdict"], content["effects"], content["candidates"]) == ("check_logs", [], [])
+    assert (content["verdict"], content["effects"], content["comparison"]) == ("check_logs", [], [])
     (row,) = content["logs"]
     assert (row["channel"], row["problem"], row["experiments"]) == ("theta", "degrees", [])
     assert content["confidence"] == pytest.approx(min(row["explains"], 0.99))

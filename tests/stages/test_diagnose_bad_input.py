@@ -49,7 +49,6 @@ ARGUMENTS: list[tuple[list[str], str]] = [
     (["horizon=soon"], r"horizon: must be a (positive )?number"),
     (["horizon=nan"], r"horizon: must be a (positive )?number"),
     (["horizon=inf"], r"horizon: must be a (positive )?number"),
-    (["horizon=null"], r"horizon: must be a (positive )?number"),
     (["horizon=true"], r"horizon: must be a (positive )?number"),
     (["horizon=[0.1,0.2]"], r"horizon: must be a (positive )?number"),
     (["horizon=0.04"], r"horizon: 0\.04 s are 4 samples of 0\.01 s; 5 or more are needed"),
@@ -135,7 +134,7 @@ SYSTEMS: list[tuple[Change, str]] = [
     ),
     (
         system("(kf*u - b*v - F)", "(kf*u + b*v*exp(min(1e4*v*v, 700))*1e200 - F)"),
-        r"system\.yaml: dynamics: the simulation diverges within 0\.1 s from every measured state",
+        r"system\.yaml: dynamics: the simulation diverges within [\d.]+ s from every measured state",
     ),
 ]
 

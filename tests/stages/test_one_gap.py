@@ -90,9 +90,9 @@ def test_of_the_held_out_experiments(
     # the terminals say the same
     simulated = capsys.readouterr().out.split("with the effects")[-1].splitlines()
     told = "\n".join(sentences(found))
-    assert f"augmented {simulated[-3].split()[1]}, " in told
-    assert f"noise floor {simulated[-2].split()[2]} "[:-2] in told
-    assert f"with the effects found: {simulated[-4].removeprefix('theta: ')}" in told
+    assert f"augmented {simulated[-4].split()[1]}, " in told
+    assert f"noise floor {simulated[-3].split()[2]} "[:-2] in told
+    assert f"with the effects found: {simulated[-5].removeprefix('theta: ')}" in told
 
 
 def test_of_all_experiments(case: tuple[Path, Diagnosis], tmp_path: Path) -> None:

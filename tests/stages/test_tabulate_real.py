@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from pipeline.chapters.known import KnownCase, read_machines
+from pipeline.chapters.real import said
 from pipeline.chapters.real_judged import judged
 from pipeline.stages.tabulate_real import tabulate_real
 from tests.conftest import stages
@@ -31,7 +32,7 @@ LEVEL = {"factor": "group", "level": "pulses"}
 
 def diagnosis(**changes: Any) -> dict[str, Any]:
     found = {
-        "schema": "diagnosis/1",
+        "schema": "diagnosis/2",
         "verdict": "effect",
         "confidence": 0.8,
         "effects": [FRICTION],
@@ -46,7 +47,7 @@ def diagnosis(**changes: Any) -> dict[str, Any]:
             **{"shrink": 0.94, "interval": [0.9, 0.97], "held_out": ["plain_1", "pulses_2"]},
         },
         "parameters": {"M": {"known": 95.0, "identified": 94.0, "interval": None}},
-        "candidates": [],
+        "comparison": [],
         "notes": ["v was estimated"],
     }
     return {**found, **changes}
@@ -66,8 +67,7 @@ def put_diagnosis(folder: Path, content: Any) -> None:
 def folder(tmp_path: Path) -> Path:
     emps = tmp_path / "diagnoses" / "emps"
     put_diagnosis(emps / "coulomb_withheld", diagnosis())
-    nothing = diagnosis(verdict="unknown", effects=[{**FRICTION, **LEVEL, "partial": True}])
-    put_diagnosis(emps / "nothing_withheld", nothing)
+    put_diagnosis(emps / "nothing_withheld", diagnosis(verdict="unknown", effects=[]))
     return tmp_path
 
 
@@ -88,15 +88,21 @@ def test_numbers(folder: Path) -> None:
     assert found["remainder"]["value"] == pytest.approx(5.0)
     assert "neural" not in found["gap"] and found["gap"]["reidentified"]["value"] == 0.2
     other = content["emps"]["nothing"]["effects"]["value"]
-    assert "where group = pulses" in other and other.endswith("(partial)")
+    assert (content["emps"]["nothing"]["verdict"]["value"], other) == ("unknown", "none")
+
+
+def test_an_effect_of_one_level_is_told_with_it() -> None:
+    assert said(diagnosis(effects=[{**FRICTION, **LEVEL}])) == (
+        "coulomb_friction at rail: F_c*sign(v) where group = pulses (or stribeck_friction at rail)"
+    )
 
 
 def test_tables(folder: Path) -> None:
     tables = tabulate(folder) / "tables"
-    said = pd.read_csv(tables / "real.csv").set_index(["machine", "withheld"])
-    assert said.loc[("emps", "coulomb"), "numbers inside"] == "1 of 1"
-    assert said.loc[("emps", "viscous"), "verdict"] == "not diagnosed"
-    assert "XL330=" in said.loc[("xl330", "friction"), "effects"]
+    told = pd.read_csv(tables / "real.csv").set_index(["machine", "withheld"])
+    assert told.loc[("emps", "coulomb"), "numbers inside"] == "1 of 1"
+    assert told.loc[("emps", "viscous"), "verdict"] == "not diagnosed"
+    assert "XL330=" in told.loc[("xl330", "friction"), "effects"]
     gaps = pd.read_csv(tables / "real_gaps.csv")
     assert gaps["neural"].isna().all() and gaps["withheld"].tolist() == ["coulomb", "nothing"]
     numbers = pd.read_csv(tables / "real_numbers.csv").set_index(["withheld", "of", "parameter"])
@@ -145,7 +151,7 @@ ELSEWHERE = {**VISCOUS, "port": "motor"}
             "yes",
             "choice: viscous_friction at motor",
         ),
-        ({"effects": [FRICTION, VISCOUS], "verdict": "unknown"}, "0 of 2", "0 of 2", "no", "no", "verdict: "),
+        ({"effects": [], "verdict": "unknown"}, "0 of 2", "0 of 2", "no", "no", "search: coulomb_friction"),
         ({"effects": [], "verdict": "no_gap"}, "0 of 2", "0 of 2", "no", "yes", "noise floor"),
         ({"effects": [], "verdict": "check_logs"}, "0 of 2", "0 of 2", "no", "yes", "check of the logs"),
     ],
@@ -167,10 +173,15 @@ def test_one_effect_stands_for_one_withheld_effect() -> None:
 
 
 def test_an_effect_that_was_fitted_and_not_chosen() -> None:
-    tried = [{"family": "viscous_friction", "port": "rail", "gap": 0.1, "evidence": -12.0}]
-    row = judged(RIGHT, diagnosis(effects=[FRICTION], candidates=tried))
+    viscous = [{"family": "viscous_friction", "port": "rail"}]
+    tried = [
+        {"effects": [FRICTION], "score": 0.9, "difference": 0.0, "standard_error": 0.0, "named": True},
+        {"effects": viscous, "score": 1.4, "difference": 0.5, "standard_error": 0.1, "named": False},
+        {"effects": [*viscous, ELSEWHERE], "score": 1.3, "difference": 0.4, "named": False},
+    ]
+    row = judged(RIGHT, diagnosis(effects=[FRICTION], comparison=tried))
     assert row["failed at"].endswith(
-        "viscous_friction at rail was fitted, log-likelihood 12 below the best candidate"
+        "viscous_friction at rail was fitted, its score is 0.4 nats from that of the named candidate"
     )
 
 
@@ -181,7 +192,7 @@ def test_an_effect_that_was_fitted_and_not_chosen() -> None:
         (
             "diagnoses/emps/coulomb_withheld/diagnosis.json",
             {"schema": "x"},
-            "schema: must be one of diagnosis/1, got 'x'",
+            "schema: must be one of diagnosis/2, got 'x'",
         ),
         ("diagnoses/emps/coulomb_withheld/tables/about.json", None, "about.json: no such file"),
     ],

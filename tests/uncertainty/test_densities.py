@@ -89,7 +89,7 @@ def check_density(density: Density) -> None:
     assert (np.diff(density.cumulative(y), axis=0) >= -1e-12).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(25, 400), st.integers(0, 1000), st.sampled_from(sorted(CASES)))
 def test_few_samples_make_a_proper_density(size: int, seed: int, name: str) -> None:
     samples = CASES[name][0](size, seed)
@@ -119,7 +119,7 @@ def test_outputs_do_not_touch_each_other() -> None:
         assert_allclose(alone.window()[0], together.window()[l])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(2, 40), st.integers(0, 1000))
 def test_chunks_count_as_much_as_all_at_once(chunks: int, seed: int) -> None:
     """Each bin holds what lies between its ends, however often the range had to grow."""
@@ -164,7 +164,7 @@ def test_distance_of_shifted_gaussians_is_the_shift() -> None:
     assert_allclose(earth_mover_distance(p, p), 0.0)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-0.8, 0.8), st.floats(0.3, 3.0), st.floats(-1.0, 1.0))
 def test_distance_is_the_transport_of_atoms(skewness: float, spread: float, shift: float) -> None:
     """Appendix 3.7 as a transport between signatures, solved by scipy on a fine grid."""

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
@@ -210,7 +210,6 @@ means = st.floats(-2.0, 4.0)
 deviations = st.floats(0.002, 0.5)
 
 
-@settings(deadline=None)  # the first compiles
 @given(means, deviations)
 @example(0.7, 0.002)
 @example(-2.0, 0.002)

@@ -74,7 +74,7 @@ def truncated_normals(draw: st.DrawFn) -> tuple[Pdf, float, float]:
 anything = st.one_of(mixtures(), betas(), truncated_normals())
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(anything)
 def test_four_moments_are_matched(case: tuple[Pdf, float, float]) -> None:
     pdf, low, high = case
@@ -85,7 +85,7 @@ def test_four_moments_are_matched(case: tuple[Pdf, float, float]) -> None:
         check_moments(fit, moments)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.one_of(betas(), truncated_normals()), st.sampled_from([3, 5, 6, 8]))
 def test_any_number_of_moments_is_matched_on_the_support(case: tuple[Pdf, float, float], count: int) -> None:
     pdf, low, high = case
@@ -95,7 +95,7 @@ def test_any_number_of_moments_is_matched_on_the_support(case: tuple[Pdf, float,
     check_moments(fit, moments)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(anything)
 def test_no_density_of_these_moments_has_more_entropy(case: tuple[Pdf, float, float]) -> None:
     pdf, low, high = case
@@ -109,7 +109,7 @@ def test_no_density_of_these_moments_has_more_entropy(case: tuple[Pdf, float, fl
     assert -(w * np.exp(log_fit)) @ log_fit >= entropy - 1e-7
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(-0.3, 0.3), st.floats(-1.0, 3.0), st.floats(0.2, 1.0))
 @example(0.0, 3.0, 0.5)  # two peaks
 def test_the_exponential_of_a_polynomial_is_found_again(tilt: float, bulge: float, drop: float) -> None:

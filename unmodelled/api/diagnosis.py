@@ -24,7 +24,7 @@ from unmodelled.report.figures.style import verbatim
 from unmodelled.report.headline import effect_name, headline
 from unmodelled.systems.model import System
 
-MODELS = ("known", "reidentified", "augmented", "neural", "floor")
+MODELS = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Answer:
 
     @property
     def verdict(self) -> str:
-        """Return effect, no_gap, unknown or check_logs."""
+        """Return effect, main_effect, no_gap, unknown or check_logs."""
         return self.findings.diagnosis.verdict
 
     @property
@@ -153,7 +153,8 @@ class Answer:
         """Return model and gap on the held-out experiments, in standard deviations of the outputs.
 
         The models are the system as given (known), with refitted parameters (reidentified), with the effects
-        found (augmented), with a network in every port (neural), and the noise floor (floor).
+        found (augmented), with a network in every port (neural), the noise floor (floor), and the prediction
+        that every output keeps its value or its speed (persistence).
         """
         gap = self.findings.content["gap"]
         return pd.DataFrame([(name, gap[name]) for name in MODELS], columns=["model", "gap"])
@@ -264,7 +265,7 @@ class Answer:
 
 
 def diagnose(
-    system: System, logs: Logs, horizon: float = 0.1, seed: int = 0, workers: int | None = None
+    system: System, logs: Logs, horizon: float | None = None, seed: int = 0, workers: int | None = None
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -274,7 +275,8 @@ def diagnose(
     Args:
         system: known physics; parameters marked `identify` are refitted.
         logs: measured experiments, two or more, read for this system.
-        horizon: length of the free-run windows, s; default 0.1.
+        horizon: length of the free-run windows, s; default: from the logs, see
+            `unmodelled.diagnosis.data.persistence.default_horizon`.
         seed: seed of the random generators; the same seed gives the same answer; default 0.
         workers: number of threads; default: one per core.
 

@@ -17,6 +17,8 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
 from unmodelled.diagnosis.data.gap import Gap, steps_of
+from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
@@ -33,7 +35,7 @@ class Simulation:
     Attributes:
         system: simulated system.
         logs: measured experiments.
-        horizon: length of the free-run windows that was asked for, s.
+        horizon: length of the free-run windows, s, as given or chosen from the logs.
         runs: numbers of the simulated experiments, in the order of `logs`.
         gap: errors of the free runs, in standard deviations of the outputs and in their units.
     """
@@ -53,6 +55,11 @@ class Simulation:
     def floor(self) -> float:
         """Return the noise floor: what the noise of the sensors alone leaves of the gap."""
         return self.gap.floor
+
+    @property
+    def persistence(self) -> float:
+        """Return the error of the prediction that every output keeps its value or its speed."""
+        return self.gap.persistence
 
     @property
     def seconds(self) -> float:
@@ -137,7 +144,9 @@ class Simulation:
             *(f"{output}: {off.says(self.seconds)}" for output, off in self.gap.units.items()),
             f"gap: {self.value:.3g} standard deviations over {over}, {len(each)} experiments",
             f"noise floor: {self.floor:.3g}, what the noise of the sensors alone leaves",
+            f"persistence: {self.persistence:.3g}, the error if every output kept its value or its speed",
             f"worst experiment: {name}, {each[name]:.3g}",
+            *(f"note: {note}" for note in self.gap.notes),
         ]
         return "\n".join(lines)
 
@@ -158,6 +167,7 @@ class Simulation:
             "gap": {
                 "known": found.value,
                 "floor": found.floor,
+                "persistence": found.persistence,
                 "units": {
                     name: {"unit": off.unit, "known": off.at_horizon, "known_whole_run": off.whole_run}
                     for name, off in found.units.items()
@@ -179,7 +189,7 @@ class Simulation:
 
 
 def simulate(
-    system: System, logs: Logs, horizon: float = 0.1, only: Sequence[str] | str | None = None
+    system: System, logs: Logs, horizon: float | None = None, only: Sequence[str] | str | None = None
 ) -> Simulation:
     """Simulate a system along measured experiments and return the gap between the two.
 
@@ -189,7 +199,8 @@ def simulate(
     Args:
         system: known physics, with laws in its ports where it has any.
         logs: measured experiments with the inputs and outputs of the system.
-        horizon: length of the free-run windows, s; default 0.1.
+        horizon: length of the free-run windows, s; default: from the logs, see
+            `unmodelled.diagnosis.data.persistence.default_horizon`.
         only: ids of the experiments to simulate, or one id; default: all. The scale of the outputs is that of
             all experiments in any case.
 
@@ -204,18 +215,21 @@ def simulate(
         >>> system, logs = um.example("pendulum")
         >>> gap = um.simulate(system, logs)
         >>> print(gap)
-        theta: 0.017 rad off after 0.1 s, 0.2 rad over whole runs
-        gap: 0.0147 standard deviations over 0.1 s, 4 experiments
-        noise floor: 0.000889, what the noise of the sensors alone leaves
-        worst experiment: run3, 0.0162
+        theta: 0.052 rad off after 0.2 s, 0.2 rad over whole runs
+        gap: 0.0467 standard deviations over 0.2 s, 4 experiments
+        noise floor: 0.00141, what the noise of the sensors alone leaves
+        persistence: 0.506, the error if every output kept its value or its speed
+        worst experiment: run2, 0.05
         >>> gap.units.round(3)
           output unit  at_horizon  whole_run
-        0  theta  rad       0.017      0.201
+        0  theta  rad       0.052      0.201
         >>> list(gap.table().columns)
         ['experiment', 't', 'window', 'theta_measured', 'theta_simulated']
     """
     runs, own = _chosen(only, logs), prepared_for(system, logs)
-    return Simulation(system, own, horizon, tuple(runs), free_runs(system, own, horizon, runs))
+    sensors = Sensors(own)
+    seconds = default_horizon(own, sensors) if horizon is None else horizon
+    return Simulation(system, own, seconds, tuple(runs), free_runs(system, own, seconds, runs, sensors))
 
 
 def _chosen(only: Sequence[str] | str | None, logs: Logs) -> list[int]:

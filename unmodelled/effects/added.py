@@ -68,6 +68,11 @@ class Added:
     extent: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
     @property
+    def key(self) -> tuple[str, str, Place]:
+        """Return family, variant and place."""
+        return self.family, self.variant, self.place
+
+    @property
     def reported(self) -> tuple[str, ...]:
         """Names of the fitted numbers in the law, without switches and without numbers that only smooth a
         corner.

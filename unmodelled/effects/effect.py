@@ -23,7 +23,7 @@ class Effect(ABC):
     Attributes:
         family: name of the family in a diagnosis.
         variant: name of the variant within the family; empty for the plain form.
-        complexity: penalty by which the simplest of several equally good effects is chosen; about the number
+        complexity: number by which the simplest of several equally good effects is chosen; about the number
             of its parameters, more for memory and for rare effects.
     """
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from unmodelled.effects.effect import ParameterEffect
-from unmodelled.effects.law import Law, signed
+from unmodelled.effects.law import Amplitude, Law
 from unmodelled.effects.place import Site
 
 
 class Scatter(ParameterEffect):
     """Deviation of a parameter that differs between experiments: one number per experiment.
 
-    `in_columns` turns the parameter into a constant of the operating point once the numbers are known.
+    It is at most half the parameter: what needs more is another law. `in_columns` turns the parameter into a
+    constant of the operating point once the numbers are known.
     """
 
     family = "scatter"
@@ -18,4 +19,6 @@ class Scatter(ParameterEffect):
 
     def law(self, at: Site) -> Law:
         deviation = f"{at.place.name}_deviation"
-        return Law(f"p + {deviation}", {deviation: signed("1", 0.1 * at["p"].rms)}, per_experiment=True)
+        size = at["p"].rms
+        amplitude = Amplitude("1", 0.1 * size, (-0.5 * size, 0.5 * size))
+        return Law(f"p + {deviation}", {deviation: amplitude}, per_experiment=True)

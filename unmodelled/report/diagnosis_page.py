@@ -12,7 +12,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
 from unmodelled.report.diagnosis_tables import (
     GAPS,
-    candidates_table,
+    comparison_table,
     experiments_table,
     gap_table,
     identified_table,
@@ -83,7 +83,7 @@ def view(folder: Path) -> dict[str, Any]:
         "gap": gap_table(content),
         "experiments": experiments_table(content),
         "identified": identified_table(content, units),
-        "candidates": candidates_table(content),
+        "comparison": comparison_table(content),
     }
     return {
         "content": content,
@@ -92,7 +92,6 @@ def view(folder: Path) -> dict[str, Any]:
         "faults": list(dict.fromkeys(row["sentence"] for row in content.get("logs", ()))),
         "summary": _summary(content),
         "searched": content["verdict"] != "check_logs",
-        "partial": bool(content.get("partial")),
         "effects": [_effect(e, t, about) for e, t in zip(content["effects"], effects, strict=True)],
         "where": where,
         **others,
@@ -127,6 +126,8 @@ def _summary(content: Mapping[str, Any]) -> str:
     )
     found += f", with the effects found by {gap['augmented']}" if content["effects"] else ""
     errors = " ".join(_error(name, entry, content) for name, entry in content["gap"].get("units", {}).items())
+    if "persistence" in gap:
+        found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are on held-out experiments, which were not used for fitting or choosing."
     return f"{errors} {found}; the noise floor of the sensors is {gap['floor']}. {held}".strip()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from unmodelled.report.headline import effect_name
+from unmodelled.report.headline import effect_name, effect_names
 from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table
 
@@ -15,6 +15,7 @@ GAPS = {
     "augmented": ("with the effects found", "with the diagnosed effects, all uncertain parameters refitted"),
     "neural": ("with networks", "with a network in every port: reference for a flexible model"),
     "floor": ("noise", "noise floor: the gap that sensor noise alone causes"),
+    "persistence": ("persistence", "prediction that every output keeps its value or its speed"),
 }
 
 
@@ -49,7 +50,7 @@ def gap_table(content: Mapping[str, Any]) -> Table:
     rows = [
         (Cell(label, name), _number(gap[name]), Cell(meaning, meaning, "small"))
         for name, (label, meaning) in GAPS.items()
-        if name != "augmented" or content["effects"]
+        if name in gap and (name != "augmented" or content["effects"])
     ]
     held = ", ".join(map(str, gap["held_out"]))
     about = f"Root mean square over free-run windows, in standard deviations of the outputs, on {held}."
@@ -165,22 +166,24 @@ def identified_table(content: Mapping[str, Any], units: Mapping[str, str]) -> Ta
     return Table("parameters", "Uncertain parameters", columns, _numeric("01100"), tuple(rows))
 
 
-def candidates_table(content: Mapping[str, Any]) -> Table:
+def comparison_table(content: Mapping[str, Any]) -> Table:
     """Return all models that were fitted.
 
     Args:
         content: content of diagnosis.json.
     """
-    rows = [
-        (Cell(effect_name(row), effect_name(row)), _number(row["gap"]), _number(row["evidence"]))
-        for row in content["candidates"]
-    ]
+    rows = []
+    for row in content["comparison"]:
+        name = effect_names(row["effects"])
+        numbers = (_number(row[key]) for key in ("score", "difference", "standard_error"))
+        rows.append((Cell(name, name), *numbers))
     about = (
-        "Gap on the experiments that the models were fitted to. The evidence is the log-likelihood minus "
-        "that of the best model, complexity penalty included."
+        "Predictions of experiments that were left out of the fit. The score is the mean over experiments "
+        "and outputs of ln(mean square error / noise variance + 1). The difference is that from the named "
+        "model, with its standard error over experiments; a positive difference is a worse prediction."
     )
-    columns = "Model", "Gap", "Evidence"
-    return Table("models", "Models that were fitted", columns, _numeric("011"), tuple(rows), about)
+    columns = "Model", "Score (nats)", "Difference", "Standard error"
+    return Table("models", "Models that were fitted", columns, _numeric("0111"), tuple(rows), about)
 
 
 def _numeric(flags: str) -> tuple[bool, ...]:

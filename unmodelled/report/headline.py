@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from unmodelled.report.numbers import number
@@ -24,15 +24,24 @@ def headline(content: Mapping[str, Any]) -> str:
     if content["verdict"] == "check_logs":
         return "Check the logs first."
     if content["verdict"] == "no_gap":
-        return "No gap beyond the noise of the sensors."
-    if content["verdict"] == "effect":
+        return "No gap that any law or network predicts."
+    if content["verdict"] in ("effect", "main_effect"):
         verb = "explains" if len(names) == 1 else "explain"
         sure = percent(content["confidence"])
-        return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap (confidence {sure})."
+        more = "; something predictable remains" if content["verdict"] == "main_effect" else ""
+        return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap (confidence {sure}){more}."
     first = content["where"]["channels"][:1]
     found = [f"{percent(row['share'])} of it enters at {_place(row['port'])}" for row in first]
-    found += [f"{together} would explain {shrink}"] if names else []
     return "; ".join(["A gap that no known effect explains", *found]) + "."
+
+
+def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:
+    """Describe several effects in words.
+
+    Args:
+        entries: effects of diagnosis.json.
+    """
+    return " + ".join(map(effect_name, entries)) or "no effect"
 
 
 def effect_name(entry: Mapping[str, Any]) -> str:
@@ -41,14 +50,12 @@ def effect_name(entry: Mapping[str, Any]) -> str:
     Args:
         entry: effect of diagnosis.json.
     """
-    if not entry.get("family"):
-        return "no effect"
     family = str(entry["family"]).replace("_", " ")
     for name in NAMES:
         family = family.replace(name.lower(), name)
     if entry.get("variant"):
         family += f" ({str(entry['variant']).replace('_', ' ')})"
-    found = f"{family} at {' + '.join(map(_place, str(entry['port']).split(' + ')))}"
+    found = f"{family} at {_place(str(entry['port']))}"
     if entry.get("factor") is not None:
         found += f", where {entry['factor']} is {number(entry['level'])}"
     return found

@@ -6,6 +6,7 @@ import keyword
 import re
 from dataclasses import dataclass, field
 
+from unmodelled.base.errors import Faults
 from unmodelled.systems import units
 from unmodelled.systems.characteristics import read_table
 from unmodelled.systems.document import Node
@@ -117,9 +118,9 @@ def read_declarations(sections: dict[str, Node]) -> Declarations:
         Declarations of the file.
 
     Raises:
-        BadInput: if a declaration is wrong; the message names file, line and entry.
+        BadInput: if declarations are wrong; every message names file, line and entry.
     """
-    found = Declarations()
+    found, faults = Declarations(), Faults()
     readers = {
         "states": _state,
         "inputs": _input,
@@ -130,15 +131,21 @@ def read_declarations(sections: dict[str, Node]) -> Declarations:
     }
     for section, read in readers.items():
         for name, node in sections[section].entries().items() if section in sections else ():
-            read(found, name, node)
+            with faults.collected():
+                read(found, name, node)
     for section, kind in (("signals", "signal"), ("events", "event")):
         for name, node in sections[section].entries().items() if section in sections else ():
-            found.names.add(name, kind, node)
+            with faults.collected():
+                found.names.add(name, kind, node)
+    faults.check()  # outputs show states and signals
     for name, node in sections["outputs"].entries().items():
-        _output(found, name, node)
+        with faults.collected():
+            _output(found, name, node)
     for section in ("states", "outputs"):
-        if not sections[section].entries():
-            raise sections[section].wrong("at least one is needed: add it")
+        with faults.collected():
+            if not sections[section].entries():
+                raise sections[section].wrong("at least one is needed: add it")
+    faults.check()
     return found
 
 

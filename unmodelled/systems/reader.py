@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import sympy as sp
 
-from unmodelled.base.errors import closest
+from unmodelled.base.errors import Faults, closest
 from unmodelled.systems import grammar, quantities, syntax, units
 from unmodelled.systems.declarations import Declarations, checked_name, read_declarations
 from unmodelled.systems.document import Node, load_yaml
@@ -16,6 +18,8 @@ from unmodelled.systems.quantities import UNKNOWN, Quantity
 from unmodelled.systems.scope import Scope, Value
 from unmodelled.systems.syntax import shown
 from unmodelled.systems.units import Dimension, Unit
+
+T = TypeVar("T")
 
 SCHEMA = "system/1"
 _REQUIRED = ("schema", "name", "states", "outputs", "dynamics")
@@ -33,7 +37,9 @@ def read_system(path: Path | str) -> System:
         The system that the file describes.
 
     Raises:
-        BadInput: one line that names file, line and place, when anything in it is wrong.
+        BadInput: one line per fault that names file, line and place. Faults of declarations, of signals, of
+            dynamics and outputs, and of ports and events are found one group after the other, because a group
+            cannot be checked before the groups that it uses are right.
 
     Examples:
         >>> import unmodelled as um
@@ -63,6 +69,7 @@ class _Equations:
     values: dict[str, Value] = field(default_factory=dict)
     text: dict[str, str] = field(default_factory=dict)
     size: int = 0
+    faults: Faults = field(default_factory=Faults)
 
     def system(self, name: str) -> System:
         declared = self.declared
@@ -71,21 +78,38 @@ class _Equations:
             dimension = None if declared.without_units else unit.dimension
             self.values[key] = Value(symbol(key), Quantity(dimension, constant=key in constants))
         signals = self._signals()
+        self.faults.check()
         dynamics = self._dynamics()
+        outputs = self._each(self._output, [(output,) for output in declared.outputs])
+        self.faults.check()
+        ports = self._each(self._port, [(port, dynamics) for port in declared.ports])
+        events = [(name, node, dynamics) for name, node in self._entries("events").items()]
+        found = self._each(self._event, events)
+        self.faults.check()
         return System(
             name,
             tuple(declared.states),
             tuple(declared.inputs),
-            tuple(self._output(o) for o in declared.outputs),
+            outputs,
             tuple(declared.operating_point),
             tuple(declared.parameters),
-            tuple(self._port(p, dynamics) for p in declared.ports),
+            ports,
             tuple(declared.tables),
             signals,
             dynamics,
             self.text,
-            tuple(self._event(name, node, dynamics) for name, node in self._entries("events").items()),
+            found,
         )
+
+    def _each(self, read: Callable[..., T], entries: Iterable[tuple[Any, ...]]) -> tuple[T, ...]:
+        """Read all entries, and collect the faults of each."""
+        found = []
+        for entry in entries:
+            if self.size > _LARGEST:  # a fault that ends the work
+                break
+            with self.faults.collected():
+                found.append(read(*entry))
+        return tuple(found)
 
     def _entries(self, section: str) -> dict[str, Node]:
         return self.sections[section].entries() if section in self.sections else {}
@@ -118,34 +142,45 @@ class _Equations:
     def _signals(self) -> dict[str, sp.Expr]:
         entries = self._entries("signals")
         uses = {name: [n for n in _words(node) if n in entries] for name, node in entries.items()}
-        for name, node in entries.items():
-            for used in uses[name]:
-                if used not in self.values:
-                    raise node.wrong(_out_of_order(name, used, uses))
-            self.values[name] = self._evaluated(node, {})
-        return {name: self.values[name].expression for name in entries}
+        met, disorder = set[str](), False
+
+        def read(name: str, node: Node) -> None:
+            nonlocal disorder
+            missing = next((used for used in uses[name] if used not in met), None)
+            met.add(name)
+            if missing is not None and not disorder:  # all signals of a cycle have the same fault
+                disorder = True
+                raise node.wrong(_out_of_order(name, missing, uses))
+            if all(used in self.values for used in uses[name]):  # else a signal that it uses has a fault
+                self.values[name] = self._evaluated(node, {})
+
+        self._each(read, entries.items())
+        return {name: self.values[name].expression for name in entries if name in self.values}
 
     def _dynamics(self) -> tuple[sp.Expr, ...]:
-        found = self._rates(self._entries("dynamics"))
+        given = self._entries("dynamics")
+        found = self._rates(given)
         for state in self.declared.states:
-            if state.name not in found:
-                raise self.sections["dynamics"].wrong(
-                    f"the state {state.name!r} has no dynamics: add its time derivative"
-                )
-        return tuple(found[state.name] for state in self.declared.states)
+            if state.name not in given:
+                words = f"the state {state.name!r} has no dynamics: add its time derivative"
+                self.faults.add(str(self.sections["dynamics"].wrong(words)))
+        return tuple(found[state.name] for state in self.declared.states if state.name in found)
 
     def _rates(self, entries: dict[str, Node]) -> dict[str, sp.Expr]:
         """Return the time derivatives of the states that have an entry, in the order of the states."""
-        states = {s.name for s in self.declared.states}
-        for name, node in entries.items():
-            if name not in states:
-                raise node.wrong(f"{shown(name)} is not a state, must be one of {', '.join(sorted(states))}")
+        states = [s.name for s in self.declared.states]
         found = {}
-        for state in self.declared.states:
-            if state.name in entries:
-                unit = Quantity(self.declared.units[state.name].dimension)
-                rate = quantities.quotient(unit, quantities.CLOCK).dimension
-                found[state.name] = self._evaluated(entries[state.name], {}, rate).expression
+
+        def read(name: str) -> None:
+            if name not in states:
+                wrong = f"{shown(name)} is not a state, must be one of {', '.join(sorted(states))}"
+                raise entries[name].wrong(wrong)
+            unit = Quantity(self.declared.units[name].dimension)
+            rate = quantities.quotient(unit, quantities.CLOCK).dimension
+            found[name] = self._evaluated(entries[name], {}, rate).expression
+
+        others = [name for name in entries if name not in states]
+        self._each(read, [(name,) for name in (*others, *(s for s in states if s in entries))])
         return found
 
     def _event(self, name: str, node: Node, dynamics: tuple[sp.Expr, ...]) -> Event:
@@ -160,7 +195,7 @@ class _Equations:
         if "then" not in entries:
             return Event(name, expression)
         changed = self._rates(entries["then"].entries())
-        if not changed:
+        if not entries["then"].entries():
             raise entries["then"].wrong("at least one state is needed: add its dynamics, or remove then")
         pairs = zip(self.declared.states, dynamics, strict=True)
         return Event(name, expression, tuple(changed.get(state.name, rate) for state, rate in pairs))

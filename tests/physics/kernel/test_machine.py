@@ -69,7 +69,7 @@ def test_system_files(name: str) -> None:
     assert_same(system, 0, size)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10**6))
 def test_random_systems(seed: int) -> None:
     try:
@@ -180,7 +180,7 @@ def test_equal_parts_are_computed_once() -> None:
     assert codes.count("SIN") == 1
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 10**6))
 def test_no_instruction_writes_what_it_reads(seed: int) -> None:
     try:

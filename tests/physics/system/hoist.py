@@ -58,11 +58,16 @@ def line_of(text: str, part: str) -> int:
     return text[: text.index(part)].count("\n") + 1
 
 
-def complaint(path: Path) -> str:
-    """The one line that refuses the file; it begins with the path."""
+def complaints(path: Path) -> list[str]:
+    """All faults for which the file is refused."""
     with pytest.raises(BadInput) as caught:
         read_system(path)
-    message = str(caught.value)
+    return [str(caught.value), *caught.value.others]
+
+
+def complaint(path: Path) -> str:
+    """The one line that refuses the file, with no other fault; it begins with the path."""
+    (message,) = complaints(path)
     assert "\n" not in message and message.isprintable()
     assert message.startswith(f"{path}: ")
     return message

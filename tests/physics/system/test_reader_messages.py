@@ -7,7 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.physics.system.hoist import CONVERTER, HOIST, changed, complaint, line_of, written
+from tests.physics.system.hoist import (
+    CONVERTER,
+    HOIST,
+    changed,
+    complaint,
+    complaints,
+    line_of,
+    written,
+)
 
 
 @pytest.mark.parametrize(
@@ -200,3 +208,52 @@ def test_a_table_behind_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> N
     (tmp_path / "in" / "converter.csv").unlink()
     (tmp_path / "in" / "converter.csv").symlink_to(tmp_path / "out.csv")
     assert "must lie in the folder" in complaint(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"value: 8.5": "value: heavy", "V, column: u": "V, colum: u", "unit: N/V": "unit: lbf/V"},
+            [
+                "inputs.u.colum: unknown key 'colum'",
+                "parameters.M.value: must be a number",
+                "parameters.kf.unit: 'lbf/V'",
+            ],
+        ),
+        (
+            # what uses a signal with a fault is no fault
+            {"  F_m: kf*u": "  F_m: kf*q\n  F_n: 2*F_m\n  F_o: drag(v)"},
+            ["signals.F_m: unknown symbol 'q'", "signals.F_o: "],
+        ),
+        (
+            {
+                "  x: v\n": "  x: b\n",
+                "x: {column: x, unit: m} ": "x: {column: x, unit: s} ",
+                "/M - 9.81": "/M - w",
+            },
+            ["dynamics.x: unit must be", "dynamics.v: unknown symbol 'w'", "outputs.x: unit must be s"],
+        ),
+        (
+            {
+                "position: x, velocity: v": "position: y, velocity: v",
+                "tables:": "events: {off: {expression: M}}\ntables:",
+            },
+            [
+                "ports.rail.position: must be a state or a signal",
+                "events.off.expression: depends on no state",
+            ],
+        ),
+    ],
+)
+def test_independent_faults_are_told_together(
+    changes: dict[str, str], words: list[str], tmp_path: Path
+) -> None:
+    text = HOIST
+    for old, new in changes.items():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    found = complaints(written(tmp_path, text))
+    assert len(found) == len(words), found
+    for said, expected in zip(found, words, strict=True):
+        assert expected in said

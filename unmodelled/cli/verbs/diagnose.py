@@ -10,7 +10,7 @@ from unmodelled.base.ownership import verb
 
 
 @verb()
-def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: int = 0) -> None:
+def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, seed: int = 0) -> None:
     """Say which unmodelled effects explain the gap, and by how much it shrinks with them.
 
     `out` gets `diagnosis.json` (verdict, effects with numbers and intervals, where the gap lies, what was
@@ -23,7 +23,7 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float = 0.1, seed: in
         system: file of the known physics (system/1); parameters marked `identify` are refitted.
         logs: folder of the measured experiments, two or more; some are held out to assess the models.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        horizon: length of the free-run windows, s.
+        horizon: length of the free-run windows, s; null: from the logs.
         seed: seed of all random numbers; the same seed gives the same files.
 
     Raises:

@@ -15,13 +15,14 @@ NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
 
 @verb()
 def simulate(
-    system: Path, logs: Path, horizon: float, out: Path, only: Sequence[str] | str | None = None
+    system: Path, logs: Path, horizon: float | None, out: Path, only: Sequence[str] | str | None = None
 ) -> None:
     """Write `simulation.parquet` (`simulation.csv` without pyarrow) and `simulation.json`, print the gap.
 
-    The gap, its noise floor and the scale of every output are those of `diagnose`: standard deviations within
-    runs, over all experiments of the logs, whichever are simulated. Beside them stand the root mean square
-    errors in units of the outputs, at the horizon and over whole runs.
+    The gap, its noise floor, the error of persistence (every output keeps its value or its speed) and the
+    scale of every output are those of `diagnose`: standard deviations within runs, over all experiments of
+    the logs, whichever are simulated. Beside them stand the root mean square errors in units of the outputs,
+    at the horizon and over whole runs.
 
     The table has a row per sample: experiment, t (s), window, and of every output `<name>_measured` and
     `<name>_simulated` in its unit, nan where an output with a delay shows nothing that was simulated. A
@@ -30,7 +31,7 @@ def simulate(
     Args:
         system: file of the known physics (system/1).
         logs: folder of the measured experiments.
-        horizon: length of the free-run windows, s.
+        horizon: length of the free-run windows, s; null: from the logs.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         only: ids of the experiments to simulate, [run1,run2] for instance; null: all experiments.
 

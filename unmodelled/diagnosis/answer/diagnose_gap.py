@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
-    Candidate,
+    Compared,
     DiagnosedEffect,
     Diagnosis,
     Estimate,
@@ -23,10 +23,12 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, Signs, confidence
 from unmodelled.diagnosis.decide.decision import Decision, decide
+from unmodelled.diagnosis.decide.implausible import at_bound
+from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
-from unmodelled.diagnosis.search.candidates import Candidates, noise_ratio
-from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.diagnosis.fitting.left_out import LeftOut
+from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.added import Added
@@ -35,8 +37,8 @@ from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
-#: Two-sided quantile of an interval of 95 %, and draws of the bootstrap.
-Z, DRAWS = 1.96, 2000
+#: Draws of the bootstrap.
+DRAWS = 2000
 #: Candidates that are listed.
 LISTED = 20
 
@@ -67,32 +69,75 @@ def diagnose_gap(
         thresholds: thresholds of all decisions.
 
     Returns:
-        The diagnosis: verdict, effects, judged models, candidates and notes.
+        The diagnosis: verdict, effects, judged models, comparison and notes.
     """
     faults = log_faults(system, logs, horizon, thresholds) if faults is None else faults
     if any(fault.decides for fault in faults):
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
-    logs = different(logs)
-    study = Study.of(system, logs, horizon, seed, thresholds)
+    study = Study.of(system, different(logs), horizon, seed, thresholds)
     search = EffectSearch(study, workers, progress)
     candidates = search.run()
-    decision = decide(candidates)
-    chosen = candidates.fits[decision.named]
     progress("judge the models on the held-out experiments")
+    key = _confirmed(search, candidates.fits[candidates.named()])
+    chosen = search.found[key]
+    path = _path(search, chosen.fitted)
     given, reidentified = known_model(study), judged_model("re-identified", search.base)
-    path = _path(search, chosen)
     steps = [reidentified, *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
     progress("fit a network in every port")
-    neural = judged_model("neural", fit_network(search.base, search.fitted, search.screened, seed))
-    verdict = decision.verdict
-    augmented, signs = steps[-1], Signs.of(candidates, decision)
-    sure = confidence(verdict, signs)
-    floor = augmented.gap.floor
+    network = fit_network(search.base, search.fitted, search.screened, seed)
+    beside = fit_network(chosen.fitted, search.fitted, search.screened, seed) if path else network
+    decision = decide(
+        search.candidates, list(search.found).index(key), search.left_out(beside), steps[-1].gap
+    )
+    models = [given, *steps, judged_model("neural", network)]
+    return _told(study, decision, models, [effect for effect, _ in path], faults, seed)
+
+
+def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
+    """The key of `chosen` without effects that hardly lower the error of held-out experiments."""
+    least = 1.0 - search.study.thresholds.least_gain
+    error = judged_model("", chosen).gap.value
+    while chosen.hypothesis.effects:
+        fewer = [search.without(chosen, effect) for effect in chosen.hypothesis.effects]
+        errors = [judged_model("", fitted).gap.value for fitted in fewer]
+        best = int(np.argmin(errors))
+        if least * errors[best] > error:
+            break
+        chosen, error = fewer[best], errors[best]
+    return chosen.hypothesis.key
+
+
+def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
+    """Effects of `chosen`, the strongest first, and fits with these and earlier ones."""
+    path: list[tuple[Added, FittedHypothesis]] = []
+    whole = {effect.key: effect for effect in chosen.hypothesis.effects}
+    while effects := chosen.hypothesis.effects:
+        fewer = [search.without(chosen, effect) for effect in effects]
+        weakest = int(np.argmin([search.found[f.hypothesis.key].score().mean() for f in fewer]))
+        # with fewer effects, the numbers of an effect may have other names
+        path.insert(0, (whole[effects[weakest].key], chosen))
+        chosen = fewer[weakest]
+    return path
+
+
+def _told(
+    study: Study,
+    decision: Decision,
+    models: Sequence[JudgedModel],
+    order: Sequence[Added],
+    faults: tuple[LogFault, ...],
+    seed: int,
+) -> Diagnosis:
+    """The diagnosis of a decision; `models`: as given, re-identified, with one effect more each, neural."""
+    given, *steps, neural = models
+    reidentified, augmented = steps[0], steps[-1]
+    chosen, signs = decision.candidates.predictions[decision.named], Signs.of(decision)
+    sure, floor = confidence(decision.verdict, signs), augmented.gap.floor
     return Diagnosis(
-        *(system, logs, horizon, seed, verdict),
+        *(study.system, study.logs, study.horizon, seed, decision.verdict),
         confidence=sure,
-        effects=_effects(candidates, decision, [effect for effect, _ in path], steps, sure),
-        partial=verdict == "unknown" and bool(path),
+        effects=_effects(decision, order, steps, sure, seed),
+        remainder=decision.remainder,
         known=given,
         reidentified=reidentified,
         augmented=augmented,
@@ -100,96 +145,78 @@ def diagnose_gap(
         steps=tuple(steps),
         floor=floor,
         shrink=shrink(reidentified.gap.value, augmented.gap.value, floor),
-        interval=_interval(reidentified, augmented, floor, seed),
+        interval=_interval(steps, 0, len(steps) - 1, seed),
         held_out=study.held_out,
-        parameters=_parameters(system, chosen),
-        candidates=_listed(candidates),
-        notes=(*_notes(study, chosen), *_about(given), *_about(augmented)),
+        parameters={
+            p.name: _estimate(chosen, p.name, p.unit, p.value) for p in study.system.parameters if p.identify
+        },
+        comparison=_compared(decision),
+        notes=(*_notes(study, chosen.fitted), *_about(given), *_about(augmented)),
         signs=asdict(signs),
         faults=faults,
     )
 
 
-def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
-    """Effects of `chosen` in the order in which they lower the loss, and fits with these and earlier ones."""
-    left, path = list(chosen.hypothesis.effects), list[tuple[Added, FittedHypothesis]]()
-    while len(left) > 1:
-        before = path[-1][1].hypothesis if path else search.base.hypothesis
-        tries = [search.fitted_with(before, effect) for effect in left]
-        best = int(np.argmin(Candidates((search.base, *tries)).losses[1:].sum(1)))
-        path.append((left.pop(best), tries[best]))
-    return [*path, *((effect, chosen) for effect in left)]
+def _share(squares: Array, floor: float, before: int, after: int) -> Array:
+    """Share of the squared gap above the floor that `after` removes; squares, shape (steps, ...)."""
+    whole = squares[0] - floor**2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.where(whole > 0.0, (squares[before] - squares[after]) / whole, 0.0)
+    return np.clip(found, 0.0, 1.0)
 
 
-def _interval(before: JudgedModel, after: JudgedModel, floor: float, seed: int) -> Interval:
-    """95 % interval of the shrink, by the bootstrap over held-out experiments."""
-    ids = list(before.gap.per_experiment)
-    squares = (np.array([m.gap.per_experiment[i] ** 2 for i in ids]) for m in (before, after))
+def _interval(steps: Sequence[JudgedModel], before: int, after: int, seed: int) -> Interval:
+    """95 % interval of the share that models from `before` to `after` explain: bootstrap over experiments."""
+    ids = list(steps[0].gap.per_experiment)
+    squares = np.array([[step.gap.per_experiment[i] ** 2 for i in ids] for step in steps])
     drawn = np.random.default_rng([seed, 2]).integers(0, len(ids), (DRAWS, len(ids)))
-    old, new = (np.sqrt(square[drawn].mean(1)).tolist() for square in squares)
-    shares = [shrink(o, n, floor) for o, n in zip(old, new, strict=True)]
+    shares = _share(squares[:, drawn].mean(2), steps[-1].gap.floor, before, after)
     low, high = np.quantile(shares, [0.025, 0.975]).tolist()
     return low, high
 
 
 def _effects(
-    candidates: Candidates,
-    decision: Decision,
-    order: Sequence[Added],
-    steps: Sequence[JudgedModel],
-    sure: float,
+    decision: Decision, order: Sequence[Added], steps: Sequence[JudgedModel], sure: float, seed: int
 ) -> tuple[DiagnosedEffect, ...]:
     """Effects in `order` with their shares of the gap; `steps`: without effects, then one more each."""
-    chosen, floor = candidates.fits[decision.named], steps[-1].gap.floor
-    own = values_per_experiment(chosen)
-    squares = [step.gap.value**2 for step in steps]
-    whole = squares[0] - floor**2
+    prediction = decision.candidates.predictions[decision.named]
+    own = values_per_experiment(prediction.fitted)
+    squares = np.array([step.gap.value**2 for step in steps])
     found = []
     for k, effect in enumerate(order):
         estimates = {
-            n: _estimate(chosen, n, effect.units[n], np.nan) for n in effect.reported if n not in own
+            n: _estimate(prediction, n, effect.units[n], np.nan) for n in effect.reported if n not in own
         }
-        share = float(np.clip((squares[k] - squares[k + 1]) / whole, 0.0, 1.0)) if whole > 0.0 else 0.0
-        others = decision.indistinguishable[chosen.hypothesis.effects.index(effect)]
+        share = float(_share(squares, steps[-1].gap.floor, k, k + 1))
+        others = decision.indistinguishable[prediction.fitted.hypothesis.effects.index(effect)]
         mine = {n: own[n] for n in effect.per_experiment}
-        found.append(DiagnosedEffect(effect, estimates, mine, sure, share, others))
+        chance = _interval(steps, k, k + 1, seed)
+        found.append(DiagnosedEffect(effect, estimates, mine, sure, share, chance, others))
     return tuple(found)
 
 
-def _estimate(fitted: FittedHypothesis, name: str, unit: str, known: float) -> Estimate:
-    """A fitted number, or one of the system file, with its interval cut at the bounds."""
-    fit = fitted.fit
-    if name not in fit.values:
-        value = dict(
-            zip(
-                (p.name for p in fitted.hypothesis.full.parameters),
-                fitted.hypothesis.full.values,
-                strict=True,
-            )
-        )[name]
-        return Estimate(unit, known, value, (value, value))
-    value = fit.values[name]
-    k = fit.names.index(name)
-    reach = Z * float(np.sqrt(fit.covariance[k, k]))
-    (unknown,) = (u for u in fitted.hypothesis.unknowns if u.name == name)
-    return Estimate(unit, known, value, (max(value - reach, unknown.low), min(value + reach, unknown.high)))
+def _estimate(prediction: LeftOut, name: str, unit: str, known: float) -> Estimate:
+    """A fitted number with its interval, or one of the system file."""
+    fitted = prediction.fitted
+    if name in fitted.fit.values:
+        interval = prediction.interval(name, fitted.hypothesis.study.thresholds.level)
+        doubts = is_determined(fitted, name), at_bound(fitted, name)
+        return Estimate(unit, known, fitted.fit.values[name], interval, *doubts)
+    full = fitted.hypothesis.full
+    value = dict(zip((p.name for p in full.parameters), full.values, strict=True))[name]
+    return Estimate(unit, known, value, (value, value))
 
 
-def _parameters(system: System, fitted: FittedHypothesis) -> Mapping[str, Estimate]:
-    return {p.name: _estimate(fitted, p.name, p.unit, p.value) for p in system.parameters if p.identify}
-
-
-def _listed(candidates: Candidates) -> tuple[Candidate, ...]:
-    order = np.argsort(candidates.penalised, kind="stable").tolist()[:LISTED]
-    best = float(candidates.penalised[order[0]])
-    return tuple(
-        Candidate(
-            candidates.fits[k].hypothesis.effects,
-            candidates.fits[k].fit.gap.value,
-            best - float(candidates.penalised[k]),
-        )
-        for k in order
-    )
+def _compared(decision: Decision) -> tuple[Compared, ...]:
+    candidates, named = decision.candidates, decision.named
+    scores = candidates.scores.mean(1)
+    first = [named, *(k for k in np.argsort(scores, kind="stable").tolist() if k != named)][:LISTED]
+    found = []
+    for k in sorted(first, key=lambda k: float(scores[k])):
+        worse = candidates.gain(k, named)
+        effects = candidates.fits[k].hypothesis.effects
+        found.append(Compared(effects, float(scores[k]), worse.mean, worse.error, k == named))
+    return tuple(found)
 
 
 def _about(model: JudgedModel) -> tuple[str, ...]:
@@ -198,7 +225,7 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
 
 
 def _notes(study: Study, chosen: FittedHypothesis) -> tuple[str, ...]:
-    """Notes on logs, timing, numbers of single experiments and remaining errors."""
+    """Notes on logs, timing, numbers of single experiments, and doubtful numbers."""
     notes, period = list(study.logs.notes), study.logs.period
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
@@ -213,12 +240,7 @@ def _notes(study: Study, chosen: FittedHypothesis) -> tuple[str, ...]:
             f"{', '.join(chosen.fit.own)}: fitted per experiment, for held-out experiments too; for a new "
             "experiment give its own value"
         )
-    left = noise_ratio(chosen)
-    if chosen.hypothesis.effects and left > study.thresholds.at_floor:
-        notes.append(
-            f"the remaining mean square error is {1.0 + left:.3g} times the variance of the sensor noise: a "
-            "further effect may be missing, see in index.html where the gap lies"
-        )
+    notes += [remark.sentence for remark in remarks(chosen)]
     return tuple(notes)
 
 
@@ -238,7 +260,7 @@ def _misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
         *(study.system, study.logs, study.horizon, seed, "check_logs"),
         confidence=min([HIGHEST_CONFIDENCE, *shares]),
         effects=(),
-        partial=False,
+        remainder=None,
         known=known,
         reidentified=known,
         augmented=known,
@@ -249,7 +271,7 @@ def _misread(study: Study, seed: int, faults: Sequence[LogFault]) -> Diagnosis:
         interval=(0.0, 0.0),
         held_out=study.held_out,
         parameters={},
-        candidates=(),
+        comparison=(),
         notes=study.logs.notes,
         faults=tuple(faults),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,6 @@ from unmodelled.diagnosis.where.correction_tables import (
 )
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
-from unmodelled.effects.place import Place
 
 Array = NDArray[np.float64]
 
@@ -47,8 +46,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - experiments: id, held_out, known, reidentified, augmented, floor: gaps.
     - trajectory: of the worst held-out experiment, output, t, measured, known, augmented; nan where nothing
       was simulated.
-    - candidates: label, named (whether it has the effects that were found), gap, against (the evidence, see
-      `Candidate`, without its sign).
+    - candidates: label, named, difference, standard_error (see `Compared`).
     - time: over (experiment: its time; window: time since its start), t, reidentified, augmented: root mean
       square errors in standard deviations of the outputs.
     - about.json: names, units and what is shown.
@@ -152,13 +150,8 @@ def _trajectory(diagnosis: Diagnosis, worst: str) -> pd.DataFrame:
 
 
 def _candidates(diagnosis: Diagnosis) -> pd.DataFrame:
-    own = _key(found.added for found in diagnosis.effects)
-    rows = [(_label(c.effects), _key(c.effects) == own, c.gap, abs(c.evidence)) for c in diagnosis.candidates]
-    return pd.DataFrame(rows, columns=["label", "named", "gap", "against"])
-
-
-def _key(effects: Iterable[Added]) -> frozenset[tuple[str, str, Place]]:
-    return frozenset((effect.family, effect.variant, effect.place) for effect in effects)
+    rows = [(_label(c.effects), c.named, c.difference, c.standard_error) for c in diagnosis.comparison]
+    return pd.DataFrame(rows, columns=["label", "named", "difference", "standard_error"])
 
 
 def _label(effects: tuple[Added, ...]) -> str:

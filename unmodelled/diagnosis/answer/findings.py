@@ -21,6 +21,7 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
+from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
 from unmodelled.diagnosis.search.log_faults import log_faults
@@ -109,14 +110,15 @@ class Findings:
 
 
 def findings(
-    system: System, logs: Logs, horizon: float = 0.1, seed: int = 0, workers: int | None = None
+    system: System, logs: Logs, horizon: float | None = None, seed: int = 0, workers: int | None = None
 ) -> Findings:
     """Diagnose the gap between a system and measured experiments.
 
     Args:
         system: known physics; parameters marked `identify` are refitted.
         logs: measured experiments, two or more; some are held out to judge the others' verdict.
-        horizon: length of the free-run windows, s; default 0.1.
+        horizon: length of the free-run windows, s; default: from the logs, see
+            `default_horizon`.
         seed: seed of the random generators; the same seed gives the same findings; default 0.
         workers: number of threads; default: one per core.
 
@@ -124,6 +126,7 @@ def findings(
         BadInput: when the system, the logs, the horizon or the seed cannot be used.
     """
     check_seed(seed)
+    horizon = default_horizon(logs) if horizon is None else horizon
     check(system, logs, horizon)
     faults = log_faults(system, logs, horizon)
     if not any(fault.decides for fault in faults):

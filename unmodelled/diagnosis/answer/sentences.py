@@ -6,19 +6,21 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval, Remainder
 from unmodelled.effects.added import Added
 
 #: The verdicts in words.
 VERDICTS = {
     "effect": "an effect that the model omits explains the gap",
-    "no_gap": "no gap beyond the noise of the sensors",
+    "main_effect": "an effect that the model omits explains much of the gap, something predictable remains",
+    "no_gap": "no law and no network predicts these logs better than the re-identified model",
     "unknown": "there is a gap that no effect of the library explains",
     "check_logs": "check the logs first, a fault of the logs explains most of the gap",
 }
 #: What to do next, by verdict.
 NEXT_STEPS = {
     "effect": "simulate augmented_system.yaml on new logs to confirm the effect",
+    "main_effect": "simulate augmented_system.yaml on new logs; index.html shows where the rest lies",
     "no_gap": "use the identified parameters; other motions can still show effects that these logs do not",
     "unknown": "see in index.html where the gap lies, then add the missing physics to the system file",
     "check_logs": "correct the logs, then diagnose again",
@@ -44,14 +46,27 @@ def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
     yield f"verdict: {VERDICTS[diagnosis.verdict]} (confidence {diagnosis.confidence:.2f})"
     yield from first if diagnosis.verdict == "check_logs" else ()
     for found in diagnosis.effects:
-        part = "partial explanation: " if diagnosis.partial else ""
         explains = f"explains {100.0 * found.shrink:.0f} % of the squared gap above the noise floor"
         sure = f"confidence {found.confidence:.2f}"
-        yield f"- {part}{named(found.added)}: {found.added.law} ({explains}, {sure})"
+        yield f"- {named(found.added)}: {found.added.law} ({explains}, {sure})"
         yield from (f"    {line}" for line in _law_numbers(found))
         if found.indistinguishable:
             others = ", ".join(named(added) for added in found.indistinguishable)
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
+    if diagnosis.remainder is not None:
+        yield _remainder(diagnosis.remainder)
+
+
+def _remainder(left: Remainder) -> str:
+    at = (
+        f"; the further effect that predicts best is at {left.place.channel}"
+        if left.place is not None
+        else ""
+    )
+    return (
+        f"remainder: {100.0 * left.share:.0f} % of the squared error in experiments that were left out of "
+        f"the fit; a network in every port predicts {100.0 * left.predictable:.0f} % of the whole{at}"
+    )
 
 
 def named(added: Added) -> str:
@@ -93,6 +108,7 @@ def _gap(diagnosis: Diagnosis) -> Iterator[str]:
         for name, off in diagnosis.known.gap.units.items():
             yield f"{name}: {off.says(diagnosis.horizon)}"
         yield f"gap of the known model: {diagnosis.known.gap.value:.3g} standard deviations of the outputs"
+        yield _persistence(diagnosis)
         return
     label = "with the effects found" if diagnosis.effects else "re-identified"
     for name, off in diagnosis.known.gap.units.items():
@@ -106,11 +122,17 @@ def _gap(diagnosis: Diagnosis) -> Iterator[str]:
         f"gap: {values}, noise floor {diagnosis.floor:.3g} (in standard deviations of the outputs, on "
         f"held-out experiments {', '.join(ids[:MOST_IDS])}{more})"
     )
+    yield _persistence(diagnosis)
     low, high = (100.0 * end for end in diagnosis.interval)
     yield (
         f"shrink: {100.0 * diagnosis.shrink:.0f} % of the squared gap above the noise floor "
         f"(95 % interval {low:.0f} to {high:.0f} %)"
     )
+
+
+def _persistence(diagnosis: Diagnosis) -> str:
+    value = diagnosis.known.gap.persistence
+    return f"persistence: {value:.3g}, the error if every output kept its value or its speed"
 
 
 def _unit(unit: str) -> str:

@@ -1,14 +1,14 @@
-"""diagnosis.json (`diagnosis/1`, shared/contracts/diagnosis.md) of a diagnosis."""
+"""diagnosis.json (`diagnosis/2`, shared/contracts/diagnosis.md) of a diagnosis."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from unmodelled.diagnosis.data.result import Candidate, DiagnosedEffect, Diagnosis, Estimate, LogFault
+from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
@@ -16,7 +16,7 @@ from unmodelled.effects.place import Place
 
 Ports = Mapping[Place, str]
 
-SCHEMA = "diagnosis/1"
+SCHEMA = "diagnosis/2"
 #: Significant digits of a number.
 DIGITS = 8
 
@@ -25,21 +25,16 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
     """Return the content of diagnosis.json: numbers, texts, lists and mappings; null for undefined numbers.
 
     Beside the entries of the contract it has: `variant` of an effect that has several; `parameter` of an
-    effect
-    on a parameter, whose port is where the parameter acts; `values` by experiment of a number that differs
-    between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
-    confidence
-    is computed from; `partial` here and in each effect if they explain only part of the gap. The `evidence`
-    of a candidate is its penalised log-likelihood relative to the best candidate, 0 or below. `logs` lists
-    faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all) and
-    `indistinguishable`
-    faults. With the verdict check_logs nothing was fitted: all gaps are those of the known model.
+    effect on a parameter, whose port is where the parameter acts; `values` by experiment of a number that
+    differs between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
+    confidence is computed from. `logs` lists faults of the logs, a row per channel with a sentence, the
+    faulty `experiments` (empty: all) and `indistinguishable` faults. With the verdict check_logs nothing was
+    fitted: all gaps are those of the known model.
 
     Args:
         diagnosis: diagnosis.
         where: place of the gap.
     """
-    partial: dict[str, Any] = {"partial": True} if diagnosis.partial else {}
     ports = _ports(diagnosis)
     content = {
         "schema": SCHEMA,
@@ -48,17 +43,17 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
         "verdict": diagnosis.verdict,
         "confidence": diagnosis.confidence,
         "signs": diagnosis.signs,
-        **partial,
-        "effects": [_effect(found, ports) | partial for found in diagnosis.effects],
+        "effects": [_effect(found, ports) for found in diagnosis.effects],
+        "remainder": _remainder(diagnosis),
         "where": {
             name: list(getattr(where, name)) for name in ("channels", "regions", "factors", "experiments")
         },
         "gap": _gap(diagnosis),
         "parameters": {
-            name: {"known": e.known, "identified": e.value, "unit": e.unit, "interval": e.interval}
+            name: {"known": e.known, "identified": e.value} | _about(e)
             for name, e in diagnosis.parameters.items()
         },
-        "candidates": [_candidate(candidate, ports) for candidate in diagnosis.candidates],
+        "comparison": [_compared(candidate, ports) for candidate in diagnosis.comparison],
         "logs": [row for fault in diagnosis.faults for row in _fault(fault)],
         "notes": list(diagnosis.notes),
     }
@@ -68,7 +63,7 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
 def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
     """Where effects act: that of a parameter at the port, input or sensor that the parameter belongs to."""
     added = [e for found in diagnosis.effects for e in (found.added, *found.indistinguishable)]
-    places = {e.place for e in (*added, *(e for c in diagnosis.candidates for e in c.effects))}
+    places = {e.place for e in (*added, *(e for c in diagnosis.comparison for e in c.effects))}
     return {place: channel_of(diagnosis.reidentified, place) for place in places}
 
 
@@ -80,6 +75,7 @@ def _effect(found: DiagnosedEffect, ports: Ports) -> dict[str, Any]:
         "parameters": numbers | own,
         "confidence": found.confidence,
         "shrink": found.shrink,
+        "interval": found.interval,
         "indistinguishable": [_named(added, ports) for added in found.indistinguishable],
     }
 
@@ -114,7 +110,13 @@ def _fault(fault: LogFault) -> list[dict[str, Any]]:
 
 
 def _estimate(estimate: Estimate) -> dict[str, Any]:
-    return {"value": estimate.value, "unit": estimate.unit, "interval": estimate.interval}
+    return {"value": estimate.value} | _about(estimate)
+
+
+def _about(estimate: Estimate) -> dict[str, Any]:
+    """Unit and uncertainty of a number."""
+    names = ("unit", "interval", "determined", "at_bound")
+    return {name: getattr(estimate, name) for name in names}
 
 
 def _own(unit: str, values: Mapping[str, float]) -> dict[str, Any]:
@@ -127,6 +129,7 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     models = ("known", "reidentified", "augmented", "neural")
     return {name: getattr(diagnosis, name).gap.value for name in models} | {
         "floor": diagnosis.floor,
+        "persistence": diagnosis.known.gap.persistence,
         "shrink": diagnosis.shrink,
         "interval": diagnosis.interval,
         "held_out": [diagnosis.logs.ids[i] for i in diagnosis.held_out],
@@ -150,19 +153,22 @@ def _units(diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _candidate(candidate: Candidate, ports: Ports) -> dict[str, Any]:
-    """Several effects at once have their names joined, and are listed besides; no effect has no name."""
-    effects = [_named(added, ports) for added in candidate.effects]
-    if len(effects) == 1:
-        named = effects[0]
-    else:
-        named = {"family": _joined(e["family"] for e in effects), "port": _joined(e["port"] for e in effects)}
-        named |= {"effects": effects} if effects else {}
-    return named | {"gap": candidate.gap, "evidence": 0.0 - abs(candidate.evidence)}
+def _remainder(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    found = diagnosis.remainder
+    if found is None:
+        return None
+    channel = None if found.place is None else channel_of(diagnosis.reidentified, found.place)
+    return {"share": found.share, "predictable": found.predictable, "channel": channel}
 
 
-def _joined(names: Iterable[str]) -> str | None:
-    return " + ".join(names) or None
+def _compared(candidate: Compared, ports: Ports) -> dict[str, Any]:
+    return {
+        "effects": [_named(added, ports) for added in candidate.effects],
+        "score": candidate.score,
+        "difference": candidate.difference,
+        "standard_error": candidate.standard_error,
+        "named": candidate.named,
+    }
 
 
 def _plain(value: Any) -> Any:

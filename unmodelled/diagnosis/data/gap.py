@@ -106,6 +106,8 @@ class Gap:
         floor: noise floor, the gap that the noise of the sensors alone would leave; the noise of the states
             at the starts of the windows is part of it.
         floors: noise floor by id of the experiment.
+        persistence: error of the prediction that every output keeps its value or its speed, over the same
+            windows; see `unmodelled.diagnosis.data.persistence`.
         scale: standard deviation of every output by its name, in its unit; see `output_scale`.
         units: errors by name of the output, in its unit.
         substeps: integration steps per sample.
@@ -118,6 +120,7 @@ class Gap:
     per_output: Mapping[str, float]
     floor: float
     floors: Mapping[str, float]
+    persistence: float
     scale: Mapping[str, float]
     units: Mapping[str, Off]
     substeps: int

@@ -8,12 +8,13 @@ from typing import Literal
 
 from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.effects.added import Added
+from unmodelled.effects.place import Place
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
 Interval = tuple[float, float]
 
-Verdict = Literal["effect", "no_gap", "unknown", "check_logs"]
+Verdict = Literal["effect", "main_effect", "no_gap", "unknown", "check_logs"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +43,16 @@ class Estimate:
         known: value in the given system file; nan for a number of an effect.
         value: identified value.
         interval: 95 % confidence interval, cut at the bounds.
+        determined: whether the logs determine the number, default True.
+        at_bound: whether the number ended at one of its bounds, default False.
     """
 
     unit: str
     known: float
     value: float
     interval: Interval
+    determined: bool = True
+    at_bound: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +65,7 @@ class DiagnosedEffect:
         own: amplitudes that differ between experiments, by name and then by id of the experiment, SI.
         confidence: probability that this effect, or one of `indistinguishable`, is right; 0 to 1.
         shrink: share of the squared gap above the noise floor that this effect explains; 0 to 1.
+        interval: 95 % interval of `shrink` over the held-out experiments.
         indistinguishable: effects that these data cannot tell from this one, the best first.
     """
 
@@ -68,22 +74,42 @@ class DiagnosedEffect:
     own: Mapping[str, Mapping[str, float]]
     confidence: float
     shrink: float
+    interval: Interval
     indistinguishable: tuple[Added, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
-    """A candidate as it is reported.
+class Compared:
+    """A candidate beside the named one, by predictions of experiments that took no part in its fit.
 
     Attributes:
         effects: effects of the candidate; none for the re-identified physics.
-        gap: gap on the training experiments, in standard deviations of the outputs.
-        evidence: penalised log-likelihood relative to the best candidate; 0 for the best, else negative.
+        score: mean over left-out experiments and outputs of ln(mean square error / noise variance + 1), nats.
+        difference: mean paired difference of the score from that of the named candidate; positive is worse.
+        standard_error: standard error of the difference.
+        named: whether it is the named candidate.
     """
 
     effects: tuple[Added, ...]
-    gap: float
-    evidence: float
+    score: float
+    difference: float
+    standard_error: float
+    named: bool
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """Error that is left with the named effects, and the part of it that a flexible model predicts.
+
+    Attributes:
+        share: squared error of left-out predictions, relative to that of the re-identified physics.
+        predictable: part of it that a network in every port predicts in left-out experiments.
+        place: place of the further effect that predicts best; None if none was fitted.
+    """
+
+    share: float
+    predictable: float
+    place: Place | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,10 +123,10 @@ class Diagnosis:
         logs: logs as given, without copies of experiments.
         horizon: length of the free-run windows, s.
         seed: seed of all random draws.
-        verdict: effect, no_gap, unknown or check_logs.
+        verdict: effect, main_effect, no_gap, unknown or check_logs.
         confidence: calibrated probability that verdict and effects are right; 0 to 1.
         effects: diagnosed effects, the strongest first.
-        partial: whether the effects explain only part of the gap (verdict unknown).
+        remainder: error that a flexible model predicts beyond the effects; None if there is none.
         known: the system as given.
         reidentified: the same physics with its uncertain parameters fitted.
         augmented: the physics with the effects; `reidentified` where there are none.
@@ -111,7 +137,7 @@ class Diagnosis:
         interval: 95 % interval of `shrink` over the held-out experiments.
         held_out: numbers of the experiments that took no part in fitting or choosing.
         parameters: estimates of the system's uncertain parameters, by name.
-        candidates: fitted candidates, the best first.
+        comparison: fitted candidates, the best first.
         notes: remarks on logs, models and integration, a sentence each.
         signs: numbers that the confidence is computed from, see `confidence.Signs`.
         faults: faults of the logs. With the verdict check_logs they are the answer, nothing was fitted, and
@@ -125,7 +151,7 @@ class Diagnosis:
     verdict: Verdict
     confidence: float
     effects: tuple[DiagnosedEffect, ...]
-    partial: bool
+    remainder: Remainder | None
     known: JudgedModel
     reidentified: JudgedModel
     augmented: JudgedModel
@@ -136,7 +162,7 @@ class Diagnosis:
     interval: Interval
     held_out: tuple[int, ...]
     parameters: Mapping[str, Estimate]
-    candidates: tuple[Candidate, ...]
+    comparison: tuple[Compared, ...]
     notes: tuple[str, ...]
     signs: Mapping[str, float] = field(default_factory=dict)
     faults: tuple[LogFault, ...] = ()

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 _DEVELOPMENT = "chosen on withheld machines with seeds below 100 (decision 8)"
-_MEASURED_MACHINES = "chosen on measured machines, after 237 withheld cases had been diagnosed (decision 8)"
 _JUDGEMENT = "judgement of its first version; no study is recorded"
 _ALARMS = "no false alarm on 139 withheld cases, EMPS and six other measured machines (rule_changes.md)"
-_NO_DECISION = "none of 23 decisions changes at half and at twice the value (decision 10)"
+_HORIZONS = "chosen on measured machines (rule_changes.md)"
 _NO_FAULT = "none of the faults of 17 logs changes at half and at twice the value (decision 10)"
 _NO_PLACE = "no channel, region or factor of 3 diagnoses changes at half and at twice the value (decision 10)"
+_NO_REMARK = "decides no verdict"
 _UNMEASURED = "not measured"
 
 
@@ -28,13 +28,15 @@ class Thresholds:
     """Every threshold of a diagnosis.
 
     The metadata of a field has `unit`, `origin` (why it has this value) and `sensitivity` (what changes at
-    half and at twice the value). The noise ratio of a model is the mean square of its remaining free-run
-    errors, in variances of the sensor noise, less one: zero at the noise floor. The loss is Huber's, a
-    negative logarithm of a likelihood.
+    half and at twice the value). The error of a candidate is that of its predictions of left-out experiments
+    (`Candidates.remaining`).
 
     Attributes:
         held_out_share: share of the experiments that is held out from fitting and choosing, at least one
             experiment.
+        horizon_error: error of persistence at the default horizon, root mean square over outputs.
+        fewest_horizon_samples: fewest samples of the default horizon.
+        longest_horizon_share: longest default horizon.
         longest_delay: longest additional sensor delay that is a candidate.
         longest_delay_share: longest additional sensor delay in short experiments.
         input_timing: time by which an input may act before or after its logged time without being called
@@ -43,26 +45,36 @@ class Thresholds:
         fewest_per_level: smallest number of experiments of a level that has candidates of its own.
         local_complexity: complexity added for an effect at one level of a factor only.
         known_parameter_complexity: complexity added for an effect on a parameter that is not uncertain.
-        penalty: loss that a unit of complexity must save.
-        largest_penalty_factor: largest factor of the penalty, reached while a large gap remains.
-        same_complexity: difference up to which a candidate does not count as more complex.
-        simple_complexity: complexity below which no simpler candidate of more effects is searched.
-        significant_loss: loss that one effect more must save.
-        significant_loss_per_complexity: loss that one effect more must save besides.
-        further_share: share that a second or third effect must explain.
-        at_floor: noise ratio up to which no second effect is added.
-        above_floor: noise ratio above which a gap remains (verdict unknown), and up to which no third effect
-            is added.
-        above_floor_share: noise ratio up to which no gap remains, relative to that of the known physics.
-        far_from_floor: noise ratio above which no candidate comes near the noise, and complexity is weighed
-            against the gap.
-        complexity_share: share that a unit of complexity must explain far from the noise.
-        equal_loss: loss by which candidates differ that cannot be told apart.
-        equal_loss_per_value: loss per compared value for the same.
-        mixed_loss_per_value: loss per compared value for the same, where the experiments disagree.
-        mixed_t: mean difference up to which experiments disagree.
-        better_loss: loss by which a more complex candidate must be better to be listed.
+        level: level of confidence intervals, and of the test whether a candidate predicts better than another
+            one.
+        material_share: error that a candidate must remove to be better by a material amount; the next two are
+            alternatives to it, in shares of the other candidate's error. For numbers of single experiments
+            there is no alternative to the next two.
+        further_rest: share that a candidate with more effects than the other one must remove.
+        exchanged_rest: share that a candidate with as many or fewer effects must remove, and a network.
+        unexplained_gap: error above the sensor noise from which a gap that nothing predicts is `unknown`.
+        least_gain: difference of two scores up to which candidates cannot be told apart.
+        alike_errors: the same, relative to the standard error of the difference.
+        same_complexity: difference up to which a candidate does not count as more complex; a more complex one
+            is not listed as indistinguishable.
         most_equal: largest number of effects listed as indistinguishable.
+        at_bound_share: distance from a bound up to which a fitted number is at it, relative to the bound or
+            to the plausible size of the number.
+        effort_ratio: effort of an effect against the largest effort that acts at its port, above which it is
+            implausible.
+        mass_change: change of a mass or moment of inertia, relative to the given one, above which it is
+            implausible.
+        sensor_gain_error: error of the gain of a sensor above which it is implausible.
+        actuator_gain_error: error of the gain of an actuator above which it is implausible.
+        common_factor_change: change of a parameter from which a factor that several parameters share is
+            searched.
+        common_factor_spread: difference up to which parameters have changed by the same factor.
+        scale_likeness: likeness of a common factor of parameters to the scale of an input, at least.
+        undetermined_change: half the 95 % interval of a number, relative to its size, from which the logs do
+            not determine it.
+        combined_change: half the 95 % interval of a combination of numbers for the same.
+        combined_least: change of a number in such a combination, relative to its size, at least.
+        combined_ratio: change of a number in such a combination against its change alone, at least.
         fault_share: share that a fault explains at least, if it decides the verdict check_logs.
         fault_share_some: share that a fault in some experiments explains at least.
         suspect_share: share that a correction explains before parameters are fitted to it.
@@ -101,6 +113,21 @@ class Thresholds:
 
     # Experiments and the search space
     held_out_share: float = _threshold(0.25, "share of the experiments", _JUDGEMENT, _UNMEASURED)
+    horizon_error: float = _threshold(
+        1.0,
+        "standard deviations within a run",
+        _HORIZONS,
+        "half: 0.4 to 1 times the horizon of 7 machines; twice: the longest horizon on all 7",
+    )
+    fewest_horizon_samples: int = _threshold(
+        25, "samples", _HORIZONS, "half: horizon of 1 of 7 machines halves; twice: 2 of 7 double"
+    )
+    longest_horizon_share: float = _threshold(
+        1.0 / 3.0,
+        "share of the shortest experiment",
+        "three windows in every experiment",
+        "half: 0.6 to 0.7 times the horizon of 2 of 7 machines; twice: none of 7",
+    )
     longest_delay: int = _threshold(64, "samples", _JUDGEMENT, _UNMEASURED)
     longest_delay_share: float = _threshold(0.1, "share of the shortest experiment", _JUDGEMENT, _UNMEASURED)
     input_timing: float = _threshold(
@@ -110,65 +137,43 @@ class Thresholds:
     fewest_per_level: int = _threshold(2, "experiments", _JUDGEMENT, _UNMEASURED)
 
     # Complexity of a candidate
-    local_complexity: float = _threshold(1.5, "units of complexity", _DEVELOPMENT, _NO_DECISION)
-    known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _NO_DECISION)
-    penalty: float = _threshold(0.003, "loss per compared value", _DEVELOPMENT, _NO_DECISION)
-    largest_penalty_factor: float = _threshold(4.0, "1", _DEVELOPMENT, _NO_DECISION)
-    same_complexity: float = _threshold(
-        0.6,
-        "units of complexity",
-        _DEVELOPMENT,
-        "half: 1 of 23 lists of indistinguishable effects changes; twice: 3",
-    )
-    simple_complexity: float = _threshold(4.0, "units of complexity", _JUDGEMENT, _UNMEASURED)
+    local_complexity: float = _threshold(1.5, "units of complexity", _DEVELOPMENT, _UNMEASURED)
+    known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _UNMEASURED)
 
-    # Number of effects
-    significant_loss: float = _threshold(40.0, "loss", _DEVELOPMENT, _NO_DECISION)
-    significant_loss_per_complexity: float = _threshold(
-        3.0, "loss per unit of complexity", _DEVELOPMENT, _NO_DECISION
-    )
-    further_share: float = _threshold(
-        0.5,
-        "share of the noise ratio",
-        _DEVELOPMENT,
-        "half: effects of 3 of 23 cases change; twice (all of it): 1 verdict of 23, a pair",
-    )
-    at_floor: float = _threshold(0.05, "noise ratio", _DEVELOPMENT, _NO_DECISION)
-    above_floor: float = _threshold(
-        0.15, "noise ratio", "0.25 until 2026-11-20 (rule_changes.md)", _NO_DECISION
-    )
-    above_floor_share: float = _threshold(
-        0.04,
-        "share of the known physics' noise ratio",
-        _DEVELOPMENT,
-        "half: 1 of 23 verdicts, EMPS effect to unknown; twice: none of 23",
-    )
-    far_from_floor: float = _threshold(10.0, "noise ratio", _MEASURED_MACHINES, _NO_DECISION)
-    complexity_share: float = _threshold(
-        0.005,
-        "share of the known physics' noise ratio",
-        _MEASURED_MACHINES,
-        "half: named effects of 1 of 23 cases (EMPS) change; twice: none of 23",
-    )
+    # Comparison of candidates
+    level: float = _threshold(0.95, "probability", "usual level of tests and intervals", _UNMEASURED)
+    material_share: float = _threshold(0.05, "share of the known physics' error", _JUDGEMENT, _UNMEASURED)
+    further_rest: float = _threshold(0.3, "share of the error", "half of the squared error", _UNMEASURED)
+    exchanged_rest: float = _threshold(0.1, "share of the error", "a fifth of the squared error", _UNMEASURED)
+    unexplained_gap: float = _threshold(0.1, "standard deviations of the outputs", _JUDGEMENT, _UNMEASURED)
+    least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _UNMEASURED)
+    alike_errors: float = _threshold(2.0, "standard errors", "about 95 %", _UNMEASURED)
 
     # Effects that cannot be told apart
-    equal_loss: float = _threshold(10.0, "loss", _DEVELOPMENT, _NO_DECISION)
-    equal_loss_per_value: float = _threshold(
-        0.003, "loss per compared value", "0.001 until 2026-11-20 (rule_changes.md)", _NO_DECISION
+    same_complexity: float = _threshold(0.6, "units of complexity", _DEVELOPMENT, _UNMEASURED)
+    most_equal: int = _threshold(3, "candidates", _JUDGEMENT, _UNMEASURED)
+
+    # Numbers that make no sense, and numbers that the logs do not determine
+    at_bound_share: float = _threshold(1e-3, "share of the bound", _JUDGEMENT, _NO_REMARK)
+    effort_ratio: float = _threshold(
+        1.0, "1", "friction above all that acts would never let the port start", _NO_REMARK
     )
-    mixed_loss_per_value: float = _threshold(
-        0.005, "loss per compared value", "0.003 until 2026-11-20 (rule_changes.md)", _NO_DECISION
+    mass_change: float = _threshold(1.0, "share of the given mass", _JUDGEMENT, _NO_REMARK)
+    sensor_gain_error: float = _threshold(
+        0.2, "share of the gain", "sensors are calibrated to a few percent", _NO_REMARK
     )
-    mixed_t: float = _threshold(2.0, "standard errors", "about 95 %", _NO_DECISION)
-    better_loss: float = _threshold(
-        6.0,
-        "loss",
-        _DEVELOPMENT,
-        "half: 2 of 23 lists of indistinguishable effects change; twice: none of 23",
+    actuator_gain_error: float = _threshold(
+        0.5, "share of the gain", "constants of motors differ by tens of percent", _NO_REMARK
     )
-    most_equal: int = _threshold(
-        3, "candidates", _JUDGEMENT, "half: 2 of 23 lists are shorter; twice: 1 is longer"
+    common_factor_change: float = _threshold(0.05, "share of the given value", _JUDGEMENT, _NO_REMARK)
+    common_factor_spread: float = _threshold(0.02, "share of the factor", _JUDGEMENT, _NO_REMARK)
+    scale_likeness: float = _threshold(0.99, "correlation", _JUDGEMENT, _NO_REMARK)
+    undetermined_change: float = _threshold(
+        1.0, "share of the size", "an interval that holds zero", _NO_REMARK
     )
+    combined_change: float = _threshold(0.2, "share of the size", _JUDGEMENT, _NO_REMARK)
+    combined_least: float = _threshold(0.02, "share of the size", _JUDGEMENT, _NO_REMARK)
+    combined_ratio: float = _threshold(3.0, "1", "correlation of 0.94 of two numbers", _NO_REMARK)
 
     # Faults of the logs
     fault_share: float = _threshold(

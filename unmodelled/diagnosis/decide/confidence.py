@@ -16,51 +16,51 @@ import numpy as np
 
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.decide.decision import Decision
-from unmodelled.diagnosis.search.candidates import Candidates, noise_ratio
 from unmodelled.effects.added import Added
 
 #: Range of a calibrated confidence; the calibration has too few cases to say more.
 LOWEST_CONFIDENCE, HIGHEST_CONFIDENCE = 0.02, 0.99
-#: Range of the signs that are logarithms. Beyond the last of these noise ratios a remaining gap says no more:
-#: an encoder may hardly have any noise. The weights were fitted with these values and hold for no others.
-LEAST_SIGN, LARGEST_SIGN, LARGEST_NOISE_RATIO = 1e-2, 1e4, 10.0
+#: Largest difference of scores, nats, that counts as a sign: the weights hold for no larger one.
+LARGEST_SIGN = 4.0
 WEIGHTS = Path(__file__).with_name("calibration.json")
 
 
 @dataclass(frozen=True)
 class Signs:
-    """The signs that the confidence of a verdict is computed from, as decimal logarithms.
+    """The signs that the confidence of a verdict is computed from.
 
     Attributes:
-        left: noise ratio of the named candidate (remaining mean square error in noise variances, less one).
-        margin: loss by which the best candidate with other effects is worse, in penalties of one unit of
-            complexity.
-        worth: loss that the effects save, or that the best single effect would save, in significant losses.
-        effects: number of named effects (no logarithm).
+        gain: score that the effects gain in left-out experiments, or that the best single effect would gain,
+            nats.
+        margin: score by which the best candidate with as many other effects is worse, nats.
+        predictable: share of the squared error that a network predicts beyond the effects.
+        alike: number of effects that cannot be told from the named ones.
+        effects: number of named effects.
     """
 
-    left: float
+    gain: float
     margin: float
-    worth: float
+    predictable: float
+    alike: float
     effects: float
 
     @classmethod
-    def of(cls, candidates: Candidates, decision: Decision) -> Signs:
+    def of(cls, decision: Decision) -> Signs:
         """Return the signs of a decision.
 
         Args:
-            candidates: fitted hypotheses.
-            decision: decision among them.
+            decision: decision among fitted candidates.
         """
-        named, limits = decision.named, candidates.thresholds
-        chosen, losses = candidates.fits[named], candidates.losses.sum(1)
-        single = candidates.ranked(1)
-        compared = named if chosen.hypothesis.effects else (single[0] if single else named)
+        candidates, named = decision.candidates, decision.named
+        own, score = candidates.fits[named].hypothesis.effects, candidates.scores.mean(1)
+        single = [k for k in candidates.ranked(1) if k != named]
+        compared = named if own or not single else single[0]
         return cls(
-            left=_log(min(noise_ratio(chosen), LARGEST_NOISE_RATIO)),
-            margin=_log(_margin(candidates, decision) / (limits.penalty * candidates.count)),
-            worth=_log(float(losses[0] - losses[compared]) / limits.significant_loss),
-            effects=float(len(chosen.hypothesis.effects)),
+            gain=float(np.clip(score[0] - score[compared], 0.0, LARGEST_SIGN)),
+            margin=float(np.clip(_margin(decision), 0.0, LARGEST_SIGN)),
+            predictable=0.0 if decision.remainder is None else decision.remainder.predictable,
+            alike=float(sum(map(len, decision.indistinguishable.values()))),
+            effects=float(len(own)),
         )
 
 
@@ -68,7 +68,7 @@ def confidence(verdict: Verdict, signs: Signs) -> float:
     """Return the calibrated probability that a verdict is right.
 
     Args:
-        verdict: effect, no_gap or unknown.
+        verdict: effect, main_effect, no_gap or unknown.
         signs: signs of the decision.
 
     Returns:
@@ -85,8 +85,9 @@ def _weights() -> Mapping[str, Mapping[str, float]]:
     return found
 
 
-def _margin(candidates: Candidates, decision: Decision) -> float:
-    """The loss by which the best candidate is worse whose effects are neither named nor indistinguishable."""
+def _margin(decision: Decision) -> float:
+    """The score by which the best candidate is worse that has neither named nor indistinguishable effects."""
+    candidates, score = decision.candidates, decision.candidates.scores.mean(1)
     own = candidates.fits[decision.named].hypothesis.effects
     equal = [{_where(effect), *map(_where, decision.indistinguishable[k])} for k, effect in enumerate(own)]
     others = [
@@ -94,9 +95,7 @@ def _margin(candidates: Candidates, decision: Decision) -> float:
         for k in candidates.ranked(max(len(own), 1))
         if not _among(candidates.fits[k].hypothesis.effects, equal)
     ]
-    if not others:
-        return np.inf
-    return float(min(candidates.penalised[k] for k in others) - candidates.penalised[decision.named])
+    return float(score[others[0]] - score[decision.named]) if others else LARGEST_SIGN
 
 
 def _among(effects: tuple[Added, ...], equal: list[set[tuple[str, str]]]) -> bool:
@@ -106,7 +105,3 @@ def _among(effects: tuple[Added, ...], equal: list[set[tuple[str, str]]]) -> boo
 
 def _where(effect: Added) -> tuple[str, str]:
     return effect.family, effect.place.channel
-
-
-def _log(value: float) -> float:
-    return float(np.log10(np.clip(value, LEAST_SIGN, LARGEST_SIGN)))

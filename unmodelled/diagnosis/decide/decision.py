@@ -1,19 +1,20 @@
-"""The decision among fitted candidates: verdict, named candidate, effects that cannot be told apart.
+"""The decision among fitted candidates: verdict, effects that cannot be told apart, remainder.
 
 This is the only place that turns errors of candidates into a verdict: another rule replaces `decide`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.diagnosis.data.result import Verdict
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+from unmodelled.diagnosis.data.gap import Gap
+from unmodelled.diagnosis.data.result import Remainder, Verdict
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.search.candidates import Candidates, noise_ratio
+from unmodelled.diagnosis.fitting.left_out import LeftOut
+from unmodelled.diagnosis.search.candidates import Candidates, exchanged
 from unmodelled.effects.added import Added
 
 
@@ -22,63 +23,67 @@ class Decision:
     """A decision about fitted candidates.
 
     Attributes:
-        verdict: effect, no_gap or unknown.
-        named: number of the named candidate in `Candidates.fits`; 0 is the known physics.
+        verdict: effect, main_effect, no_gap or unknown.
+        candidates: fitted candidates.
+        named: number of the named candidate in `candidates.fits`; 0 is the known physics.
         indistinguishable: effects that these data cannot tell from an effect of the named candidate, the
             best first, by the number of that effect.
+        remainder: error that a flexible model predicts beyond the named candidate; None if there is none.
     """
 
     verdict: Verdict
+    candidates: Candidates
     named: int
     indistinguishable: Mapping[int, tuple[Added, ...]]
+    remainder: Remainder | None
 
 
-def decide(candidates: Candidates) -> Decision:
-    """Choose the candidate that explains the gap, and the verdict.
+def decide(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap) -> Decision:
+    """Decide on the verdict.
 
     Args:
-        candidates: fitted hypotheses with their losses per experiment, shape (candidates, experiments), and
-            the thresholds of the decision.
+        candidates: fitted hypotheses, compared by left-out experiments.
+        named: number of the named candidate.
+        flexible: left-out predictions of the named candidate with a network in every port.
+        held_out: gap of the named candidate on the held-out experiments.
 
     Returns:
         The decision.
     """
-    named = named_candidate(candidates)
-    return Decision(_verdict(candidates, named), named, indistinguishable(candidates, named))
+    remainder = _remainder(candidates, named, flexible)
+    if candidates.fits[named].hypothesis.effects:
+        verdict: Verdict = "effect" if remainder is None else "main_effect"
+    else:
+        seen = float(np.sqrt(max(held_out.value**2 - held_out.floor**2, 0.0)))
+        unexplained = max(seen, _above_noise(candidates.fits[named])) > candidates.thresholds.unexplained_gap
+        verdict = "unknown" if remainder is not None or unexplained else "no_gap"
+    return Decision(verdict, candidates, named, indistinguishable(candidates, named), remainder)
 
 
-def named_candidate(candidates: Candidates) -> int:
-    """Return the number of the candidate to name.
+def _above_noise(fitted: FittedHypothesis) -> float:
+    """Root mean square error above the sensor noise, in standard deviations of the outputs."""
+    noise = fitted.recording.noise / fitted.recording.scale
+    left = np.array(list(fitted.fit.left.per_output.values()))
+    return float(np.sqrt(max(float(np.mean(left**2 - noise**2)), 0.0)))
 
-    It is the leading one, or a simpler one where no candidate comes near the noise: there, laws of the
-    library significantly fit what is caused by something else, and complexity is weighed against the gap.
 
-    Args:
-        candidates: fitted hypotheses.
-    """
-    limits, complexity = candidates.thresholds, candidates.complexity
-    leading = candidates.leading()
-    if not leading or min(map(noise_ratio, candidates.fits)) <= limits.far_from_floor:
-        return leading
-    simpler = [k for k in range(1, len(candidates.fits)) if complexity[k] < complexity[leading]]
-    price = limits.complexity_share * noise_ratio(candidates.fits[0])
-    return min(
-        [leading, *simpler], key=lambda k: noise_ratio(candidates.fits[k]) + price * float(complexity[k])
+def _remainder(candidates: Candidates, named: int, flexible: LeftOut) -> Remainder | None:
+    """What a network predicts beyond the named candidate, and the place of the best further effect."""
+    with_network = Candidates((*candidates.predictions, flexible), candidates.thresholds)
+    network = len(candidates.fits)
+    if not with_network.beats(network, named, candidates.thresholds.exchanged_rest):
+        return None
+    left = with_network.remaining**2
+    own = candidates.fits[named].hypothesis.key
+    further = [k for k, f in enumerate(candidates.fits) if own < f.hypothesis.key]
+    best = min(further, key=lambda k: float(left[k]), default=None)
+    more = () if best is None else candidates.fits[best].hypothesis.effects
+    places = [e.place for e in more if e.key not in own]
+    return Remainder(
+        share=float(left[named]),
+        predictable=float(left[named] - left[network]),
+        place=places[0] if places else None,
     )
-
-
-def gap_explained(
-    known: FittedHypothesis, fitted: FittedHypothesis, thresholds: Thresholds = DEFAULT_THRESHOLDS
-) -> bool:
-    """Return whether only noise remains, or a small share of the gap of the known physics.
-
-    Args:
-        known: fit of the known physics.
-        fitted: fit of the named candidate.
-        thresholds: `above_floor` and `above_floor_share` are used.
-    """
-    least = max(thresholds.above_floor, thresholds.above_floor_share * noise_ratio(known))
-    return noise_ratio(fitted) <= least
 
 
 def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[Added, ...]]:
@@ -95,46 +100,14 @@ def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[
     """
     own = candidates.fits[named].hypothesis.effects
     found: dict[int, dict[tuple[str, str], Added]] = {k: {} for k in range(len(own))}
-    for other in np.argsort(candidates.losses.sum(1)).tolist():
-        swapped = _swapped(own, candidates.fits[other].hypothesis.effects)
-        if swapped is not None and _equal(candidates, named, other):
+    for other in np.argsort(candidates.remaining).tolist():
+        swapped = exchanged(own, candidates.fits[other].hypothesis.effects)
+        if swapped is not None and candidates.alike(named, other):
             k, effect = swapped
             if _channel(effect) != _channel(own[k]) and len(found[k]) < candidates.thresholds.most_equal:
                 found[k].setdefault(_channel(effect), effect)
     return {k: tuple(others.values()) for k, others in found.items()}
 
 
-def _verdict(candidates: Candidates, named: int) -> Verdict:
-    chosen = candidates.fits[named]
-    if not gap_explained(candidates.fits[0], chosen, candidates.thresholds):
-        return "unknown"
-    return "effect" if chosen.hypothesis.effects else "no_gap"
-
-
-def _equal(candidates: Candidates, named: int, other: int) -> bool:
-    """Whether the losses of two candidates cannot be told apart, experiment by experiment."""
-    limits, complexity = candidates.thresholds, candidates.complexity
-    worse = candidates.losses[other] - candidates.losses[named]
-    if complexity[other] > complexity[named] + limits.same_complexity:
-        return bool(worse.sum() < -limits.better_loss)
-    deviation = np.std(worse, ddof=1) / np.sqrt(len(worse)) if len(worse) > 1 else np.inf
-    mixed = (
-        worse.mean() < limits.mixed_t * deviation
-        and worse.sum() < limits.mixed_loss_per_value * candidates.count
-    )
-    equal = max(limits.equal_loss, limits.equal_loss_per_value * candidates.count)
-    return bool(mixed or worse.sum() < equal)
-
-
 def _channel(effect: Added) -> tuple[str, str]:
     return effect.family, effect.place.channel
-
-
-def _swapped(own: Sequence[Added], others: Sequence[Added]) -> tuple[int, Added] | None:
-    """The number of the one effect of `own` that another one replaces among `others`, and that other one."""
-    mine, theirs = ({(e.family, e.variant, e.place): e for e in es} for es in (own, others))
-    gone, new = mine.keys() - theirs.keys(), theirs.keys() - mine.keys()
-    if len(own) != len(others) or len(gone) != 1:
-        return None
-    effect = mine[next(iter(gone))]
-    return list(own).index(effect), theirs[next(iter(new))]

@@ -45,6 +45,7 @@ class Fit:
         simulations: number of simulated parameter sets.
         substeps: integration steps per sample.
         converged: whether the loss stopped falling before the iterations were used up.
+        normal: normal equations at the result.
     """
 
     values: Mapping[str, float]
@@ -60,6 +61,7 @@ class Fit:
     simulations: int
     substeps: int
     converged: bool
+    normal: NormalEquations
 
 
 def fit_parameters(
@@ -143,6 +145,7 @@ def _result(descent: Descent, simulations: int) -> Fit:
         simulations=simulations + errors.simulations + 1,
         substeps=errors.substeps,
         converged=descent.converged and bool(np.mean(np.abs(r) >= errors.largest) < 0.5),
+        normal=normal,
     )
 
 

@@ -19,6 +19,7 @@ from unmodelled.diagnosis.data.gap import (
     Off,
     steps_of,
 )
+from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import Deviation, errors, substeps_needed
@@ -63,6 +64,7 @@ def free_runs(
     found = simulation(values, substeps=substeps)
     error = errors(found, recording.scale)
     deviation, least = Deviation.of(recording, error**2), floor(simulation, values, substeps)
+    without_model = persistence(recording)
     whole = Recording.whole(logs, runs, latest, recording.sensors)
     units, about = _units(simulation, found, whole, simulation.over(whole)(values, substeps=substeps))
     return Gap(
@@ -71,6 +73,7 @@ def free_runs(
         per_output=deviation.per_output,
         floor=least.value,
         floors=least.per_experiment,
+        persistence=without_model,
         scale=dict(zip(logs.outputs, recording.scale.tolist(), strict=True)),
         units=units,
         substeps=substeps,
@@ -78,6 +81,7 @@ def free_runs(
         notes=(
             *_about_horizon(logs, horizon, runs),
             *_about_errors(recording, error),
+            *_about_persistence(deviation.value, without_model),
             *filter(None, [unconverged]),
             *about,
         ),
@@ -145,6 +149,16 @@ def _about_errors(recording: Recording, error: Array) -> list[str]:
         f"{LARGEST_ERROR:g} standard deviations off, and count as {LARGEST_ERROR:g}"
         for name, count in zip(recording.logs.outputs, beyond.tolist(), strict=True)
         if count
+    ]
+
+
+def _about_persistence(value: float, without_model: float) -> list[str]:
+    if value <= without_model:
+        return []
+    return [
+        f"free runs are further off ({value:.3g} standard deviations) than persistence "
+        f"({without_model:.3g}), the prediction that every output keeps its value or its speed: check units, "
+        "signs and parameters"
     ]
 
 

@@ -62,6 +62,19 @@ class Hypothesis:
         added = effect.add(self.system, place, self.study.scales)
         return Hypothesis(self.study, added.system, (*self.effects, added))
 
+    def without(self, gone: Added) -> Hypothesis:
+        """Return the hypothesis without one of its effects.
+
+        Args:
+            gone: effect of the hypothesis.
+        """
+        library = {(e.family, e.variant): e for e in effects()}
+        found = Hypothesis.known(self.study)
+        for added in self.effects:
+            if added is not gone:
+                found = found.plus(library[added.family, added.variant], added.place)
+        return found
+
     def __str__(self) -> str:
         return " and ".join(
             ["the known physics", *(f"{e.family} at {e.place.channel}" for e in self.effects)]
@@ -70,7 +83,7 @@ class Hypothesis:
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:
         """Return family, variant and place of every effect."""
-        return frozenset((e.family, e.variant, e.place) for e in self.effects)
+        return frozenset(e.key for e in self.effects)
 
     @property
     def is_local(self) -> bool:
@@ -82,9 +95,7 @@ class Hypothesis:
         """Return the key of the hypothesis whose last effect acts in all experiments."""
         *others, last = self.effects
         everywhere = replace(last.place, factor=None, level=None)
-        return frozenset(
-            [*((e.family, e.variant, e.place) for e in others), (last.family, last.variant, everywhere)]
-        )
+        return frozenset([*(e.key for e in others), (last.family, last.variant, everywhere)])
 
     @property
     def complexity(self) -> float:

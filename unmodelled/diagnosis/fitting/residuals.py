@@ -53,9 +53,21 @@ class Errors:
             z: vectors (sets, entries).
             moved: corrections (windows, sets, measured states) of the initial states, in `sigma`.
         """
+        return self.of_numbers(self.unknowns.numbers(z), moved)
+
+    def of_numbers(self, numbers: Array, moved: Array) -> Array:
+        """Return the errors of parameter sets, as `__call__` does of vectors.
+
+        Args:
+            numbers: parameter sets, shape (experiments, sets, numbers).
+            moved: corrections of the initial states, shape (windows, sets, measured states), in `sigma`.
+
+        Returns:
+            Errors, shape (windows, sets, most steps, outputs), in standard deviations of the sensor noise.
+        """
         recording = self.simulation.recording
-        runs = self.simulation(self.unknowns.numbers(z), moved * self.sigma[:, None], self.substeps)
-        self.simulations += len(z)
+        runs = self.simulation(numbers, moved * self.sigma[:, None], self.substeps)
+        self.simulations += numbers.shape[1]
         r = error_kernels.cut_errors(runs.y, runs.measured, recording.noise, self.largest, recording.steps)
         return np.asarray(r)
 

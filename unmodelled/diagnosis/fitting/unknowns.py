@@ -47,6 +47,23 @@ class Unknown:
         width = high - low if np.isfinite(high - low) else 1.0
         return cls(parameter.name, low, high, abs(parameter.value) or 0.1 * width)
 
+    def bound(self, value: float, share: float) -> float | None:
+        """Return the bound that a value has reached, None where it is within the bounds.
+
+        Args:
+            value: value, SI.
+            share: distance up to which a bound counts as reached, as a share of the bound or of the plausible
+                size, and at most of the width.
+
+        Examples:
+            >>> Unknown("b", 0.0, 0.1, 0.03).bound(1e-9, 1e-3), Unknown("b", 0.0, 0.1, 0.03).bound(0.02, 1e-3)
+            (0.0, None)
+        """
+        for end in (self.low, self.high):
+            if abs(value - end) <= share * min(self.high - self.low, max(abs(end), self.scale)) < np.inf:
+                return end
+        return None
+
 
 @dataclass(frozen=True)
 class Unknowns:

@@ -1,21 +1,72 @@
-"""Fitted candidates on one scale: losses per experiment, penalty for complexity, and which one leads.
-
-Thresholds are relative to the noise of the sensors, not to the gap, which can be many times as large.
-"""
+"""Fitted candidates on one scale: how well each predicts experiments that took no part in its fit."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.residuals import TUNING
+from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
+from unmodelled.effects.added import Added
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+#: Parts up to which all changes of signs are counted; of more parts, so many random ones.
+EXACT, DRAWN = 12, 4096
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The difference between the scores of two candidates over left-out parts.
+
+    Attributes:
+        mean: mean difference, nats; positive if the second candidate predicts better.
+        error: standard error of the mean.
+        chance: probability of so large a mean if the sign of every difference were chance (sign-flip test).
+            It does not ask for a normal distribution: a law that acts in some parts only has few large gains.
+    """
+
+    mean: float
+    error: float
+    chance: float
+
+    @classmethod
+    def of(cls, differences: Array) -> Comparison:
+        """Compare paired scores.
+
+        Args:
+            differences: difference of the scores of every part, shape (parts,).
+        """
+        count, total = len(differences), float(differences.sum())
+        error = float(differences.std(ddof=1) / np.sqrt(count)) if count > 1 else np.inf
+        flipped = _signs(count) @ differences
+        chance = float(np.mean(flipped >= total - 1e-9 * np.abs(differences).sum()))
+        return cls(total / count, error, chance)
+
+    def is_significant(self, level: float) -> bool:
+        """Return whether the difference is positive beyond chance.
+
+        Args:
+            level: probability that a difference by chance is not called positive.
+        """
+        return self.mean > 0.0 and self.chance <= 1.0 - level
+
+
+@cache
+def _signs(parts: int) -> Array:
+    """Signs (changes, parts) of differences, as measured first."""
+    if parts <= EXACT:
+        return np.array(list(product((1.0, -1.0), repeat=parts)))
+    drawn = np.random.default_rng(0).choice([1.0, -1.0], (DRAWN, parts))
+    return np.vstack([np.ones(parts), drawn])
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,31 +74,46 @@ class Candidates:
     """Hypotheses that were fitted to the same recording.
 
     Attributes:
-        fits: fitted hypotheses; the first is the known physics.
-        thresholds: thresholds of the ranking.
+        predictions: left-out predictions of fitted hypotheses; the first is the known physics.
+        thresholds: thresholds of the comparison.
     """
 
-    fits: tuple[FittedHypothesis, ...]
+    predictions: tuple[LeftOut, ...]
     thresholds: Thresholds = DEFAULT_THRESHOLDS
-
-    @cached_property
-    def losses(self) -> Array:
-        """Return Huber's loss of every candidate in every experiment.
-
-        Errors are in units of the smallest robust spread that any candidate leaves; the loss includes how
-        unlikely the fitted initial states are.
-
-        Returns:
-            Negative logarithm of a likelihood, shape (candidates, experiments).
-        """
-        scale = np.min([f.spread for f in self.fits], axis=0)
-        return np.stack([_losses(f, scale) for f in self.fits])
+    _compared: dict[tuple[int, int], Comparison] = field(default_factory=dict, init=False, repr=False)
 
     @property
-    def count(self) -> int:
-        """Return the number of compared values: samples times outputs."""
-        recording = self.fits[0].recording
-        return int(recording.steps.sum()) * len(recording.noise)
+    def fits(self) -> tuple[FittedHypothesis, ...]:
+        """Return the fitted hypotheses."""
+        return tuple(prediction.fitted for prediction in self.predictions)
+
+    @cached_property
+    def part(self) -> Indices:
+        """Return the part, shape (windows,), of every window that candidates are compared by."""
+        return parts(self.predictions[0].fitted.recording)
+
+    @cached_property
+    def _by_output(self) -> Array:
+        """Scores, shape (candidates, parts, outputs), nats."""
+        return np.stack([prediction.scores(self.part) for prediction in self.predictions])
+
+    @cached_property
+    def scores(self) -> Array:
+        """Return the scores of all candidates, shape (candidates, parts), nats."""
+        return np.asarray(self._by_output.mean(2))
+
+    @cached_property
+    def remaining(self) -> Array:
+        """Return the error of every candidate, shape (candidates,), relative to that of the known physics.
+
+        It is the root mean square error of left-out predictions, the geometric mean over parts and outputs.
+        """
+        return np.asarray(np.exp(0.5 * (self.scores - self.scores[0]).mean(1)))
+
+    @cached_property
+    def _errors(self) -> Array:
+        """The same for every output, shape (candidates, outputs)."""
+        return np.asarray(np.exp(0.5 * (self._by_output - self._by_output[0]).mean(1)))
 
     @cached_property
     def complexity(self) -> Array:
@@ -55,92 +121,129 @@ class Candidates:
         return np.array([f.hypothesis.complexity for f in self.fits])
 
     @cached_property
-    def penalised(self) -> Array:
-        """Return loss plus penalty, shape (candidates,); the smallest is the best."""
-        penalty = self.thresholds.penalty * self.count * self.complexity
-        return np.asarray(self.losses.sum(1) + penalty)
+    def effects(self) -> Indices:
+        """Return the number, shape (candidates,), of effects of every candidate."""
+        return np.array([len(f.hypothesis.effects) for f in self.fits])
+
+    @cached_property
+    def own(self) -> NDArray[np.bool_]:
+        """Return which candidates, shape (candidates,), have numbers of single experiments."""
+        return np.array([bool(f.fit.own) for f in self.fits])
+
+    def gain(self, before: int, after: int) -> Comparison:
+        """Compare the predictions of two candidates.
+
+        Where one of them has an effect at one level of a factor that the other one has not, only experiments
+        of this level are compared, in blocks.
+
+        Args:
+            before: number of the first candidate.
+            after: number of the second candidate; a positive mean says that it predicts better.
+        """
+        if (before, after) not in self._compared:
+            group = self._group(before, after)
+            one, two = (
+                self.scores[k] if group is None else self.predictions[k].score(group) for k in (before, after)
+            )
+            self._compared[before, after] = Comparison.of(one - two)
+        return self._compared[before, after]
+
+    def beats(self, one: int, other: int, rest: float | None = None) -> bool:
+        """Return whether a candidate predicts better by more than chance and by a material amount.
+
+        It is material to lower the error of an output by a share of the known physics' error, or of what is
+        left: an effect at one of six joints matters to the outputs of this joint. One more effect is a claim
+        of its own and must lower what is left by more than another effect in its place. Numbers of single
+        experiments, which absorb any structure, must lower what is left.
+
+        Args:
+            one: number of the candidate that may be better.
+            other: number of the other candidate.
+            rest: material share of what is left, default `further_rest` for more effects, else
+                `exchanged_rest`.
+        """
+        limits, (after, before) = self.thresholds, self._errors[[one, other]]
+        if self.remaining[one] >= self.remaining[other]:
+            return False
+        if rest is None:
+            further = self.effects[one] > self.effects[other]
+            rest = limits.further_rest if further else limits.exchanged_rest
+        lower = (1.0 - after / before) / rest
+        if not self.own[one]:
+            lower = np.maximum(lower, (before - after) / limits.material_share)
+        return bool(lower.max() >= 1.0) and self.gain(other, one).is_significant(limits.level)
+
+    def named(self) -> int:
+        """Return the number of the candidate to name: the simplest one that no other candidate beats.
+
+        Numbers of single experiments are named only if they beat it.
+        """
+        law = self._simplest(np.flatnonzero(~self.own).tolist())
+        better = [k for k in np.flatnonzero(self.own).tolist() if self.beats(k, law)]
+        return self._simplest(better) if better else law
+
+    def _simplest(self, among: Sequence[int]) -> int:
+        """The simplest one that none of the others beats."""
+        best = sorted(among, key=lambda k: float(self.remaining[k]))
+        order = sorted(best, key=lambda k: float(self.complexity[k]))
+        return next(k for k in order if not any(self.beats(other, k) for other in best))
 
     def ranked(self, effects: int) -> list[int]:
         """Return the numbers of the candidates with so many effects, the best first.
-
-        While a large gap remains, the penalty is larger: a complex effect may stand in for a missing one.
 
         Args:
             effects: number of effects.
         """
         mine = [k for k, f in enumerate(self.fits) if len(f.hypothesis.effects) == effects]
-        missing = min((max(noise_ratio(self.fits[k]), 0.0) for k in mine), default=0.0)
-        factor = min(1.0 + missing, self.thresholds.largest_penalty_factor)
-        price = self.thresholds.penalty * self.count * factor
-        return sorted(mine, key=lambda k: float(self.losses[k].sum() + price * self.complexity[k]))
+        return sorted(mine, key=lambda k: float(self.remaining[k]))
 
-    def pays(self, now: int, more: int) -> bool:
-        """Return whether a candidate with one effect more is significantly better.
+    def alike(self, named: int, other: int) -> bool:
+        """Return whether the data cannot tell a candidate from the named one, which is not simpler.
+
+        A more complex candidate, such as one that contains the named law, is no other explanation.
 
         Args:
-            now: number of the candidate.
-            more: number of the candidate with one effect more.
+            named: number of the named candidate.
+            other: number of the other candidate.
         """
-        limits = self.thresholds
-        saved = float(self.losses[now].sum() - self.losses[more].sum())
-        least = limits.significant_loss + limits.significant_loss_per_complexity * self.complexity[more]
-        if saved < least:
+        if self.complexity[other] > self.complexity[named] + self.thresholds.same_complexity:
             return False
-        if not self.fits[now].hypothesis.effects:
-            return True
-        before = noise_ratio(self.fits[now])
-        gained = before - noise_ratio(self.fits[more])
-        return bool(
-            self.penalised[more] < self.penalised[now]
-            and not self.at_floor(self.fits[now])
-            and gained > limits.further_share * before
-        )
+        found = self.gain(other, named)
+        return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
-    def leading(self) -> int:
-        """Return the number of the candidate that explains the errors best for its complexity.
-
-        Effects are added as long as that pays. Then a simpler candidate, of any number of effects, takes the
-        place of one that explains no more than its complexity is worth.
-        """
-        now = self._grown()
-        if not self.fits[now].hypothesis.effects:
-            return now
-        simpler = [k for k in range(1, len(self.fits)) if self.complexity[k] < self.complexity[now]]
-        return min([now, *simpler], key=lambda k: float(self.penalised[k]))
-
-    def at_floor(self, fitted: FittedHypothesis) -> bool:
-        """Return whether too little remains for one more effect; a third effect needs more than a second.
-
-        Args:
-            fitted: fitted candidate.
-        """
-        few = len(fitted.hypothesis.effects) < 2
-        return noise_ratio(fitted) <= (self.thresholds.at_floor if few else self.thresholds.above_floor)
-
-    def _grown(self) -> int:
-        now = 0
-        while more := self.ranked(len(self.fits[now].hypothesis.effects) + 1):
-            if not self.pays(now, more[0]):
-                break
-            now = more[0]
-        return now
+    def _group(self, before: int, after: int) -> Indices | None:
+        """Blocks of the experiments at the levels that only one of the candidates has effects at."""
+        one, two = (self.fits[k].hypothesis for k in (before, after))
+        different = one.key ^ two.key
+        levels = {place for _, _, place in different if place.factor is not None}
+        if not levels or len(levels) < len(different) - 1:
+            return None
+        recording = self.predictions[0].fitted.recording
+        table = recording.logs.experiments
+        members = np.zeros(len(table), bool)
+        for place in levels:
+            members |= (table[place.factor] == place.level).to_numpy()
+        inside = members[recording.owner]
+        if not inside.any():
+            return None
+        group = np.full(len(inside), -1, np.int64)
+        group[inside] = parts(recording.among(np.flatnonzero(members).tolist()))
+        return group if group.max() > 0 else None
 
 
-def noise_ratio(fitted: FittedHypothesis) -> float:
-    """Return the mean square of the remaining errors, in variances of the sensor noise, less one.
+def exchanged(own: Sequence[Added], others: Sequence[Added]) -> tuple[int, Added] | None:
+    """Return the one effect that another candidate exchanges.
 
     Args:
-        fitted: fitted candidate.
+        own: effects of a candidate.
+        others: effects of the other candidate.
+
+    Returns:
+        Number of the exchanged effect in `own`, and the effect in its place; None where more differ.
     """
-    noise = fitted.recording.noise / fitted.recording.scale
-    left = np.array(list(fitted.fit.left.per_output.values()))
-    return float(np.mean((left / noise) ** 2)) - 1.0
-
-
-def _losses(fitted: FittedHypothesis, scale: Array) -> Array:
-    r, moved = fitted.errors
-    size = np.abs(r) / scale
-    each = np.where(size <= TUNING, 0.5 * size**2, TUNING * (size - 0.5 * TUNING)).sum((1, 2))
-    each += 0.5 * np.sum(moved**2, axis=1)
-    owner = fitted.recording.owner
-    return np.array([each[owner == i].sum() for i in sorted(fitted.recording.runs)])
+    mine, theirs = ({e.key: e for e in es} for es in (own, others))
+    gone, new = mine.keys() - theirs.keys(), theirs.keys() - mine.keys()
+    if len(own) != len(others) or len(gone) != 1:
+        return None
+    effect = mine[next(iter(gone))]
+    return list(own).index(effect), theirs[next(iter(new))]

@@ -1,4 +1,4 @@
-"""The search for effects: fits of the candidates that a screen finds promising, up to three effects."""
+"""The search for effects: candidates are grown effect by effect and judged by left-out experiments."""
 
 from __future__ import annotations
 
@@ -10,18 +10,33 @@ import numpy as np
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.effects.added import Added
 
+Key = frozenset[object]
+
 #: Simulated samples of a screen and of a fit, about: a budget of time.
-SCREENED, FITTED = 6000, 20_000
-#: At each depth: candidates that an effect is added to, and fits on top of each: a budget.
-DEPTHS = (1, 14), (2, 5), (1, 5)
-#: Rounds in which effects of the leading candidate are exchanged, and fits for each effect: a budget.
-EXCHANGES, EXCHANGED = 2, 4
+SCREENED, FITTED = 4000, 20_000
+#: Iterations of a fit that only ranks candidates: a budget.
+SCOUTING = 6
+#: Largest number of effects.
+MOST_EFFECTS = 5
+#: Number of effects up to which a further one is tried although fewer predict no better than none: of two
+#: effects of the same size, neither need predict better alone.
+FEWEST_TRIED = 1
+#: Candidates that an effect is added to; families and places of which two laws each are fitted on few windows
+#: (the first time: every effect at every place); candidates that are fitted fully then, and the first time.
+PARENTS, SCOUTED, FITTED_EACH, FITTED_FIRST = 2, 10, 5, 12
+#: Levels of factors that are fitted on few windows the first time.
+SCOUTED_LEVELS = 6
+#: Fits for each effect that is exchanged, and with numbers of single experiments.
+EXCHANGED, FITTED_OWN = 2, 3
 #: A shape with so many starting values has many optima; the best one is searched among these multiples.
 ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
+#: Blocks of an experiment with numbers of its own: one is predicted with the numbers of the other.
+HALVES = 2
 
 
 @dataclass
@@ -32,17 +47,15 @@ class EffectSearch:
         study: inputs of the diagnosis.
         workers: number of threads, default 1.
         progress: function that is called with a line of text at each step.
-        fits: fitted hypotheses by key, the known physics first.
+        found: left-out predictions of fitted hypotheses by key, the known physics first.
         screens: screened candidates on top of a fitted hypothesis, by its key.
-        widened: keys of effects at one level that were also fitted in all experiments.
     """
 
     study: Study
     workers: int = 1
     progress: Callable[[str], None] = lambda _: None
-    fits: dict[frozenset[object], FittedHypothesis] = field(default_factory=dict)
-    screens: dict[frozenset[object], list[Screened]] = field(default_factory=dict)
-    widened: set[frozenset[object]] = field(default_factory=set)
+    found: dict[Key, LeftOut] = field(default_factory=dict)
+    screens: dict[Key, list[Screened]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -50,36 +63,38 @@ class EffectSearch:
         length = float(recording.steps.mean())
         self.fitted = recording.thinned(max(8, round(FITTED / length)))
         self.screened = self.fitted.thinned(max(8, round(SCREENED / length)))
-        base = FittedHypothesis.of(Hypothesis.known(self.study), self.fitted)
-        self.fits[base.hypothesis.key] = base
+        self._keep(FittedHypothesis.of(Hypothesis.known(self.study), self.fitted))
 
     @property
     def base(self) -> FittedHypothesis:
         """Return the known physics with its uncertain parameters fitted."""
-        return self.fits[frozenset()]
+        return self.found[frozenset()].fitted
 
     @property
     def candidates(self) -> Candidates:
         """Return all fits so far, on one scale."""
-        return Candidates(tuple(self.fits.values()), self.study.thresholds)
+        return Candidates(tuple(self.found.values()), self.study.thresholds)
 
     def run(self) -> Candidates:
-        """Add effects as long as they pay and more than noise remains.
+        """Add effects as long as they predict left-out experiments better, exchange and remove effects.
+
+        Numbers of single experiments come last: they absorb any structure.
 
         Returns:
             All fitted candidates.
         """
-        for depth, (parents, count) in enumerate(DEPTHS):
+        for effects in range(MOST_EFFECTS):
             candidates = self.candidates
-            named = candidates.fits[candidates.leading()]
-            if len(named.hypothesis.effects) < depth or (depth and self._settled(named)):
+            named = candidates.named()
+            if effects > max(len(candidates.fits[named].hypothesis.effects), FEWEST_TRIED):
                 break
-            for parent in (candidates.fits[k] for k in candidates.ranked(depth)[:parents]):
-                found = self.screen(parent)
-                self.progress(f"fit effects on top of {parent.hypothesis}")
-                self.fit(_promising(found, count))
-                self._widen()
-        return self._exchanged()
+            rivals = [k for k in candidates.ranked(effects) if k != named]
+            for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if effects else 1]):
+                self._grow(parent)
+        self._exchange()
+        self._remove()
+        self._own()
+        return self.candidates
 
     def screen(self, base: FittedHypothesis) -> list[Screened]:
         """Return all candidates with one effect more, the most promising first.
@@ -93,49 +108,56 @@ class EffectSearch:
             self.screens[key] = screen(base, self.screened, self.workers)
         return self.screens[key]
 
-    def _settled(self, named: FittedHypothesis) -> bool:
-        """Whether only noise remains, and no much simpler candidate is to be expected."""
-        simple = named.hypothesis.complexity <= self.study.thresholds.simple_complexity
-        return simple and self.candidates.at_floor(named)
+    def _grow(self, parent: FittedHypothesis) -> None:
+        first = not parent.hypothesis.effects
+        found = [s for s in self.screen(parent) if s.key not in self.found and not s.is_own]
+        chosen = _broad(found) if first else _promising(found, SCOUTED)
+        self.progress(f"fit effects on top of {parent.hypothesis}")
+        self.fit(self._scout(chosen)[: FITTED_FIRST if first else FITTED_EACH])
+        self._widen()
 
-    def _exchanged(self) -> Candidates:
-        """Exchange each effect of the leading candidate: it may have stood in for a later effect."""
-        for _ in range(EXCHANGES):
-            candidates = self.candidates
-            effects = candidates.fits[candidates.leading()].hypothesis.effects
-            for gone in effects if len(effects) > 1 else ():
-                before = self.base.hypothesis
-                for effect in (e for e in effects if e is not gone):
-                    before = self.fitted_with(before, effect).hypothesis
-                self.fit(_promising(self.screen(self.fits[before.key]), EXCHANGED))
-        return self.candidates
+    def _own(self) -> None:
+        """Add numbers of single experiments to the named candidate."""
+        named = self.candidates.fits[self.candidates.named()]
+        if len(named.recording.runs) > 1:
+            own = [s for s in self.screen(named) if s.is_own]
+            self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
 
-    def fit(self, candidates: Iterable[Screened]) -> None:
+    def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Mapping[str, float]]]:
+        """Rank candidates by left-out predictions of short fits to few windows.
+
+        Of the laws of a family at a place, the best and the simplest one stay.
+        """
+        with threads_of(self.workers) as pool:
+            scouts = list(pool.map(self._short, chosen))
+        order = np.argsort([scout.score().mean() for scout in scouts]).tolist()
+        families: dict[object, list[int]] = {}
+        for k in order:
+            families.setdefault(_kind(chosen[k]), []).append(k)
+        kept = {k for laws in families.values() for k in (laws[0], min(laws, key=lambda n: _cost(chosen[n])))}
+        return [(chosen[k], scouts[k].fitted.fit.values) for k in order if k in kept]
+
+    def _short(self, candidate: Screened) -> LeftOut:
+        substeps = candidate.base.fit.substeps
+        fitted = FittedHypothesis.of(
+            candidate.hypothesis, self.screened, candidate.starts, SCOUTING, substeps
+        )
+        return self.left_out(fitted)
+
+    def fit(self, candidates: Iterable[tuple[Screened, Mapping[str, float]]]) -> None:
         """Fit candidates that were not fitted yet.
 
         Args:
-            candidates: screened candidates.
+            candidates: screened candidates with values to start from.
         """
-        new = {c.key: c for c in candidates if c.key not in self.fits}
+        new = {c.key: (c, start) for c, start in candidates if c.key not in self.found}
         with threads_of(self.workers) as pool:
-            for fitted in pool.map(self._fit, new.values()):
-                self.fits[fitted.hypothesis.key] = fitted
+            for fitted in pool.map(lambda one: self._fit(*one), new.values()):
+                self._keep(fitted)
 
-    def _widen(self) -> None:
-        """Repeat the fit of an effect in all experiments from the result of its fit at one level.
-
-        Where an effect explains more at one level than in all experiments, the latter fit may have found a
-        local optimum.
-        """
-        for local in [f for f in self.fits.values() if f.hypothesis.effects and f.hypothesis.is_local]:
-            wide = self.fits.get(local.hypothesis.widened)
-            if wide is None or local.hypothesis.key in self.widened:
-                continue
-            self.widened.add(local.hypothesis.key)
-            self.fits[wide.hypothesis.key] = self._again(wide, [local.fit.values])
-
-    def _fit(self, candidate: Screened) -> FittedHypothesis:
-        fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, candidate.starts)
+    def _fit(self, candidate: Screened, start: Mapping[str, float]) -> FittedHypothesis:
+        substeps = candidate.base.fit.substeps
+        fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, [start], substeps=substeps)
         shapes = candidate.hypothesis.effects[-1].shapes
         rough = next((name for name, values in shapes.items() if len(values) >= ROUGH), None)
         if rough is None:
@@ -145,29 +167,99 @@ class EffectSearch:
 
     def _again(self, fitted: FittedHypothesis, starts: Sequence[Mapping[str, float]]) -> FittedHypothesis:
         """Fit again from other starts; return the better fit."""
-        tries = Candidates((fitted, FittedHypothesis.of(fitted.hypothesis, self.fitted, starts)))
-        return tries.fits[int(np.argmin(tries.losses.sum(1)))]
+        tried = FittedHypothesis.of(fitted.hypothesis, self.fitted, starts, substeps=fitted.fit.substeps)
+        return tried if tried.fit.left.value < fitted.fit.left.value else fitted
 
-    def fitted_with(self, before: Hypothesis, added: Added) -> FittedHypothesis:
-        """Return the fit of a hypothesis with an effect of another hypothesis.
+    def left_out(self, fitted: FittedHypothesis) -> LeftOut:
+        """Predict every experiment with numbers that were fitted without it.
+
+        An experiment with numbers of its own is predicted by halves.
 
         Args:
-            before: hypothesis that was fitted.
-            added: effect of another hypothesis.
+            fitted: fitted hypothesis.
         """
-        key = before.key | {(added.family, added.variant, added.place)}
-        if key not in self.fits:
-            found = self.screen(self.fits[before.key])
-            self.fit(s for s in found if s.key == key)
-        return self.fits[key]
+        own = bool(fitted.fit.own)
+        runs = len(fitted.recording.runs)
+        return LeftOut.of(fitted, parts(fitted.recording, HALVES * runs) if own else None)
+
+    def _keep(self, fitted: FittedHypothesis) -> None:
+        self.found[fitted.hypothesis.key] = self.left_out(fitted)
+
+    def _widen(self) -> None:
+        """Repeat the fit of an effect in all experiments from the result of its fit at one level.
+
+        Where an effect explains more at one level than in all experiments, the latter fit may have found a
+        local optimum.
+        """
+        fits = [prediction.fitted for prediction in self.found.values()]
+        for local in [f for f in fits if f.hypothesis.effects and f.hypothesis.is_local]:
+            wide = self.found.get(local.hypothesis.widened)
+            if wide is not None and wide.score().mean() > self.found[local.hypothesis.key].score().mean():
+                self._keep(self._again(wide.fitted, [local.fit.values]))
+
+    def _exchange(self) -> None:
+        """Exchange each effect of the named candidate: it may have stood in for a later effect."""
+        candidates = self.candidates
+        named = candidates.fits[candidates.named()]
+        effects = named.hypothesis.effects
+        for gone in effects if len(effects) > 1 else ():
+            before = self.without(named, gone)
+            found = [s for s in self.screen(before) if s.key not in self.found and not s.is_own]
+            self.fit(self._scout(_promising(found, SCOUTED))[:EXCHANGED])
+
+    def _remove(self) -> None:
+        """Fit the named candidate without each of its effects: each must pay."""
+        while True:
+            candidates = self.candidates
+            named = candidates.fits[candidates.named()]
+            keys = set(self.found)
+            for gone in named.hypothesis.effects:
+                self.without(named, gone)
+            if keys == set(self.found):
+                break
+
+    def without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
+        """Return the fit of a hypothesis without one of its effects.
+
+        Args:
+            fitted: fitted hypothesis.
+            gone: effect to remove.
+        """
+        key = fitted.hypothesis.key - {gone.key}
+        if key not in self.found:
+            smaller = fitted.hypothesis.without(gone)
+            self._keep(FittedHypothesis.of(smaller, self.fitted, [fitted.fit.values]))
+        return self.found[key].fitted
+
+
+def _broad(found: Sequence[Screened]) -> list[Screened]:
+    """Every effect at every place, and the most promising ones at levels of factors."""
+    local = [one for one in found if one.place.factor is not None and one.gain > 0.0]
+    return [*(one for one in found if one.place.factor is None), *local[:SCOUTED_LEVELS]]
 
 
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
-    """The first candidates; an effect at one level is compared with the same effect in all experiments."""
-    first = [s for s in found if s.gain > 0.0][:count]
+    """The most promising families and places, so many and two laws of each: variants of one law are alike.
+
+    An effect at one level is compared with the same effect in all experiments.
+    """
+    families: dict[object, list[Screened]] = {}
+    for one in found:
+        if one.gain > 0.0:
+            families.setdefault(_kind(one), []).append(one)
+    first = [one for laws in list(families.values())[:count] for one in laws[:2]]
     local = {_everywhere(s) for s in first if s.place.factor is not None}
-    more = [s for s in found[count:] if s.place.factor is None and _everywhere(s) in local]
+    chosen = {one.key for one in first}
+    more = [s for s in found if s.place.factor is None and _everywhere(s) in local and s.key not in chosen]
     return [*first, *more]
+
+
+def _cost(screened: Screened) -> float:
+    return screened.effect.complexity
+
+
+def _kind(screened: Screened) -> tuple[str, object]:
+    return screened.effect.family, screened.place
 
 
 def _everywhere(screened: Screened) -> tuple[str, str, str]:

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different, duplicates
+from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.log_questions import NO_EFFECT, Question, clocks, constants, questions
+from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
@@ -123,10 +125,12 @@ def _suspects(trials: Trials, copied: Sequence[Copy]) -> Iterator[_Suspect]:
             suspect = _only(question, runs, steps, before, after)
             if suspect.explains > trials.thresholds.suspect_share and _possible(trials, suspect):
                 yield suspect
-    if before.sum() > trials.coasting(steps).sum():  # else its clock cannot be a thousand times off
+    if before.sum() > trials.persistence(steps).sum():  # else its clock cannot be a thousand times off
+        # a right clock, a thousand times faster, would make one window of every experiment; the number of
+        # samples of the default horizon does not depend on the clock
+        most = min(steps_of(default_horizon(logs, trials.sensors), logs), QUESTION_SAMPLES // len(logs))
         for question in clocks(trials.system, logs):
-            # a right clock, a thousand times faster, would make one window of every experiment
-            steps = min(trials.steps(question.correction), max(1, QUESTION_SAMPLES // len(logs)))
+            steps = min(trials.steps(question.correction), max(1, most))
             before, after = (trials.square(c, steps) for c in (trials.none, question.correction))
             yield _Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
 
@@ -174,7 +178,7 @@ def _possible(trials: Trials, suspect: _Suspect) -> bool:
 
 def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
     """Suspects that leave next to the least, in the order of the questions: the first is the simplest."""
-    left = [s.after.sum() / trials.coasting(s.steps).sum() for s in right]
+    left = [s.after.sum() / trials.persistence(s.steps).sum() for s in right]
     return [
         s
         for s, each in zip(right, left, strict=True)
@@ -191,8 +195,8 @@ def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
 def _good(trials: Trials, suspect: _Suspect) -> bool:
     """Whether the corrected model predicts what the machine does, rather than being less wrong."""
     left = float(suspect.after[suspect.runs].sum())
-    coasting = trials.coasting(suspect.steps)[suspect.runs].sum()
-    return left <= trials.thresholds.fault_error_ratio * float(coasting) and not _inertia(trials, suspect)
+    persistence = trials.persistence(suspect.steps)[suspect.runs].sum()
+    return left <= trials.thresholds.fault_error_ratio * float(persistence) and not _inertia(trials, suspect)
 
 
 def _inertia(trials: Trials, suspect: _Suspect) -> bool:

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
+from unmodelled.diagnosis.data.persistence import persistence_errors
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
@@ -88,8 +89,8 @@ class Trials:
         simulation = self._simulation(correction, steps)
         return self._error(simulation, correction, simulation.values[None, None])
 
-    def coasting(self, steps: int) -> Array:
-        """Return the mean square error of predictions without a model: outputs stay, or keep their slope.
+    def persistence(self, steps: int) -> Array:
+        """Return the mean square error of persistence: outputs keep their values, or their speeds.
 
         A correction that removes inputs and forces has this error, whatever the machine is.
 
@@ -99,14 +100,10 @@ class Trials:
         Returns:
             Mean square errors, shape (experiments,).
         """
-        recording, y = self._recording(self.none, steps), self.logs.y
-        v = np.stack([self.sensors.slope(j, 0.0) for j in range(y.shape[1])], axis=1)
-        after = (self.logs.t[recording.rows] - self.logs.t[recording.start][:, None])[:, :, None]
-        moved = y[recording.rows] - y[recording.start][:, None]
-        gone = moved - v[recording.start][:, None] * after
+        recording = self._recording(self.none, steps)
         still, on = (
             self._mean(recording, self._in_deviations(off[:, None], recording, self.none)[:, 0] ** 2)
-            for off in (moved, gone)
+            for off in persistence_errors(self.sensors, recording.start[:, None], recording.rows)
         )
         return np.minimum(still, on)
 

@@ -80,6 +80,7 @@ class Screened:
         place: place of the effect.
         gain: predicted fall of the cross-validated loss.
         tries: starting points, the best first, with coefficients of shape (names,).
+        is_own: whether the effect has a number of its own in every experiment, default False.
     """
 
     base: FittedHypothesis
@@ -87,6 +88,7 @@ class Screened:
     place: Place
     gain: float
     tries: tuple[tuple[Point, Array], ...]
+    is_own: bool = False
 
     @cached_property
     def hypothesis(self) -> Hypothesis:
@@ -97,12 +99,6 @@ class Screened:
     def key(self) -> frozenset[tuple[str, str, Place]]:
         """Return the key of `hypothesis`."""
         return self.base.hypothesis.key | {(self.effect.family, self.effect.variant, self.place)}
-
-    @property
-    def complexity(self) -> float:
-        """Return the complexity of `hypothesis`."""
-        hypothesis = self.base.hypothesis
-        return hypothesis.complexity + hypothesis.complexity_of(self.effect.complexity, self.place)
 
     @property
     def starts(self) -> tuple[dict[str, float], ...]:
@@ -130,8 +126,7 @@ def screen(base: FittedHypothesis, recording: Recording, workers: int) -> list[S
     asked = [(e, p) for e in effects() for p in _free(base.hypothesis, e)]
     with threads_of(workers) as pool:
         found = [one for several in pool.map(lambda one: list(look.screened(*one)), asked) for one in several]
-    price = base.hypothesis.study.thresholds.penalty * int(recording.steps.sum()) * len(recording.noise)
-    return sorted(found, key=lambda one: price * one.complexity - one.gain)
+    return sorted(found, key=lambda one: -one.gain)
 
 
 def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
@@ -160,7 +155,8 @@ class _Look:
         if hypothesis.effects[-1].per_experiment:
             (point,) = points
             gain = point.products.split(self.tangent.shared).solved()[1] - self.without_in_sample
-            yield Screened(self.base, effect, place, gain, ((point, np.zeros(len(point.names))),))
+            tries = ((point, np.zeros(len(point.names))),)
+            yield Screened(self.base, effect, place, gain, tries, is_own=True)
             return
         yield self._screened(effect, place, points, None)
         for factor, level, members in self.levels if place.kind == "port" else ():

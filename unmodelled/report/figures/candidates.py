@@ -1,4 +1,4 @@
-"""Draw the models that could explain the gap, by their evidence."""
+"""Draw the models that could explain the gap, by their predictions of left-out experiments."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from unmodelled.report.figures.style import GREEN, absent, new_figure, styled
-from unmodelled.report.figures.tables import number, table
+from unmodelled.report.figures.tables import table
 
-#: Models that are shown, and the difference up to which the axis is linear.
-MOST, LINEAR = 12, 10.0
+#: Models that are shown.
+MOST = 12
 #: Characters of a line of a name.
 WRAP = 60
 
 
 @styled
 def candidates(data: Path) -> Figure:
-    """All fitted models, by the evidence of the data against each model compared with the best model.
+    """All fitted models, by how much worse they predict experiments that were left out of the fit.
 
-    The evidence is a difference of log-likelihoods, complexity penalty included. A difference of 3 means odds
-    of twenty to one for the best model, a difference of 10 odds of twenty thousand to one. Green is the named
-    model: the model with the fewest effects that explains the gap. The axis is linear up to 10, logarithmic
-    beyond. The numbers at the right are gaps on the experiments that the models were fitted to.
+    The score is the mean over experiments and outputs of ln(mean square error / noise variance + 1). Shown is
+    the difference from the named model, with its standard error over experiments; to the right is worse.
+    Green is the named model: the simplest model that no other model beats by more than chance and by a
+    material amount.
     """
     rows = table(data, "candidates").head(MOST)
     labels = [fill(label, WRAP) for label in rows["label"]]
@@ -34,17 +34,16 @@ def candidates(data: Path) -> Figure:
     if not len(rows):
         absent(axes, "no model was fitted")
         return figure
-    place, evidence = np.arange(len(rows)), rows["against"].to_numpy(np.float64)
+    place, worse = np.arange(len(rows)), rows["difference"].to_numpy(np.float64)
     colours = [GREEN if named else "0.6" for named in rows["named"]]
-    axes.hlines(place, 0.0, evidence, color=colours, linewidth=2.0)
-    axes.scatter(evidence, place, c=colours, s=42, zorder=3)
-    axes.set_xscale("symlog", linthresh=LINEAR)
-    axes.set_xlim(-0.6, max(3.0 * float(evidence.max()), 2.0 * LINEAR))
+    low, high = (worse + sign * rows["standard_error"].to_numpy(np.float64) for sign in (-1.0, 1.0))
+    axes.hlines(place, low, high, color=colours, linewidth=2.0)
+    axes.scatter(worse, place, c=colours, s=42, zorder=3)
+    axes.axvline(0.0, color="0.6", linewidth=0.8)
     axes.set_yticks(place, labels, fontsize=9 if lines < 3 else 8)
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    for y, gap in zip(place, rows["gap"], strict=True):
-        axes.annotate(f"gap {number(gap)}", (1.01, y), xycoords=("axes fraction", "data"), va="center")
-    axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
-    axes.set_xlabel("evidence against it, beside the best (natural logarithm)")
+    axes.set_xlabel(
+        "prediction of left-out experiments, beside the named model (nats, to the right is worse)"
+    )
     axes.grid(axis="x", linewidth=0.5)
     return figure

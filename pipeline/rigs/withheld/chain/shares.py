@@ -13,7 +13,7 @@ from pipeline.rigs.withheld.chain.part import Part
 from pipeline.rigs.withheld.effects.effect import Array, Plan
 from pipeline.rigs.withheld.stepping import Motion, follow
 
-HORIZON = 0.1  # s, that of the diagnoses
+HORIZON = 0.1  # s, that of the shares; a diagnosis chooses its horizon from the logs
 
 
 class Shares(NamedTuple):

@@ -1,0 +1,185 @@
+"""Predictions of left-out experiments are those of fits without these experiments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.diagnosis.benches import FRICTION, Bench
+from tests.diagnosis.studies import JOINT, effect, fitted, study
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting import left_out
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut, parts
+from unmodelled.effects.place import Place
+
+Array = NDArray[np.float64]
+
+#: Eight experiments, of which two are held out: each of the others is a part.
+BENCH = Bench(runs=8, samples=300)
+#: Friction, N m, of every experiment, in no order; the mean is 0.065 N m.
+FRICTIONS = (0.03, 0.09, 0.05, 0.08, 0.04, 0.1, 0.06, 0.07)
+#: Smallest difference of scores that matters, nats.
+SMALL = 0.02
+
+
+@pytest.fixture(scope="module")
+def alike(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """Experiments with the same friction, whose law the file has."""
+    return study(tmp_path_factory.mktemp("alike"), BENCH, *FRICTION)
+
+
+@pytest.fixture(scope="module")
+def varied(tmp_path_factory: pytest.TempPathFactory) -> Study:
+    """Every experiment has a friction of its own."""
+    return study(tmp_path_factory.mktemp("varied"), replace(BENCH, friction=FRICTIONS), *FRICTION)
+
+
+def halves(found: FittedHypothesis) -> LeftOut:
+    """Every experiment predicted by halves, as the search does with numbers of single experiments."""
+    return LeftOut.of(found, parts(found.recording, 2 * len(found.recording.runs)))
+
+
+def entry(found: FittedHypothesis, name: str) -> int:
+    """Where a shared number is in the vector."""
+    k = [u.name for u in found.unknowns.each].index(name)
+    (at,) = np.flatnonzero(found.unknowns.unknown == k)
+    return int(at)
+
+
+def refitted(found: FittedHypothesis) -> Array:
+    """Vectors of fits without each experiment, shape (experiments, entries)."""
+    runs = np.unique(found.recording.owner).tolist()
+    values = []
+    for run in runs:
+        others = found.recording.among([r for r in runs if r != run])
+        again = FittedHypothesis.of(found.hypothesis, others, [found.fit.values])
+        values.append(again.vector(again.unknowns))
+    return np.array(values)
+
+
+@pytest.mark.parametrize("missing", [True, False], ids=["friction is an effect", "friction is known"])
+def test_one_newton_step_is_as_good_as_a_fit_without_the_experiment(
+    missing: bool, alike: Study, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hypothesis = Hypothesis.known(alike)
+    if missing:
+        plain = study(tmp_path_factory.mktemp("plain"), BENCH)
+        hypothesis = Hypothesis.known(plain).plus(effect("coulomb_friction"), JOINT)
+    found = LeftOut.of(fitted(hypothesis))
+    assert len(found.values) == len(found.fitted.recording.runs) == FEWEST_PARTS
+    expected = refitted(found.fitted)
+    reach = np.ptp(expected, axis=0)
+    assert (np.abs(found.values - expected).max(0) < 0.2 * reach + 1e-6).all()
+    with monkeypatch.context() as patch:
+        patch.setattr(left_out, "_values", lambda *_: expected)
+        true = LeftOut.of(found.fitted)
+    np.testing.assert_allclose(found.score(), true.score(), atol=SMALL)
+
+
+def test_a_prediction_is_worse_than_the_fit_and_near_the_noise(alike: Study) -> None:
+    """ln 2 is the score of errors that are as large as the noise."""
+    found = LeftOut.of(fitted(Hypothesis.known(alike)))
+    whole = replace(found, squares=found.squares[1:].repeat(2, axis=0))
+    assert np.log(1.5) < whole.score().mean() < np.log(2.5)
+    r = found.fitted.errors[0]
+    inside = np.log1p(np.sum(r**2) / found.fitted.recording.counted.sum())
+    assert whole.score(np.zeros_like(found.part))[0] > inside
+
+
+def test_parts_are_experiments_or_contiguous_blocks_of_few(alike: Study) -> None:
+    recording = alike.recording
+    assert len(np.unique(parts(recording))) == len(recording.runs)
+    few = recording.among(list(recording.runs)[:2])
+    part = parts(few)
+    assert sorted(set(part.tolist())) == list(range(FEWEST_PARTS))
+    for run in np.unique(few.owner):
+        mine = part[few.owner == run][np.argsort(few.start[few.owner == run])]
+        assert (np.diff(mine) >= 0).all() and len(np.unique(mine)) == FEWEST_PARTS // 2
+    assert not set(part[few.owner == few.owner[0]]) & set(part[few.owner != few.owner[0]])
+
+
+def test_groups_of_windows_have_scores_of_their_own(alike: Study) -> None:
+    found = LeftOut.of(fitted(Hypothesis.known(alike)))
+    group = np.where(found.part == 2, 0, -1)
+    assert found.score(group) == pytest.approx(found.score()[2:3])
+
+
+def test_an_amplitude_that_only_one_experiment_knows_is_zero_in_its_prediction(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    groups = tuple("abaaabaa")
+    found = study(tmp_path_factory.mktemp("level"), replace(BENCH, groups=groups))
+    recording = found.recording
+    learned = [k for k, name in enumerate(groups) if name == "b" and k not in found.held_out]
+    one = recording.among([r for r in recording.runs if r not in learned[1:]])
+    place = replace(JOINT, factor="group", level="b")
+    fit = FittedHypothesis.of(Hypothesis.known(found).plus(effect("coulomb_friction"), place), one)
+    runs, part = np.unique(one.owner, return_inverse=True)
+    prediction, at = LeftOut.of(fit, part), entry(fit, "F_c")
+    (mine,) = np.flatnonzero(runs == learned[0])
+    others = np.arange(len(prediction.values)) != mine
+    assert prediction.values[mine, at] == 0.0
+    assert (prediction.values[others, at] > 0.0).all()
+
+
+@pytest.fixture(scope="module")
+def scattered(varied: Study) -> LeftOut:
+    known = Hypothesis.known(varied)
+    return halves(fitted(known.plus(effect("scatter"), Place("parameter", "F_c"))))
+
+
+def test_numbers_of_single_experiments_are_predicted_from_the_other_half(scattered: LeftOut) -> None:
+    """The friction of an experiment is known from either half, and the other experiments do not tell it."""
+    found = scattered.fitted
+    unknowns, owner = found.unknowns, found.recording.owner
+    (own,) = (k for k, u in enumerate(unknowns.each) if u.own)
+    shared = entry(found, "F_c")
+    part_of = {int(k): int(owner[scattered.part == k][0]) for k in np.unique(scattered.part)}
+    assert len(part_of) == 2 * len(found.recording.runs)
+    for part, run in part_of.items():
+        (mine,) = np.unique(unknowns.entry[owner == run][:, own])
+        values = scattered.values[part] * unknowns.scale
+        assert values[shared] + values[mine] == pytest.approx(FRICTIONS[run], rel=0.1)
+        whole = found.vector(unknowns) * unknowns.scale
+        assert values[mine] != whole[mine]
+    score = LeftOut.of(fitted(Hypothesis.known(found.hypothesis.study))).score()
+    assert scattered.score().mean() < score.mean() - 1.0
+
+
+def test_a_number_that_no_other_half_knows_is_zero(scattered: LeftOut) -> None:
+    """An experiment of one window has no other half."""
+    found = scattered.fitted
+    together = LeftOut.of(found)
+    (own,) = (k for k, u in enumerate(found.unknowns.each) if u.own)
+    for part in range(len(together.values)):
+        mine = np.unique(found.unknowns.entry[together.part == part][:, own])
+        assert (together.values[part, mine] == 0.0).all()
+
+
+def test_the_jackknife_interval_covers_the_truth_and_the_variation_between_runs(
+    alike: Study, varied: Study
+) -> None:
+    same, other = (LeftOut.of(fitted(Hypothesis.known(each))) for each in (alike, varied))
+    (low, high), (wide_low, wide_high) = (each.interval("F_c", 0.95) for each in (same, other))
+    assert low < 0.06 < high and high - low < 0.1 * 0.06
+    learned = [FRICTIONS[run] for run in other.fitted.recording.runs]
+    assert wide_low < np.mean(learned) < wide_high
+    assert wide_high - wide_low > 5.0 * (high - low)
+    assert wide_high - wide_low > np.std(learned)
+    narrow = same.interval("F_c", 0.5)
+    assert low < narrow[0] < narrow[1] < high
+
+
+def test_an_interval_is_cut_at_the_bounds(varied: Study) -> None:
+    found = LeftOut.of(fitted(Hypothesis.known(varied)))
+    assert found.interval("F_c", 1.0 - 1e-9) == (0.0, 1.0)
+
+
+def test_halves_of_an_experiment_are_not_two_experiments(scattered: LeftOut) -> None:
+    """The interval of a shared number does not depend on how experiments are divided."""
+    by_halves, by_runs = (each.interval("b", 0.95) for each in (scattered, LeftOut.of(scattered.fitted)))
+    assert by_halves == pytest.approx(by_runs, rel=0.02)

@@ -1,0 +1,244 @@
+"""A diagnosis says which of its numbers make no sense, and which the logs do not determine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.rigs.pendulum import PendulumCampaign
+from tests.diagnosis.benches import FRICTION, Bench, pendulum
+from tests.diagnosis.planted import plant
+from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, fitted, study
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.data.remark import Remark
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.decide.efforts import Efforts
+from unmodelled.diagnosis.decide.implausible import at_bound, implausible
+from unmodelled.diagnosis.decide.undetermined import is_determined, remarks, undetermined
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.unknowns import Unknown
+from unmodelled.diagnosis.where.where import where
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.reader import read_system
+
+UNKNOWN_J = (
+    "J: {value: 0.02, unit: kg m^2}",
+    "J: {value: 0.02, unit: kg m^2, identify: true, bounds: [0, 0.1]}",
+)
+SYSTEMS = Path(__file__).parents[2] / "systems"
+
+
+def only(found: tuple[Remark, ...]) -> Remark:
+    (one,) = found
+    return one
+
+
+def with_values(found: FittedHypothesis, values: Mapping[str, float]) -> FittedHypothesis:
+    """The fit, as if its numbers were these."""
+    assert set(values) <= set(found.fit.values)
+    return replace(found, fit=replace(found.fit, values={**found.fit.values, **values}))
+
+
+class Swing(Bench):
+    """The pendulum without friction, with a torque of some amplitude."""
+
+    torque = 0.0
+
+    def rates(self, x: np.ndarray, u: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+        return super().rates(x, self.torque * u)
+
+
+def scaled(logs: Logs, factor: float) -> Logs:
+    """Logs of a torque that is too large or too small by a factor."""
+    return replace(logs, u=factor * logs.u)
+
+
+@pytest.fixture(scope="module")
+def dry(tmp_path_factory: pytest.TempPathFactory) -> FittedHypothesis:
+    """The pendulum's dry friction, found where it is."""
+    known = Hypothesis.known(study(tmp_path_factory.mktemp("dry"), Bench(runs=3, samples=400)))
+    return fitted(known.plus(effect("coulomb_friction"), JOINT))
+
+
+def test_a_clean_fit_says_nothing(dry: FittedHypothesis) -> None:
+    assert remarks(dry) == ()
+    assert all(is_determined(dry, name) and not at_bound(dry, name) for name in ("b", "mgl", "F_c"))
+
+
+def test_a_free_swing_determines_only_ratios(tmp_path: Path) -> None:
+    system = pendulum(tmp_path, UNKNOWN_J)
+    logs = Swing(friction=0.0, runs=3).logs(tmp_path / "logs", system)
+    swing = fitted(Hypothesis.known(Study.of(system, scaled(logs, 0.0), HORIZON, 0)))
+    found = only(undetermined(swing))
+    assert (set(found.numbers), found.kind) == ({"J", "b", "mgl"}, "undetermined")
+    assert found.sentence.startswith(
+        "these logs determine only J/b and J/mgl, not J, b and mgl by themselves"
+    )
+    assert not any(is_determined(swing, name) for name in ("J", "b", "mgl"))
+    assert implausible(swing) == ()
+
+
+def test_a_torque_determines_all_of_them(tmp_path: Path) -> None:
+    assert (
+        undetermined(fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), UNKNOWN_J)))) == ()
+    )
+
+
+def test_a_number_without_influence_is_not_determined(tmp_path: Path) -> None:
+    idle = ("ports:", "  idle: {value: 1.0, unit: '1', identify: true, bounds: [0, 2]}\nports:")
+    swing = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), idle)))
+    found = only(undetermined(swing))
+    assert found.numbers == ("idle",) and "do not determine idle" in found.sentence
+    assert not is_determined(swing, "idle") and is_determined(swing, "mgl")
+
+
+def test_a_weight_beside_a_weight(tmp_path: Path) -> None:
+    """The sine of an unknown weight is that of the pendulum's own; only their sum is seen."""
+    plant(tmp_path, effect("gravity_load"))
+    system = read_system(tmp_path / "system.yaml")
+    known = Hypothesis.known(Study.of(system, read_logs(tmp_path / "logs", system), HORIZON, 0))
+    found = only(undetermined(fitted(known.plus(effect("gravity_load"), JOINT))))
+    assert set(found.numbers) == {"mgl", "W_s"}
+    assert "while W_s of gravity_load at joint falls by more than 100 %" in found.sentence
+
+
+def test_an_inertia_beside_an_inertia(tmp_path: Path) -> None:
+    """It may be zero, but only because the known one can be larger."""
+    known = Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), UNKNOWN_J))
+    found = fitted(known.plus(effect("inertia_error"), JOINT))
+    (remark,) = (r for r in remarks(found) if "dM" in r.numbers)
+    assert (set(remark.numbers), remark.kind) == ({"J", "dM"}, "undetermined")
+
+
+def test_the_numbers_of_a_polynomial_are_one_curve(tmp_path: Path) -> None:
+    plant(tmp_path, effect("nonlinear_spring", "polynomial"))
+    system = read_system(tmp_path / "system.yaml")
+    known = Hypothesis.known(Study.of(system, read_logs(tmp_path / "logs", system), HORIZON, 0))
+    found = only(undetermined(fitted(known.plus(effect("nonlinear_spring", "polynomial"), JOINT))))
+    assert "these logs determine its curve, not F_1, F_2, F_3 and F_4 one by one" in found.sentence
+
+
+def test_a_number_at_a_bound(tmp_path: Path) -> None:
+    found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, mgl=5.5, runs=3))))
+    remark = only(remarks(found))
+    assert (remark.numbers, remark.kind) == (("mgl",), "bound")
+    assert "mgl is at its upper bound, 5 N m: these logs ask for more" in remark.sentence
+    assert at_bound(found, "mgl") and not at_bound(found, "b")
+
+
+def test_none_of_a_damping(tmp_path: Path) -> None:
+    found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, b=-0.02, runs=3))))
+    assert "b is at its bound of 0 N m s/rad" in only(remarks(found)).sentence
+
+
+@pytest.mark.parametrize(
+    ("value", "end"), [(0.0, 0.0), (1e-5, 0.0), (0.02, None), (0.1, 0.1), (0.09995, 0.1), (0.099, None)]
+)
+def test_how_near_a_bound_is(value: float, end: float | None) -> None:
+    assert Unknown("b", 0.0, 0.1, 0.03).bound(value, 1e-3) == end
+
+
+def test_without_bounds_there_is_none() -> None:
+    assert Unknown("x_0", -np.inf, np.inf, 0.1).bound(1e9, 1e-3) is None
+
+
+def test_the_largest_effort_is_that_of_the_logs(dry: FittedHypothesis) -> None:
+    """The torque is 1 N m at most, and the weight 1.2 N m times the sine of the angle."""
+    assert 0.5 < Efforts(dry).largest("joint") < 2.5
+
+
+def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
+    remark = only(implausible(with_values(dry, {"F_c": 3.5})))
+    limit = Efforts(dry).largest("joint")
+    assert (remark.numbers, remark.kind) == (("F_c",), "effort")
+    assert (
+        f"F_c = 3.5 N m is {3.5 / limit:.2g} times the largest torque that acts at joint" in remark.sentence
+    )
+    assert f"({limit:.3g} N m)" in remark.sentence
+
+
+def test_a_load_larger_than_all_that_acts(dry: FittedHypothesis) -> None:
+    loaded = fitted(Hypothesis.known(dry.hypothesis.study).plus(effect("constant_load"), JOINT))
+    remark = only(implausible(with_values(loaded, {"F_0": -4.0})))
+    assert remark.kind == "effort" and "a torque of up to 4 N m" in remark.sentence
+
+
+def test_an_effect_that_may_be_zero(tmp_path: Path) -> None:
+    known = Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3)))
+    (remark,) = implausible(fitted(known.plus(effect("constant_load"), JOINT)))
+    assert remark.kind == "zero" and "may as well be zero" in remark.sentence
+
+
+@pytest.mark.parametrize(
+    ("family", "place", "most"), [("sensor_gain", ANGLE, 0.2), ("actuator_gain", TORQUE, 0.5)]
+)
+def test_a_gain_that_no_part_has(dry: FittedHypothesis, family: str, place: object, most: float) -> None:
+    found = fitted(dry.hypothesis.plus(effect(family), place))  # type: ignore[arg-type]
+    (gain,) = found.hypothesis.effects[-1].amplitudes
+    near, far = (
+        [r.kind for r in implausible(with_values(found, {gain: share * most}))] for share in (0.9, 1.1)
+    )
+    assert "gain" not in near and "gain" in far
+
+
+def test_a_mass_that_is_not_there(dry: FittedHypothesis) -> None:
+    found = fitted(dry.hypothesis.plus(effect("inertia_error"), JOINT))
+    remark = only(tuple(r for r in implausible(with_values(found, {"dM": 0.03})) if r.numbers == ("dM",)))
+    assert remark.kind == "mass"
+    assert "dM = 0.03 kg m^2 is 1.5 times the known one there (0.02 kg m^2)" in remark.sentence
+
+
+def test_a_sign_and_a_mass_of_the_file(tmp_path: Path) -> None:
+    pull = (
+        "mgl: {value: 0.9, unit: N m, identify: true, bounds: [0.2, 5]}",
+        "mgl: {value: -0.9, unit: N m, identify: true, bounds: [-2, 5]}",
+    )
+    heavy = ("J: {value: 0.02,", "J: {value: 0.005, identify: true, bounds: [0.001, 1],")
+    found = implausible(fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), pull, heavy))))
+    assert {r.numbers[0]: r.kind for r in found} == {"mgl": "sign", "J": "mass"}
+    assert "J is 4 times the given value: 0.02 kg m^2" in " ".join(r.sentence for r in found)
+
+
+def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> None:
+    exact = (("b: {value: 0.03,", "b: {value: 0.015,"), ("mgl: {value: 0.9,", "mgl: {value: 1.2,"), UNKNOWN_J)
+    system = pendulum(tmp_path, *exact)
+    logs = Bench(friction=0.0, runs=3).logs(tmp_path / "logs", system)
+    found = fitted(Hypothesis.known(Study.of(system, scaled(logs, 1.19), HORIZON, 0)))
+    remark = only(implausible(found))
+    assert remark.kind == "common_factor" and {"J", "mgl"} <= set(remark.numbers)
+    assert "are 1.19 times their given values, as if torque were 0.84" in remark.sentence
+
+
+def test_one_factor_without_an_input_says_nothing(tmp_path: Path) -> None:
+    """b and mgl twice as large are no scale of the torque while J is known."""
+    found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, b=0.06, mgl=1.8, runs=3))))
+    assert implausible(found) == ()
+
+
+def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
+    """Its friction has the numbers of the rig, and the diagnosis hands on what is said of them."""
+    system = pendulum(tmp_path, text=(SYSTEMS / "pendulum.yaml").read_text())
+    PendulumCampaign(runs=4, duration=2.0).write(tmp_path / "logs", 0)
+    logs = read_logs(tmp_path / "logs", system)
+    found = fitted(
+        Hypothesis.known(Study.of(system, logs, HORIZON, 0)).plus(effect("coulomb_friction"), JOINT)
+    )
+    assert remarks(found) == ()
+
+
+def test_a_diagnosis_hands_the_remarks_on(tmp_path: Path) -> None:
+    system = pendulum(tmp_path, UNKNOWN_J, ("bounds: [0.2, 5]", "bounds: [0.2, 1]"), *FRICTION)
+    logs = Bench(runs=3, samples=200).logs(tmp_path / "logs", system)
+    found = diagnose_gap(system, logs, HORIZON, 0)
+    content = summary(found, where(found))
+    assert {"determined", "at_bound"} <= set(content["parameters"]["mgl"])
+    assert content["parameters"]["mgl"]["determined"] is found.parameters["mgl"].determined
+    assert content["parameters"]["mgl"]["at_bound"] is found.parameters["mgl"].at_bound
+    if found.parameters["mgl"].at_bound:
+        assert any("mgl is at its upper bound" in note for note in found.notes)

@@ -1,0 +1,193 @@
+"""Predictions of experiments that took no part in fitting: leave one out by one Newton step.
+
+At the optimum of a fit, the normal equations without the windows of one experiment give the step to the
+optimum without this experiment. One simulation of all windows, every experiment with the numbers fitted
+without it, replaces one fit per experiment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.residuals import Errors
+from unmodelled.diagnosis.fitting.unknowns import Unknowns
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+#: Smallest number of parts that are left out one after the other; fewer experiments are divided.
+FEWEST_PARTS = 6
+#: Relative damping of the steps: numbers that only together are determined, such as two stiffnesses, must not
+#: move apart and be cut at their bounds, nor a number that all experiments share and their own ones. Scores
+#: are the same from 1e-8 to 1e-4.
+LEAST_DAMPING = 1e-5
+#: Share of the curvature of an amplitude below which the other experiments do not determine it.
+UNKNOWN_SHARE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """A fitted hypothesis that predicts each part of the data with numbers fitted without this part.
+
+    Attributes:
+        fitted: fitted hypothesis.
+        part: number of the left-out part of every window, shape (windows,).
+        values: fitted vectors without each part, shape (parts, entries), in units of the vector.
+        squares: summed square errors of every window, shape (2, windows, outputs), in variances of the sensor
+            noise; free runs from measured starts, then from fitted starts.
+    """
+
+    fitted: FittedHypothesis
+    part: Indices
+    values: Array
+    squares: Array
+
+    @classmethod
+    def of(cls, fitted: FittedHypothesis, part: Indices | None = None) -> LeftOut:
+        """Leave out one part after the other.
+
+        Args:
+            fitted: fitted hypothesis.
+            part: number of the part of every window, shape (windows,), default `parts` of the recording.
+        """
+        recording, fit, unknowns = fitted.recording, fitted.fit, fitted.unknowns
+        part = parts(recording) if part is None else part
+        z = fitted.vector(unknowns)
+        values = _values(fitted, part, z)
+        moved, sigma = fitted.moved(recording)
+        _, _, follow = fit.normal.reduced()
+        change = (values[part] - z)[np.arange(len(part))[:, None], unknowns.entry]
+        there = moved + (follow[:, :, :-1] @ change[:, :, None])[:, :, 0]
+        numbers, chosen = _numbers(unknowns, values, part)
+        sets, rows = numbers.shape[1], np.arange(len(part))
+        starts = np.stack([np.zeros_like(moved), there], axis=1).repeat(sets, axis=1)
+        r = Errors(unknowns, sigma, fit.substeps).of_numbers(np.tile(numbers, (1, 2, 1)), starts)
+        squares = [np.einsum("wkj,wkj->wj", one, one) for one in (r[rows, chosen], r[rows, chosen + sets])]
+        return cls(fitted, part, values, np.stack(squares))
+
+    def interval(self, name: str, level: float) -> tuple[float, float]:
+        """Return the jackknife interval of a shared number, by Student's t, cut at the bounds.
+
+        It covers chance from part to part, not missing physics.
+
+        Args:
+            name: name of an unknown that all experiments share.
+            level: probability of the two-sided interval.
+        """
+        unknowns = self.fitted.unknowns
+        k = [u.name for u in unknowns.each].index(name)
+        (entry,) = np.flatnonzero(unknowns.unknown == k)
+        # with numbers of single experiments, all parts of an experiment leave out the whole experiment
+        runs = len(np.unique(unknowns.simulation.recording.owner))
+        count, scale = runs if self.fitted.fit.own else len(self.values), unknowns.scale[entry]
+        spread = float(np.sqrt((count - 1) * self.values[:, entry].var()))
+        reach = float(student.ppf(0.5 + 0.5 * level, count - 1)) * spread * scale
+        value, (low, high) = self.fitted.fit.values[name], (b[entry] * scale for b in unknowns.bounds)
+        return max(value - reach, float(low)), min(value + reach, float(high))
+
+    def score(self, group: Indices | None = None) -> Array:
+        """Return the mean over outputs of `scores`, shape (groups,).
+
+        Args:
+            group: number of the group of every window, see `scores`.
+        """
+        return np.asarray(self.scores(group).mean(1))
+
+    def scores(self, group: Indices | None = None) -> Array:
+        """Return the logarithm of the mean square error plus one, mean over starts.
+
+        Args:
+            group: number of the group of every window, shape (windows,), negative for windows that do not
+                count; default the parts.
+
+        Returns:
+            Scores, shape (groups, outputs); the lower, the better the prediction.
+        """
+        group = self.part if group is None else group
+        mine = group >= 0
+        count, steps = int(group.max()) + 1, self.fitted.recording.steps[mine]
+        samples = np.bincount(group[mine], steps, count)
+        total = np.zeros((2, count, self.squares.shape[2]))
+        for start, squares in zip(total, self.squares, strict=True):
+            np.add.at(start, group[mine], squares[mine])
+        return np.asarray(np.log1p(total / samples[:, None]).mean(0))
+
+
+def parts(recording: Recording, fewest: int = FEWEST_PARTS) -> Indices:
+    """Return the part of every window: its experiment, or a contiguous block of it if experiments are few.
+
+    Args:
+        recording: windows of the experiments.
+        fewest: smallest number of parts.
+
+    Returns:
+        Numbers of the parts, shape (windows,), from 0 on.
+    """
+    runs = np.unique(recording.owner)
+    blocks = -(-fewest // len(runs))
+    found = np.empty(len(recording.start), np.int64)
+    for k, run in enumerate(runs):
+        mine = np.flatnonzero(recording.owner == run)
+        mine = mine[np.argsort(recording.start[mine])]
+        for b, some in enumerate(np.array_split(mine, blocks)):
+            found[some] = k * blocks + b
+    return np.unique(found, return_inverse=True)[1].astype(np.int64)
+
+
+def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
+    """Vectors (parts, entries) of fits without each part."""
+    unknowns, normal = fitted.unknowns, fitted.fit.normal
+    owner = unknowns.simulation.recording.owner
+    switch, own = _amplitudes(fitted), np.array([unknowns.each[k].own for k in unknowns.unknown], bool)
+    curvature, gradient, _ = normal.reduced()
+    whole = np.diag(normal.summed(curvature, gradient)[0])
+    everything, _ = normal.step(LEAST_DAMPING, z, unknowns.bounds)
+    found = []
+    for k in range(int(part.max()) + 1):
+        mine = part == k
+        # an experiment with numbers of its own takes no part in fitting the shared ones
+        others = ~np.isin(owner, owner[mine]) if own.any() else ~mine
+        some = replace(normal, gram=normal.gram[others], entry=normal.entry[others])
+        step = some.step(LEAST_DAMPING, z, unknowns.bounds)[0] - everything
+        step[own] = 0.0
+        if own.any():
+            rest = ~mine & ~others
+            H, g = normal.summed(curvature * rest[:, None, None], gradient * rest[:, None])
+            seen = own & (np.diag(H) > UNKNOWN_SHARE * whole)
+            step[seen] = -(g + H @ step)[seen] / np.diag(H)[seen]
+        there = np.clip(z + step, *unknowns.bounds)
+        left = np.diag(some.summed(curvature[others], gradient[others])[0])
+        there[switch & ~own & (left < UNKNOWN_SHARE * whole)] = 0.0
+        if own.any():
+            there[own & ~seen & np.isin(np.arange(len(z)), normal.entry[mine])] = 0.0
+        found.append(there)
+    return np.stack(found)
+
+
+def _amplitudes(fitted: FittedHypothesis) -> NDArray[np.bool_]:
+    """Entries (entries,) that are amplitudes of effects."""
+    names = {n for e in fitted.hypothesis.effects for n in e.amplitudes}
+    return np.array([fitted.unknowns.each[k].name in names for k in fitted.unknowns.unknown], bool)
+
+
+def _numbers(unknowns: Unknowns, values: Array, part: Indices) -> tuple[Array, Indices]:
+    """Parameter sets (experiments, sets, numbers), and the set of every window."""
+    owner = unknowns.simulation.recording.owner
+    chosen = np.zeros(len(part), np.int64)
+    parts_of: dict[int, list[int]] = {}
+    for run in np.unique(owner).tolist():
+        mine = np.unique(part[owner == run])
+        chosen[owner == run] = np.searchsorted(mine, part[owner == run])
+        parts_of[run] = mine.tolist()
+    sets = max(map(len, parts_of.values()))
+    all_numbers = unknowns.numbers(values)
+    numbers = all_numbers[:, :1].repeat(sets, axis=1)
+    for run, some in parts_of.items():
+        numbers[run] = all_numbers[run][[*some, *[some[-1]] * (sets - len(some))]]
+    return numbers, chosen
