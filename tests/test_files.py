@@ -139,6 +139,30 @@ def test_an_interruption_between_the_renames_loses_nothing(
     assert list(tmp_path.iterdir()) == [out]
 
 
+def test_a_run_that_loses_the_place_removes_the_folder_it_moved_aside(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The winner's own next folder is on its way in the same moment, so that the place is empty again."""
+    out, rename, calls = tmp_path / "out", Path.replace, []
+
+    def raced(path: Path, target: Path) -> Path:
+        calls.append(path)
+        if len(calls) == 2:
+            rename(tmp_path / "winner", out)
+        try:
+            return rename(path, target)
+        finally:
+            if len(calls) == 3:
+                rename(out, tmp_path / "winner")
+
+    write_json(tmp_path / "winner" / "who.json", "winner")
+    with replacing_folder(out) as folder:
+        write_json(folder / "who.json", "old")
+    with pytest.raises(BadInput), replacing_folder(out) as folder:
+        monkeypatch.setattr(Path, "replace", raced)
+    assert [p.name for p in tmp_path.iterdir()] == ["winner"]
+
+
 #: Writes a folder of twenty equal files and one file, again and again, with another number every time.
 FOREVER = """
 import sys

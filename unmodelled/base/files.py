@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -111,6 +112,7 @@ def put_folder(new: Path, path: Path) -> None:
     check_replaceable(path)
     mark(new, path)
     old = _temporary(path)
+    taken = False  # by another run, whose folder may itself be on its way out when one looks
     try:
         with suppress(FileNotFoundError):
             path.replace(old)
@@ -118,11 +120,13 @@ def put_folder(new: Path, path: Path) -> None:
         if (old / RECORD).exists():
             (old / RECORD).replace(path / RECORD)
     except BaseException:  # an interruption, too
-        with suppress(OSError):
+        try:
             old.replace(path)
+        except OSError as error:
+            taken = error.errno in (errno.ENOTEMPTY, errno.EEXIST)
         raise
     finally:
-        if path.exists():
+        if taken or path.exists():
             shutil.rmtree(old, ignore_errors=True)
 
 
