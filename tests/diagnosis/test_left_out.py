@@ -14,6 +14,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting import left_out
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut, parts
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.effects.place import Place
 
 Array = NDArray[np.float64]
@@ -85,9 +86,11 @@ def test_a_prediction_is_worse_than_the_fit_and_near_the_noise(alike: Study) -> 
     found = LeftOut.of(fitted(Hypothesis.known(alike)))
     whole = replace(found, squares=found.squares[1:].repeat(2, axis=0))
     assert np.log(1.5) < whole.score().mean() < np.log(2.5)
-    r = found.fitted.errors[0]
-    inside = np.log1p(np.sum(r**2) / found.fitted.recording.counted.sum())
-    assert whole.score(np.zeros_like(found.part))[0] > inside
+    recording, r = found.fitted.recording, found.fitted.errors[0]
+    for k, run in enumerate(np.unique(recording.owner)):
+        mine = recording.owner == run
+        inside = np.log1p(np.sum(r[mine] ** 2) / recording.counted[mine].sum())
+        assert whole.score()[k] > inside
 
 
 def test_parts_are_experiments_or_contiguous_blocks_of_few(alike: Study) -> None:
@@ -102,28 +105,56 @@ def test_parts_are_experiments_or_contiguous_blocks_of_few(alike: Study) -> None
     assert not set(part[few.owner == few.owner[0]]) & set(part[few.owner != few.owner[0]])
 
 
-def test_groups_of_windows_have_scores_of_their_own(alike: Study) -> None:
+def test_blocks_of_few_experiments_have_scores_of_their_own(alike: Study) -> None:
     found = LeftOut.of(fitted(Hypothesis.known(alike)))
-    group = np.where(found.part == 2, 0, -1)
-    assert found.score(group) == pytest.approx(found.score()[2:3])
+    recording = found.fitted.recording
+    runs = recording.runs[2:4]
+    scores = found.scores(runs)
+    assert scores.shape == (FEWEST_PARTS, recording.logs.y.shape[1])
+    part = parts(recording.among(runs))
+    mine = np.isin(recording.owner, runs)
+    for k, score in enumerate(scores):
+        squares = found.squares[:, mine][:, part == k].sum(1) / recording.steps[mine][part == k].sum()
+        np.testing.assert_allclose(score, np.log1p(squares).mean(0), rtol=1e-12)
 
 
-def test_an_amplitude_that_only_one_experiment_knows_is_zero_in_its_prediction(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> None:
+@pytest.fixture(scope="module")
+def one_rubs(tmp_path_factory: pytest.TempPathFactory) -> FittedHypothesis:
+    """Of the experiments with friction, one is left."""
     groups = tuple("abaaabaa")
-    found = study(tmp_path_factory.mktemp("level"), replace(BENCH, groups=groups))
+    rubs = tuple(0.1 * (name == "b") for name in groups)
+    found = study(tmp_path_factory.mktemp("level"), replace(BENCH, groups=groups, friction=rubs))
     recording = found.recording
     learned = [k for k, name in enumerate(groups) if name == "b" and k not in found.held_out]
     one = recording.among([r for r in recording.runs if r not in learned[1:]])
     place = replace(JOINT, factor="group", level="b")
-    fit = FittedHypothesis.of(Hypothesis.known(found).plus(effect("coulomb_friction"), place), one)
-    runs, part = np.unique(one.owner, return_inverse=True)
-    prediction, at = LeftOut.of(fit, part), entry(fit, "F_c")
-    (mine,) = np.flatnonzero(runs == learned[0])
-    others = np.arange(len(prediction.values)) != mine
+    return FittedHypothesis.of(Hypothesis.known(found).plus(effect("coulomb_friction"), place), one)
+
+
+def test_an_amplitude_that_only_one_experiment_knows_is_zero_without_it(one_rubs: FittedHypothesis) -> None:
+    runs, part = np.unique(one_rubs.recording.owner, return_inverse=True)
+    prediction, at = LeftOut.of(one_rubs, part), entry(one_rubs, "F_c")
+    table = one_rubs.hypothesis.study.logs.experiments
+    (mine,) = np.flatnonzero(table["group"].to_numpy()[runs] == "b")
     assert prediction.values[mine, at] == 0.0
-    assert (prediction.values[others, at] > 0.0).all()
+    assert (np.delete(prediction.values[:, at], mine) > 0.0).all()
+
+
+def test_an_effect_that_only_one_experiment_shows_is_predicted_block_by_block(
+    one_rubs: FittedHypothesis,
+) -> None:
+    prediction = LeftOut.of(one_rubs)
+    count = len(np.unique(one_rubs.recording.owner))
+    assert len(prediction.values) == count - 1 + FEWEST_PARTS
+    assert (prediction.values[:, entry(one_rubs, "F_c")] > 0.0).all()
+    base = LeftOut.of(FittedHypothesis.of(Hypothesis.known(one_rubs.hypothesis.study), one_rubs.recording))
+    assert Candidates((base, prediction)).named() == 1
+    # the other experiments do not see the end stop of one
+    table, recording = one_rubs.hypothesis.study.logs.experiments, one_rubs.recording
+    rubs = (table["group"] == "b").to_numpy()[recording.owner]
+    alone = replace(base, squares=np.where(rubs[:, None], base.squares, prediction.squares))
+    gain = Candidates((alone, prediction)).gain(0, 1)
+    assert gain.chance == 0.5**FEWEST_PARTS and gain.mean > 1.0
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,9 @@ without it, replaces one fit per experiment.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +17,16 @@ from scipy.stats import t as student
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
-#: Smallest number of parts that are left out one after the other; fewer experiments are divided.
+#: Smallest number of parts that are left out or compared; fewer experiments are divided. Every experiment is
+#: divided into as many blocks, of which a part has one, two, three or all.
 FEWEST_PARTS = 6
 #: Relative damping of the steps: numbers that only together are determined, such as two stiffnesses, must not
 #: move apart and be cut at their bounds, nor a number that all experiments share and their own ones. Scores
@@ -54,10 +59,14 @@ class LeftOut:
 
         Args:
             fitted: fitted hypothesis.
-            part: number of the part of every window, shape (windows,), default `parts` of the recording.
+            part: number of the part of every window, shape (windows,), default `parts` of the recording; of
+                these, one that alone determines an amplitude is left out block by block.
+
+        Returns:
+            Predictions of all parts.
         """
         recording, fit, unknowns = fitted.recording, fitted.fit, fitted.unknowns
-        part = parts(recording) if part is None else part
+        part = _known_by_others(fitted, parts(recording)) if part is None else part
         z = fitted.vector(unknowns)
         values = _values(fitted, part, z)
         moved, sigma = fitted.moved(recording)
@@ -79,6 +88,9 @@ class LeftOut:
         Args:
             name: name of an unknown that all experiments share.
             level: probability of the two-sided interval.
+
+        Returns:
+            Lower and upper end, SI.
         """
         unknowns = self.fitted.unknowns
         k = [u.name for u in unknowns.each].index(name)
@@ -91,36 +103,84 @@ class LeftOut:
         value, (low, high) = self.fitted.fit.values[name], (b[entry] * scale for b in unknowns.bounds)
         return max(value - reach, float(low)), min(value + reach, float(high))
 
-    def score(self, group: Indices | None = None) -> Array:
-        """Return the mean over outputs of `scores`, shape (groups,).
+    def score(self, runs: Sequence[int] | None = None) -> Array:
+        """Return the mean over outputs of `scores`.
 
         Args:
-            group: number of the group of every window, see `scores`.
-        """
-        return np.asarray(self.scores(group).mean(1))
-
-    def scores(self, group: Indices | None = None) -> Array:
-        """Return the logarithm of the mean square error plus one, mean over starts.
-
-        Args:
-            group: number of the group of every window, shape (windows,), negative for windows that do not
-                count; default the parts.
+            runs: numbers of the experiments that count, default all.
 
         Returns:
-            Scores, shape (groups, outputs); the lower, the better the prediction.
+            Scores, shape (parts,), nats.
         """
-        group = self.part if group is None else group
-        mine = group >= 0
-        count, steps = int(group.max()) + 1, self.fitted.recording.steps[mine]
-        samples = np.bincount(group[mine], steps, count)
-        total = np.zeros((2, count, self.squares.shape[2]))
-        for start, squares in zip(total, self.squares, strict=True):
-            np.add.at(start, group[mine], squares[mine])
-        return np.asarray(np.log1p(total / samples[:, None]).mean(0))
+        return np.asarray(self.scores(runs).mean(1))
+
+    def scores(self, runs: Sequence[int] | None = None) -> Array:
+        """Return the logarithm of the mean square error plus one, mean over starts, of every part.
+
+        The parts are those of `parts` for the given experiments, however the windows were left out: scores of
+        hypotheses that were fitted to the same windows can be compared part by part.
+
+        Args:
+            runs: numbers of the experiments that count, default all.
+
+        Returns:
+            Scores, shape (parts, outputs), nats; the lower, the better the prediction.
+        """
+        squares, samples = self._blocks
+        if runs is not None:
+            mine = np.isin(np.unique(self.fitted.recording.owner), runs)
+            squares, samples = squares[:, mine], samples[mine]
+        width = FEWEST_PARTS // divided(len(samples))
+        total = squares.reshape(2, -1, width, squares.shape[-1]).sum(2)
+        count = samples.reshape(-1, width).sum(1)
+        there = count > 0.0
+        return np.asarray(np.log1p(total[:, there] / count[there, None]).mean(0))
+
+    @cached_property
+    def _blocks(self) -> tuple[Array, Array]:
+        """Squares (2, experiments, blocks, outputs) and numbers of samples (experiments, blocks)."""
+        block, recording = blocks(self.fitted.recording), self.fitted.recording
+        count = FEWEST_PARTS * len(np.unique(recording.owner))
+        columns = np.moveaxis(self.squares, 1, 2).reshape(-1, len(block))
+        total = np.stack([np.bincount(block, column, count) for column in columns])
+        total = np.moveaxis(total.reshape(2, -1, count), 1, 2)
+        samples = np.bincount(block, recording.steps, count)
+        return total.reshape(2, -1, FEWEST_PARTS, total.shape[2]), samples.reshape(-1, FEWEST_PARTS)
+
+
+def divided(experiments: int, fewest: int = FEWEST_PARTS) -> int:
+    """Return the number of parts of every experiment: 1, 2, 3 or 6.
+
+    Args:
+        experiments: number of experiments.
+        fewest: smallest number of parts of all experiments.
+
+    Returns:
+        Smallest divisor of the number of blocks that gives so many parts, at most all blocks.
+    """
+    return next((d for d in (1, 2, 3) if d * experiments >= fewest), FEWEST_PARTS)
+
+
+def blocks(recording: Recording) -> Indices:
+    """Return the block of every window: each experiment has `FEWEST_PARTS` contiguous ones.
+
+    Args:
+        recording: windows of the experiments.
+
+    Returns:
+        Numbers, shape (windows,), of the blocks, those of an experiment one after the other; an experiment of
+        few windows has empty blocks.
+    """
+    found = np.empty(len(recording.start), np.int64)
+    for k, run in enumerate(np.unique(recording.owner)):
+        mine = np.flatnonzero(recording.owner == run)
+        mine = mine[np.argsort(recording.start[mine])]
+        found[mine] = FEWEST_PARTS * k + FEWEST_PARTS * np.arange(len(mine)) // len(mine)
+    return found
 
 
 def parts(recording: Recording, fewest: int = FEWEST_PARTS) -> Indices:
-    """Return the part of every window: its experiment, or a contiguous block of it if experiments are few.
+    """Return the part of every window: its experiment, or some blocks of it if experiments are few.
 
     Args:
         recording: windows of the experiments.
@@ -129,15 +189,29 @@ def parts(recording: Recording, fewest: int = FEWEST_PARTS) -> Indices:
     Returns:
         Numbers of the parts, shape (windows,), from 0 on.
     """
-    runs = np.unique(recording.owner)
-    blocks = -(-fewest // len(runs))
-    found = np.empty(len(recording.start), np.int64)
-    for k, run in enumerate(runs):
-        mine = np.flatnonzero(recording.owner == run)
-        mine = mine[np.argsort(recording.start[mine])]
-        for b, some in enumerate(np.array_split(mine, blocks)):
-            found[some] = k * blocks + b
-    return np.unique(found, return_inverse=True)[1].astype(np.int64)
+    width = FEWEST_PARTS // divided(len(np.unique(recording.owner)), fewest)
+    return _numbered(blocks(recording) // width)
+
+
+def _numbered(part: Indices) -> Indices:
+    return np.unique(part, return_inverse=True)[1].astype(np.int64)
+
+
+def _known_by_others(fitted: FittedHypothesis, part: Indices) -> Indices:
+    """Parts, of which those that alone determine an amplitude are divided into their blocks."""
+    normal, unknowns = fitted.fit.normal, fitted.unknowns
+    switch = _amplitudes(fitted) & ~np.array([unknowns.each[k].own for k in unknowns.unknown], bool)
+    curvature, gradient, _ = normal.reduced()
+    each = np.stack([_curvature(normal, curvature, gradient, part == k) for k in range(int(part.max()) + 1)])
+    whole = each.sum(0)
+    alone = (switch & (whole - each < UNKNOWN_SHARE * whole)).any(1)
+    return _numbered(np.where(alone[part], int(part.max()) + 1 + blocks(fitted.recording), part))
+
+
+def _curvature(normal: NormalEquations, curvature: Array, gradient: Array, windows: Mask) -> Array:
+    """Curvature (entries,) of every unknown in some of the windows."""
+    H, _ = normal.summed(curvature * windows[:, None, None], gradient * windows[:, None])
+    return np.diag(H)
 
 
 def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
@@ -170,7 +244,7 @@ def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
     return np.stack(found)
 
 
-def _amplitudes(fitted: FittedHypothesis) -> NDArray[np.bool_]:
+def _amplitudes(fitted: FittedHypothesis) -> Mask:
     """Entries (entries,) that are amplitudes of effects."""
     names = {n for e in fitted.hypothesis.effects for n in e.amplitudes}
     return np.array([fitted.unknowns.each[k].name in names for k in fitted.unknowns.unknown], bool)

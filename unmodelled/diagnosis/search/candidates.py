@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
+from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
 from unmodelled.effects.added import Added
 
 Array = NDArray[np.float64]
@@ -21,6 +21,8 @@ Indices = NDArray[np.int64]
 
 #: Parts up to which all changes of signs are counted; of more parts, so many random ones.
 EXACT, DRAWN = 12, 4096
+#: Share of the difference of two candidates that the compared experiments hold at least.
+NEARLY_ALL = 0.95
 
 
 @dataclass(frozen=True)
@@ -88,14 +90,9 @@ class Candidates:
         return tuple(prediction.fitted for prediction in self.predictions)
 
     @cached_property
-    def part(self) -> Indices:
-        """Return the part, shape (windows,), of every window that candidates are compared by."""
-        return parts(self.predictions[0].fitted.recording)
-
-    @cached_property
     def _by_output(self) -> Array:
         """Scores, shape (candidates, parts, outputs), nats."""
-        return np.stack([prediction.scores(self.part) for prediction in self.predictions])
+        return np.stack([prediction.scores() for prediction in self.predictions])
 
     @cached_property
     def scores(self) -> Array:
@@ -133,17 +130,20 @@ class Candidates:
     def gain(self, before: int, after: int) -> Comparison:
         """Compare the predictions of two candidates.
 
-        Where one of them has an effect at one level of a factor that the other one has not, only experiments
-        of this level are compared, in blocks.
+        Where they differ in a few experiments only, such as an end stop that one motion reaches, or an effect
+        at one level of a factor, these experiments are compared block by block.
 
         Args:
             before: number of the first candidate.
             after: number of the second candidate; a positive mean says that it predicts better.
+
+        Returns:
+            Comparison by experiments, or by blocks of the few experiments.
         """
         if (before, after) not in self._compared:
-            group = self._group(before, after)
+            runs = self._different(before, after)
             one, two = (
-                self.scores[k] if group is None else self.predictions[k].score(group) for k in (before, after)
+                self.scores[k] if runs is None else self.predictions[k].score(runs) for k in (before, after)
             )
             self._compared[before, after] = Comparison.of(one - two)
         return self._compared[before, after]
@@ -211,24 +211,16 @@ class Candidates:
         found = self.gain(other, named)
         return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
-    def _group(self, before: int, after: int) -> Indices | None:
-        """Blocks of the experiments at the levels that only one of the candidates has effects at."""
-        one, two = (self.fits[k].hypothesis for k in (before, after))
-        different = one.key ^ two.key
-        levels = {place for _, _, place in different if place.factor is not None}
-        if not levels or len(levels) < len(different) - 1:
-            return None
+    def _different(self, before: int, after: int) -> list[int] | None:
+        """Experiments that hold nearly all of the difference; None if these would not be divided further."""
         recording = self.predictions[0].fitted.recording
-        table = recording.logs.experiments
-        members = np.zeros(len(table), bool)
-        for place in levels:
-            members |= (table[place.factor] == place.level).to_numpy()
-        inside = members[recording.owner]
-        if not inside.any():
-            return None
-        group = np.full(len(inside), -1, np.int64)
-        group[inside] = parts(recording.among(np.flatnonzero(members).tolist()))
-        return group if group.max() > 0 else None
+        runs, run = np.unique(recording.owner, return_inverse=True)
+        owner = np.zeros(self.scores.shape[1], np.int64)
+        owner[parts(recording)] = run
+        size = np.bincount(owner, np.abs(self.scores[before] - self.scores[after]))
+        order = np.argsort(-size)
+        few = 1 + int(np.searchsorted(np.cumsum(size[order]), NEARLY_ALL * size.sum()))
+        return runs[order[:few]].tolist() if divided(few) > divided(len(runs)) else None
 
 
 def exchanged(own: Sequence[Added], others: Sequence[Added]) -> tuple[int, Added] | None:
