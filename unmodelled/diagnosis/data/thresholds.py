@@ -80,7 +80,8 @@ class Thresholds:
         suspect_share: share that a correction explains before parameters are fitted to it.
         fault_error_ratio: squared error of the corrected model against that of a prediction without a model,
             at most.
-        material_error: error up to which no fault is searched.
+        material_error: error of an output that matters: with a smaller one no fault is searched, and a
+            candidate that removes less is not better.
         inertia_error_ratio: squared error that a wrong inertia leaves against a wrong clock, at least.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
         little_input: amount of an input that must be worse than none where the input has no effect.

@@ -113,6 +113,13 @@ class Candidates:
         return np.asarray(np.exp(0.5 * (self._by_output - self._by_output[0]).mean(1)))
 
     @cached_property
+    def _squares(self) -> Array:
+        """Mean square errors, shape (candidates, outputs), in variances of the outputs."""
+        recording = self.predictions[0].fitted.recording
+        squares = np.stack([prediction.squares.mean(0).sum(0) for prediction in self.predictions])
+        return np.asarray(squares / recording.steps.sum() * (recording.noise / recording.scale) ** 2)
+
+    @cached_property
     def complexity(self) -> Array:
         """Return the complexity, shape (candidates,), of the effects of every candidate."""
         return np.array([f.hypothesis.complexity for f in self.fits])
@@ -154,13 +161,17 @@ class Candidates:
         It is material to lower the error of an output by a share of the known physics' error, or of what is
         left: an effect at one of six joints matters to the outputs of this joint. One more effect is a claim
         of its own and must lower what is left by more than another effect in its place. Numbers of single
-        experiments, which absorb any structure, must lower what is left.
+        experiments, which absorb any structure, must lower what is left. Errors below `material_error` matter
+        to no one: a sensor of little noise shows more than any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
             rest: material share of what is left, default `further_rest` for more effects, else
                 `exchanged_rest`.
+
+        Returns:
+            Whether the first candidate is better for at least one output.
         """
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
@@ -171,7 +182,9 @@ class Candidates:
         lower = (1.0 - after / before) / rest
         if not self.own[one]:
             lower = np.maximum(lower, (before - after) / limits.material_share)
-        return bool(lower.max() >= 1.0) and self.gain(other, one).is_significant(limits.level)
+        removed = self._squares[other] - self._squares[one]
+        material = (lower >= 1.0) & (removed >= limits.material_error**2)
+        return bool(material.any()) and self.gain(other, one).is_significant(limits.level)
 
     def named(self) -> int:
         """Return the number of the candidate to name: the simplest one that no other candidate beats.
