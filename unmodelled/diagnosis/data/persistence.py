@@ -81,8 +81,8 @@ def persistence_errors(sensors: Sensors, start: Indices, end: Indices) -> Array:
 
     Args:
         sensors: sensors of the logs.
-        start: samples at which predictions start, broadcast to the shape of `end`.
-        end: predicted samples.
+        start: numbers of the samples at which predictions start, of a shape that broadcasts to that of `end`.
+        end: numbers of the predicted samples, any shape.
 
     Returns:
         Measured minus predicted outputs, shape (2, *shape of `end`, outputs), in units of the outputs.

@@ -40,8 +40,11 @@ class _Suspect:
     """A correction of some experiments that may explain the gap.
 
     Attributes:
-        question: with the correction of the `runs` (experiments,) alone. steps: samples of a window.
-        before, after: (experiments,) mean square errors.
+        question: question whose correction changes only the experiments in `runs`.
+        runs: mask of the corrected experiments, shape (experiments,).
+        steps: number of samples of a window.
+        before: mean square errors of the logs as read, shape (experiments,).
+        after: mean square errors of the corrected logs, shape (experiments,).
     """
 
     question: Question
@@ -74,7 +77,7 @@ class _Suspect:
 def log_faults(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[LogFault, ...]:
-    """Find faults of the logs, and the one that explains most of the gap if there is one.
+    """Find faults of the logs, and the fault that explains most of the gap if there is one.
 
     Args:
         system: the known physics.
@@ -85,6 +88,16 @@ def log_faults(
     Returns:
         Copies of experiments, constant inputs and computed outputs, then the fault that explains the gap if
         there is one.
+
+    Examples:
+        >>> from dataclasses import replace
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> log_faults(system, logs, horizon=0.2)
+        ()
+        >>> reversed_torque = replace(logs, u=-logs.u)
+        >>> [(fault.channels, fault.problem) for fault in log_faults(system, reversed_torque, horizon=0.2)]
+        [(('torque',), 'sign')]
     """
     found = different(logs)
     copied = copies(found, thresholds)

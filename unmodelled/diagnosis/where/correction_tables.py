@@ -35,10 +35,9 @@ def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
 
     Returns:
         Columns: stage (lacking: physics without effects, left: augmented model), channel, experiment, t
-            (middle
-        of the window, s), value and error (correction and its standard error, SI), level, rate, acceleration
-        (of a port: position, velocity, acceleration; of others: value and rate; nan where there is none), law
-        (mean of the found law over the window; nan where there is none).
+        (middle of the window, s), value and error (correction and its standard error, SI), level, rate,
+        acceleration (of a port: position, velocity, acceleration; of others: value and rate; nan where there
+        is none), law (mean of the found law over the window; nan where there is none).
     """
     stages = {"lacking": where.lacking} | ({"left": where.left} if diagnosis.effects else {})
     names = shown_channels(diagnosis, where)

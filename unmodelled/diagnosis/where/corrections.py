@@ -61,7 +61,7 @@ class Corrections:
         curvature: second derivatives, shape (windows, n, n), of half the square errors of a window, in
             standard deviations of the noise, by the corrections at the places and then by the uncertain
             parameters, SI; the initial states are eliminated.
-        gradient: first derivatives, shape (windows, n), of the same.
+        gradient: first derivatives, shape (windows, n), of half the square errors of a window.
         thresholds: thresholds of the decisions.
     """
 

@@ -55,8 +55,7 @@ def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAUL
 
     A parameter acts through a channel if its change equals that of an input's gain, of an effort, or of one
     sensor: the damping of a port through that port, the constant of a motor through its input. Otherwise it
-        is
-    its own channel.
+    is its own channel.
 
     Args:
         model: re-identified model.

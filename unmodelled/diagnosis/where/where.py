@@ -1,4 +1,4 @@
-"""Where the gap lies: through which channel, where along its coordinates, and in which experiments."""
+"""The place of the gap: its channels, regions of their coordinates, factors and experiments."""
 
 from __future__ import annotations
 
