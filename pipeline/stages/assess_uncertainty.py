@@ -74,7 +74,8 @@ def assess_uncertainty(
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
-        BadInput: as identify_uncertainty does, or when `found` does not belong to the observations.
+        BadInput: when the model, the logs or the observations cannot be used, when an output does not exist
+            somewhere in the bounds or is not monotone, or when `found` does not belong to the observations.
     """
     start = time.monotonic()
     problem = read_problem(system, logs, event, uncertain, step, response, observations)

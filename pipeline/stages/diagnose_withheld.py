@@ -33,9 +33,8 @@ def diagnose_withheld(cases: Path, horizon: float | None, seed: int, workers: in
     A diagnosis reads only system.yaml and logs/ of its case. If the case has validation/, then
     `out`/validation/<case>.json contains the errors of the diagnosed models on these experiments.
 
-    `costs` contain the duration (s) and the largest
-    memory (MB) of the process so far. An interrupted run continues with the next case, as long as cases,
-    arguments and program are the same.
+    `costs` contain the duration (s) and the largest memory (MB) of the process so far. An interrupted run
+    continues with the next case, as long as cases, arguments and program are the same.
 
     Args:
         cases: folder of one campaign of withheld cases, as acquire writes it, or of several such campaigns.

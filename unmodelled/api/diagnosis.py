@@ -105,7 +105,7 @@ class Answer:
     """Answer of a diagnosis; made by `diagnose`.
 
     Attributes:
-        findings: everything that was computed, the fitted models included.
+        findings: all results of the diagnosis, the fitted models included.
     """
 
     findings: Findings

@@ -77,8 +77,7 @@ class Fit:
 
         Returns:
             One row per identified parameter: parameter, unit, known (value in the system file), and median,
-                low
-            and high (smallest and largest value) over all models.
+            low and high (smallest and largest value) over all models.
         """
         structure, values = self.model.structure, self.model.physics().detach().numpy()
         rows = []

@@ -35,7 +35,7 @@ class Deviation:
         """Average square errors over windows and samples.
 
         Args:
-            recording: windows.
+            recording: windows whose errors are averaged.
             square: finite square errors, shape (windows, most steps, outputs), in variances of the outputs;
                 errors after the end of a window do not count.
         """

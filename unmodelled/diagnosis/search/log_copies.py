@@ -61,7 +61,7 @@ def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Cop
 
     Args:
         logs: logs of all experiments.
-        thresholds: `copied_noise` is used.
+        thresholds: thresholds of a diagnosis, of which `copied_noise` is used.
     """
     found: dict[int, Copy] = {}
     with threadpool_limits(1):  # in matrices as small as these, threads mostly wait for each other

@@ -30,7 +30,7 @@ def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
     """Return a row for every window in which a correction of a channel is determined.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
 
     Returns:
@@ -54,7 +54,7 @@ def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
     """Return the channels of the effects and those with a large share, or the first one if there are none.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
     """
     model = diagnosis.reidentified
@@ -83,7 +83,7 @@ def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: li
     """Return the laws that were found, along the main coordinates of channels.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
         table: table of corrections (`correction_table`).
         names: names of the channels.

@@ -30,9 +30,9 @@ def channel_shares(
     effect. The remaining gap of the augmented model is divided by `left`.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         left: shares of the remaining gap, by channel.
-        thresholds: `input_likeness` and `port_likeness` are used.
+        thresholds: thresholds of a diagnosis; it uses `input_likeness` and `port_likeness`.
 
     Returns:
         Shares by channel, which sum to one, the largest first; empty without a gap.
@@ -60,7 +60,7 @@ def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAUL
     Args:
         model: re-identified model.
         place: place of an effect.
-        thresholds: `input_likeness` and `port_likeness` are used.
+        thresholds: thresholds of a diagnosis; it uses `input_likeness` and `port_likeness`.
     """
     if place.kind != "parameter":
         return place.channel

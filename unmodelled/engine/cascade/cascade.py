@@ -58,7 +58,7 @@ class Hoisting:
         """Return an expression with symbols for its parts that have one of some places.
 
         Args:
-            e: expression.
+            e: expression of the system.
             places: places that are taken.
         """
         if e.is_number:
