@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -65,11 +66,7 @@ def tabulate_jumps(
     campaign = Campaign.read(features, ["t"])
     found = {kind: _gather(predictions, kind) for kind in PREDICTED}
     found |= {kind: read_parquet(attributions / f"{kind}.parquet") for kind in EXPLAINED}
-    chapter = chapter5.predictions(found["runs"])
-    scarce = fold_named(split.folds(campaign.experiments), chapter5.SCARCE)
-    accuracy = chapter5.force_accuracy(campaign.experiments.iloc[scarce.test])
-    chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
-    chapter["attribution"] = chapter5.attribution(found)
+    chapter = _chapter(found, campaign.experiments, split)
     data = str(campaign.provenance["data"])
     rows = complete(claims(found["repeats"], found["overall"]), data)
     with replacing_folder(out) as folder:
@@ -86,6 +83,21 @@ def tabulate_jumps(
         "Prediction of follower jumps",
         chapter5.COMMON,
     )
+
+
+def _chapter(found: dict[str, pd.DataFrame], experiments: pd.DataFrame, split: Split) -> dict[str, Any]:
+    """Return the numbers of chapter5.json: predictions, F-dagger as a classifier, and attributions.
+
+    Args:
+        found: tables of predictions and attributions by name.
+        experiments: table of the runs.
+        split: uniform split, for F-dagger as a classifier.
+    """
+    chapter = chapter5.predictions(found["runs"])
+    scarce = fold_named(split.folds(experiments), chapter5.SCARCE)
+    accuracy = chapter5.force_accuracy(experiments.iloc[scarce.test])
+    chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
+    return {**chapter, "attribution": chapter5.attribution(found)}
 
 
 def _gather(predictions: Path, kind: str) -> pd.DataFrame:

@@ -7,6 +7,8 @@ weight, and time of every stage of an explicit Runge-Kutta method.
 
 # mypy: ignore-errors
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import types
 
@@ -78,10 +80,32 @@ def keep(w, at, to, start):
     copy(to, start + n, w, at.z * LANES, m)
 
 
+class Room(NamedTuple):
+    """Flat arrays that a block needs for `forward` and `backward`.
+
+    xs (steps + 1, states, LANES) are the states, gs the gradient by them; zs (steps, networks, LANES) are the
+    efforts of the networks, gz the gradient by them; trace holds the stages of all steps, see `keep`.
+    """
+
+    xs: np.ndarray
+    gs: np.ndarray
+    zs: np.ndarray
+    gz: np.ndarray
+    trace: np.ndarray
+
+
 @jit()
-def new_trace(at, steps, substeps, stages):
-    """Room for what `forward` keeps of every stage of a block."""
-    return np.empty(steps * substeps * len(stages) * (at.states + at.networks) * LANES)
+def new_room(at, steps, substeps, stages):
+    """Return the arrays of a block, without values."""
+    states, efforts = (steps + 1) * at.states * LANES, steps * at.networks * LANES
+    stage = (at.states + at.networks) * LANES
+    return Room(
+        np.empty(states),
+        np.empty(states),
+        np.empty(efforts),
+        np.empty(efforts),
+        np.empty(steps * substeps * len(stages) * stage),
+    )
 
 
 @jit()
@@ -253,9 +277,8 @@ def pullback(
     B = len(start)
     gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)
     w = new_block(at, weights, scale, gain)
-    xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
-    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
-    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
+    xs, gs, zs, gz, trace = new_room(at, steps, substeps, stages)
+    first = np.empty(LANES, np.int64)
     for block in range(0, B, LANES):
         for lane in range(LANES):
             first[lane] = start[min(block + lane, B - 1)]
