@@ -17,7 +17,7 @@ from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -62,7 +62,7 @@ def _diagnose(case: Path, horizon: float | None, seed: int, threads: int, out: P
     start = time.monotonic()
     known = read_system(case / SYSTEM)
     logs = read_logs(case / LOGS, known)
-    seconds = default_horizon(logs) if horizon is None else horizon
+    seconds = horizon_of(logs, horizon)
     found = diagnose_gap(known, logs, seconds, seed, workers=threads)
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}

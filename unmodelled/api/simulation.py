@@ -17,7 +17,7 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
 from unmodelled.diagnosis.data.gap import Gap, steps_of
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.logs import Logs
@@ -228,7 +228,7 @@ def simulate(
     """
     runs, own = _chosen(only, logs), prepared_for(system, logs)
     sensors = Sensors(own)
-    seconds = default_horizon(own, sensors) if horizon is None else horizon
+    seconds = horizon_of(own, horizon, sensors)
     return Simulation(system, own, seconds, tuple(runs), free_runs(system, own, seconds, runs, sensors))
 
 

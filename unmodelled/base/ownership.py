@@ -92,9 +92,9 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
             own = found["out"].absolute() if "out" in found and place.out is Out.FOLDER else None
             token = _RUNNING.set(_Running(function.__name__, place, own, inputs))
             try:
-                _check_kinds(function, given)
                 if "out" in found:
                     _check_out(found["out"], place.out)
+                _check_kinds(function, given)
                 return function(*args, **kwargs)
             finally:
                 _RUNNING.reset(token)

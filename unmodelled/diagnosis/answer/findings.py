@@ -21,7 +21,7 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
 from unmodelled.diagnosis.search.log_faults import log_faults
@@ -133,7 +133,7 @@ def findings(
         BadInput: when the system, the logs, the horizon or the seed cannot be used.
     """
     check_seed(seed)
-    horizon = default_horizon(logs) if horizon is None else horizon
+    horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
     faults = log_faults(system, logs, horizon)
     if not any(fault.decides for fault in faults):
