@@ -110,11 +110,11 @@ def _check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None
 
     Args:
         function: verb; only arguments annotated with a dataclass are checked.
-        given: arguments by name.
+        given: arguments by name; None, which the command line refuses, is not checked.
     """
     for name, value in given.items():
         kind = function.__globals__.get(str(function.__annotations__.get(name)))
-        if isinstance(kind, type) and is_dataclass(kind) and not isinstance(value, kind):
+        if isinstance(kind, type) and is_dataclass(kind) and not isinstance(value, kind | None):
             raise BadInput(
                 f"{name}: {function.__name__} needs a {kind.__name__}, got a {type(value).__name__}: choose "
                 f"another {name}=..., `help {function.__name__}` names the default"
