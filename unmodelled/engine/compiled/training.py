@@ -29,10 +29,7 @@ from unmodelled.engine.compiled.loops import (
 
 @jit()
 def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty):
-    """Loss of a block by eq. 4.9; its gradients go to gs and gz.
-
-    Only the first `left` lanes count.
-    """
+    """Return the loss of the first `left` lanes of a block by eq. 4.9; its gradients go to gs and gz."""
     loss, counted, n, m = 0.0, place(left), place(at.states), place(at.networks)
     for a in range(n * WIDE):
         gs[a] = 0.0
@@ -56,7 +53,7 @@ def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, pena
 
 @jit()
 def adam(value, gradient, m, v, rate, count):
-    """One step of Adam with its usual constants."""
+    """Take one step of Adam with the usual constants 0.9, 0.999 and 1e-8; `count` is its number from 1."""
     root = math.sqrt(1.0 - 0.999**count)
     a = rate * root / (1.0 - 0.9**count)
     for j in range(len(value)):
@@ -67,9 +64,7 @@ def adam(value, gradient, m, v, rate, count):
 
 @jit()
 def limit_norm(gp, gW, unit, clip):
-    """Turn gp into the gradient by the scaled parameters, and shorten the whole gradient to the norm
-    `clip`.
-    """
+    """Scale gp to the gradient by xi, and shorten the whole gradient to the norm `clip` if it is longer."""
     total = 0.0
     for j in range(len(gp)):
         gp[j] *= unit[j]
