@@ -48,12 +48,13 @@ def assess_uncertainty(
     """Write tables that compare the methods at identified distributions, and on redrawn data sets.
 
     `identified`: data_set (0: the observed one), method, every parameter, log_likelihood by the method, and
-    exact (the true log-likelihood there). `accuracy`: data_set, alpha_of (the method at whose optimum),
-    method, id, emd (earth mover's distance to the exact density), error (of the point's log-likelihood).
-    `monte_carlo`: the same for the observed data, against `samples` simulations a point instead of the exact
-    densities; methods that end in _sampled take their moments from these samples. `sampling`: alpha_of, rule
-    (random, even), samples, repeat, mae of the log-likelihood. `densities`: alpha_of, id, y and a column a
-    method. `response`: the output number `shown` over the first two parameters.
+    exact (the true log-likelihood there). `accuracy`: data_set, alpha_of (method that identified the
+    distribution), method, id, emd (earth mover's distance to the exact density), error (of the point's
+    log-likelihood). `monte_carlo`: the columns of `accuracy` for the observed data, against `samples`
+    simulations per point instead of the exact densities; methods that end in _sampled take their moments from
+    these samples. `sampling`: alpha_of, rule (random, even), samples, repeat, mae of the log-likelihood.
+    `densities`: alpha_of, id, y and one column per method. `response`: the output number `shown` over the
+    first two parameters.
 
     Args:
         system: system file with an event.

@@ -59,7 +59,7 @@ def attribute(
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 
-    attribution.json says how many runs and references there were, and how long it took.
+    attribution.json holds the numbers of runs and references, and the duration.
 
     Args:
         fits: folder written by train for the same model and split.

@@ -38,7 +38,7 @@ def diagnose_withheld(cases: Path, horizon: float | None, seed: int, workers: in
 
     Args:
         cases: folder of one campaign of withheld cases, as acquire writes it, or of several such campaigns.
-        horizon: length of the free-run windows, s; None: from the logs of every case.
+        horizon: length of the free-run windows, s; null: from the logs of every case.
         seed: seed of all random numbers of a diagnosis.
         workers: number of processes, of one thread each; a single case gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.

@@ -31,7 +31,7 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float | None, workers:
     Args:
         cases: folder of campaigns of withheld cases.
         diagnoses: folder written by diagnose_withheld, with <campaign>/<case>.json.
-        horizon: length of the free-run windows, s; None: from the logs of every case.
+        horizon: length of the free-run windows, s; null: from the logs of every case.
         workers: number of processes, of one thread each.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 

@@ -36,17 +36,17 @@ def tabulate_jumps(
 ) -> None:
     """Write tables for figures and claims.json to `out`, chapter5.json and a readable table to `reports`.
 
-    Every table has a column `model` (tau1 to tau4, the same with _blind for those without q_s, bounce,
-    tau4_bounce). Those of predictions also have `split` (uniform, factors; scarce for the models without q_s)
-    and `fold` (1% to 50%; H, beta, m), and hold the runs that were not trained on:
+    Every table has a column `model` (tau1 to tau4; tau1_blind to tau4_blind, the models without q_s; bounce;
+    tau4_bounce). Tables of predictions also have `split` (uniform, factors; scarce for the models without
+    q_s) and `fold` (1% to 50%; H, beta, m), and hold the test runs:
 
     - runs: exp, label, mse (mm^2, of the median prediction over the repeats), measured and predicted (mean
       over revolutions of the largest detachment, m), jumps (whether the prediction counts as a jump): Fig.
       5.16 to 5.18;
-    - repeats: repeat, exp, label, mse, predicted, jumps: the same of every repeat;
+    - repeats: repeat, exp, label, mse, predicted, jumps of every repeat;
     - examples: exp, label, t (s), measured, predicted, low and high of the repeats (m): Fig. 5.15 and 5.21.
 
-    Those of attributions are of the fold 30% and described in `attribute`: phi and explained (Fig. 5.22, the
+    Tables of attributions are of the fold 30% and described in `attribute`: phi and explained (Fig. 5.22, the
     runs of examples, step k at time t = 0.01 k), shares and overall (Fig. 5.23), points (Fig. 5.23.2),
     accuracy, exact and agreement.
 

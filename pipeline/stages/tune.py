@@ -46,7 +46,7 @@ def tune(
         The error of the best n_h, median over its repeats: what a sweeper minimises.
 
     Raises:
-        BadInput: when `hidden` is not a whole number from 1 up, or several.
+        BadInput: when `hidden` is not one whole number from 1 on, or a list of them.
     """
     given: object = hidden  # a configuration may hold anything
     widths = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]
