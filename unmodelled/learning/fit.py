@@ -156,13 +156,13 @@ class Fit:
 
     @classmethod
     def load(cls, folder: Path | str) -> Fit:
-        """Read what `save` or the verb `train` wrote.
+        """Read a fit that `save` or the verb `train` wrote.
 
         Args:
             folder: folder of the fit.
 
         Returns:
-            The fit; its models predict what they predicted before.
+            Fit whose models predict as before.
 
         Raises:
             BadInput: when a file is missing or damaged.
@@ -204,7 +204,7 @@ def load_stack(structure: Augmented, path: Path) -> tuple[Nnap, dict[str, Any]]:
         path: file model.pt of a fit.
 
     Returns:
-        The fitted stack, and what the file says about it.
+        Fitted stack, and the facts about it in the file.
 
     Raises:
         BadInput: when the file is missing, damaged, or belongs to another structure.

@@ -174,7 +174,7 @@ def _unit(system: System, place: Place) -> str:
 
 
 def _law(diagnosis: Diagnosis, place: Place) -> Array:
-    """(samples,) what the found effects add at the place; nan where there is no law."""
+    """Return the contribution of the diagnosed effects at a place, shape (samples,); nan without a law."""
     model = diagnosis.augmented
     system, logs = model.system, model.logs
     laws = [

@@ -1,4 +1,4 @@
-"""Event times of one input for many samples and operating points, whatever the system.
+"""Event times of one input for many samples and operating points, for any system.
 
 The physics comes as compiled functions of a block (see `cascade_source.py`), so that this loop is compiled
 once and for all.
