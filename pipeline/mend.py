@@ -1,7 +1,7 @@
 """Repair what a killed `dvc repro` left behind: python -m pipeline.mend
 
-DVC writes its lock files in place, so that a kill can leave a part of one, and takes every file of its cache
-for what the name of the file says. Only the layout that DVC documents is used here.
+DVC writes its lock files in place, so that a kill can leave an incomplete file, and trusts the name of every
+file in its cache without reading it. Only the layout that DVC documents is used here.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ GROUPS = {
     "detachment": "Members of models of the follower's jumps: a model without the runs that it is fitted to.",
     "split": "Which experiments are for training, and which are for testing.",
     "profile": "How long trainings and studies run.",
+    "budget": "Keys of a profile that both programs have: the duration of trainings of any system.",
     "source": "Where logs come from.",
     "uncertainty": "Families of distributions, and how they are propagated and identified.",
     "mechanism": "Constants of a mechanism that is written in Python.",

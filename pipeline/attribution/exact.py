@@ -50,8 +50,9 @@ def exact_shapley(
             setting is a player.
 
     Raises:
-        BadInput: when there are more than 13 players, a group contains an unknown name, or a name is in no
-            group or in two; and as `deep_shap` does.
+        BadInput: when there are more than 13 players, a group contains an unknown name, a name is in no group
+            or in two, there are no runs, the background is empty or shorter than a run, runs or background
+            have other inputs than the network, or the output of the network is not finite.
     """
     recurrent = Recurrent.of(network)
     check_inputs(recurrent.inputs, runs, background)

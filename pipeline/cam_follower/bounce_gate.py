@@ -62,7 +62,7 @@ def with_bounce(
     """Add the signals eps_bounce (m), contact and gate (both 0 to 1) to a campaign.
 
     Args:
-        campaign: resampled runs, as for `CamMotion.of`.
+        campaign: resampled runs.
         mechanism: constants of the bench.
         parameters: parameters identified on training runs.
         members: number of simulations to average; default 1.
@@ -70,7 +70,7 @@ def with_bounce(
         reach: number of samples before and after a simulated flight that still count as flight; default 2.
 
     Raises:
-        BadInput: see `CamMotion.of`.
+        BadInput: when an angle or a setting is not a number, a clock not uniform, or a run too short.
     """
     bounce = simulate(CamMotion.of(campaign, mechanism), parameters, members, spread)
     opening = gate(bounce.contact, campaign.offsets, reach)

@@ -13,7 +13,7 @@ from pipeline.cam_follower.dataset import Dataset, Indices
 class Sampler:
     """Random generator of training samples for a stack of models, each from its own experiments.
 
-    Every experiment has the same weight, whatever its length (eq. 6.16).
+    Every experiment has the same weight, short or long (eq. 6.16).
 
     Args:
         dataset: measured trajectories.

@@ -140,7 +140,7 @@ class BounceRecipe:
     ) -> float:
         """Write the identified parameters of every fold, and bounce.json when all folds are complete.
 
-        Nothing is random: all repeats are the same, whatever the seed. All fits run on the processor.
+        Nothing is random: all repeats are the same for every seed. All fits run on the processor.
 
         Args:
             campaign: resampled runs with the signals t, theta and eps.

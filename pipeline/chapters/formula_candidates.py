@@ -118,7 +118,7 @@ def short_number(value: float) -> str:
     """Return a number as text with four significant digits.
 
     Args:
-        value: number.
+        value: number, in any unit.
 
     Returns:
         Text in the grammar of system files.

@@ -82,7 +82,8 @@ class RawLogs(Archive):
             Signals in the order of `ROWS`, shape (7, n).
 
         Raises:
-            BadInput: when there is no such log; see also `parse` and `validate`.
+            BadInput: when there is no such log, a row or cell is wrong, time does not increase or has a gap,
+                the sampling rate is wrong, the log is too short, or a sensor never changes.
         """
         name = f"exp{exp}.csv"
         if name not in self._logs:

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing_folder, write_json
@@ -19,6 +21,8 @@ from unmodelled.learning.uncertainty.problem import read_problem
 from unmodelled.learning.uncertainty.setup import Setup
 from unmodelled.uncertainty.methods import METHODS, PUSH_FORWARD
 from unmodelled.uncertainty.response import Response
+
+Array = NDArray[np.float64]
 
 
 @verb()
@@ -44,12 +48,13 @@ def assess_uncertainty(
     """Write tables that compare the methods at identified distributions, and on redrawn data sets.
 
     `identified`: data_set (0: the observed one), method, every parameter, log_likelihood by the method, and
-    exact (the true log-likelihood there). `accuracy`: data_set, alpha_of (the method at whose optimum),
-    method, id, emd (earth mover's distance to the exact density), error (of the point's log-likelihood).
-    `monte_carlo`: the same for the observed data, against `samples` simulations a point instead of the exact
-    densities; methods that end in _sampled take their moments from these samples. `sampling`: alpha_of, rule
-    (random, even), samples, repeat, mae of the log-likelihood. `densities`: alpha_of, id, y and a column a
-    method. `response`: the output number `shown` over the first two parameters.
+    exact (the true log-likelihood there). `accuracy`: data_set, alpha_of (method that identified the
+    distribution), method, id, emd (earth mover's distance to the exact density), error (of the point's
+    log-likelihood). `monte_carlo`: the columns of `accuracy` for the observed data, against `samples`
+    simulations per point instead of the exact densities; methods that end in _sampled take their moments from
+    these samples. `sampling`: alpha_of, rule (random, even), samples, repeat, mae of the log-likelihood.
+    `densities`: alpha_of, id, y and one column per method. `response`: the output number `shown` over the
+    first two parameters.
 
     Args:
         system: system file with an event.
@@ -74,7 +79,8 @@ def assess_uncertainty(
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
-        BadInput: as identify_uncertainty does, or when `found` does not belong to the observations.
+        BadInput: when the model, the logs or the observations cannot be used, when an output does not exist
+            somewhere in the bounds or is not monotone, or when `found` does not belong to the observations.
     """
     start = time.monotonic()
     problem = read_problem(system, logs, event, uncertain, step, response, observations)
@@ -84,23 +90,12 @@ def assess_uncertainty(
     names = uncertainty.names(problem.response)
     best = _identified(found, names)
     planted = best[PUSH_FORWARD] if truth is None else _alpha(truth, len(names))
-    chosen = {m: best[m] for m in METHODS}
-    if demo is not None:
-        chosen["demo"] = np.array(demo, np.float64)
     study = Assessment(estimator, problem, names, tuple(fine), seed, workers)
-    identified, accuracy = study.data_sets(best, planted, int(profile["data_sets"]))
-    against_samples, densities = study.against_monte_carlo(chosen, int(profile["samples"]))
-    tables = {
-        "identified": identified,
-        "accuracy": accuracy,
-        "monte_carlo": against_samples,
-        "densities": densities,
-        "sampling": study.sampling(best, against_samples, int(profile["sampling_repeats"])),
-        "response": study.response(shown),
-    }
+    budget = {name: int(profile[name]) for name in ("samples", "data_sets", "sampling_repeats")}
+    tables = _tables(study, best, planted, demo, budget) | {"response": study.response(shown)}
     about = {
-        "samples": int(profile["samples"]),
-        "data_sets": int(profile["data_sets"]),
+        "samples": budget["samples"],
+        "data_sets": budget["data_sets"],
         "planted": planted.tolist(),
         "truth": truth is not None,
         "demo": None if demo is None else [float(a) for a in demo],
@@ -114,7 +109,37 @@ def assess_uncertainty(
         write_json(folder / "assessment.json", about)
 
 
-def _identified(folder: Path, names: Sequence[str]) -> dict[str, Any]:
+def _tables(
+    study: Assessment,
+    best: Mapping[str, Array],
+    planted: Array,
+    demo: Sequence[float] | None,
+    budget: Mapping[str, int],
+) -> dict[str, pd.DataFrame]:
+    """Return all tables but the response.
+
+    Args:
+        study: comparison of the methods on one problem.
+        best: identified distribution parameters by method, shape (2 n,) each.
+        planted: distribution parameters of the redrawn data sets, shape (2 n,).
+        demo: further distribution parameters to compare with Monte Carlo samples; None for none.
+        budget: numbers of data sets, Monte Carlo samples and repeats of a sampling rule.
+    """
+    identified, accuracy = study.data_sets(best, planted, budget["data_sets"])
+    shown = {} if demo is None else {"demo": np.array(demo, np.float64)}
+    against_samples, densities = study.against_monte_carlo(
+        {method: best[method] for method in METHODS} | shown, budget["samples"]
+    )
+    return {
+        "identified": identified,
+        "accuracy": accuracy,
+        "monte_carlo": against_samples,
+        "densities": densities,
+        "sampling": study.sampling(best, against_samples, budget["sampling_repeats"]),
+    }
+
+
+def _identified(folder: Path, names: Sequence[str]) -> dict[str, Array]:
     table = read_parquet(folder / "estimates.parquet", ["method", "name", "value"])
     found = {m: rows.set_index("name")["value"] for m, rows in table.groupby("method")}
     if set(found) != set(METHODS) or any(set(rows.index) != set(names) for rows in found.values()):
@@ -122,7 +147,7 @@ def _identified(folder: Path, names: Sequence[str]) -> dict[str, Any]:
     return {m: rows[list(names)].to_numpy(np.float64) for m, rows in found.items()}
 
 
-def _alpha(path: Path, count: int) -> Any:
+def _alpha(path: Path, count: int) -> Array:
     content = read_json(path)
     alpha = content.get("alpha") if isinstance(content, dict) else None
     if not isinstance(alpha, list) or len(alpha) != count:

@@ -59,7 +59,7 @@ def attribute(
     - exact: exp, feature, magnitude, share, method (deep_shap or exact), and agreement: exp and the rank
       correlations shares and trajectories, on a few runs and references.
 
-    attribution.json says how many runs and references there were, and how long it took.
+    attribution.json holds the numbers of runs and references, and the duration.
 
     Args:
         fits: folder written by train for the same model and split.
@@ -77,8 +77,6 @@ def attribute(
     Raises:
         BadInput: when an input is missing, the fits belong to another model, or there is nothing to explain.
     """
-    if not isinstance(model, Family):
-        raise BadInput("model must be of the follower's detachment, such as model=detachment")
     begin = time.monotonic()
     campaign = Campaign.read(model.features)
     rows = fold_named(split.folds(campaign.experiments), fold)
@@ -86,19 +84,24 @@ def attribute(
     shown = np.array(example_rows(campaign.experiments, rows.test)["jump"])
     members = {name: _networks(model, name, fits, fold) for name in explained}
     total = sum(map(len, members.values()))
-    parts: list[Tables] = []
     with replacing_folder(out) as folder:
+        parts: list[Tables] = []
         work = ((name, k, network) for name, found in members.items() for k, network in enumerate(found))
         for name, k, network in track(work, total, f"explaining {total} networks"):
             sequences = Sequences.of(campaign, network.inputs, model.members[name].samples)
             own = _shares(network, sequences, chosen, k)
             own |= _closer(network, sequences, chosen, shown, groups) if k == 0 else {}
             parts.append({kind: table.assign(model=name) for kind, table in own.items()})
-        for kind in parts[0]:
-            table = pd.concat([part[kind] for part in parts if kind in part], ignore_index=True)
-            write_parquet(table, folder / f"{kind}.parquet")
+        _write(folder, parts)
         counts = {"runs": len(chosen.runs), "references": len(chosen.references), "fold": fold}
         write_json(folder / "attribution.json", {**counts, "seconds": time.monotonic() - begin})
+
+
+def _write(folder: Path, parts: Sequence[Tables]) -> None:
+    """Write every kind of table as one file, with the rows of all parts."""
+    for kind in parts[0]:
+        table = pd.concat([part[kind] for part in parts if kind in part], ignore_index=True)
+        write_parquet(table, folder / f"{kind}.parquet")
 
 
 def _networks(model: Family, name: str, fits: Path, fold: str) -> Sequence[DetachmentNetwork]:

@@ -28,7 +28,7 @@ def diagnose_systems(
     Args:
         systems: system file, or folder of system files that describe the same machine.
         logs: folder of the measured experiments, two or more.
-        horizon: length of the free-run windows, s; None: from the logs.
+        horizon: length of the free-run windows, s; null: from the logs.
         seed: seed of the random generators of a diagnosis.
         workers: number of processes, of one thread each; a single system file gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole.

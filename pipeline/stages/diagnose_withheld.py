@@ -17,7 +17,7 @@ from unmodelled.base.ownership import verb
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -33,13 +33,12 @@ def diagnose_withheld(cases: Path, horizon: float | None, seed: int, workers: in
     A diagnosis reads only system.yaml and logs/ of its case. If the case has validation/, then
     `out`/validation/<case>.json contains the errors of the diagnosed models on these experiments.
 
-    `costs` contain the duration (s) and the largest
-    memory (MB) of the process so far. An interrupted run continues with the next case, as long as cases,
-    arguments and program are the same.
+    `costs` contain the duration (s) and the largest memory (MB) of the process so far. An interrupted run
+    continues with the next case, as long as cases, arguments and program are the same.
 
     Args:
         cases: folder of one campaign of withheld cases, as acquire writes it, or of several such campaigns.
-        horizon: length of the free-run windows, s; None: from the logs of every case.
+        horizon: length of the free-run windows, s; null: from the logs of every case.
         seed: seed of all random numbers of a diagnosis.
         workers: number of processes, of one thread each; a single case gets as many threads.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
@@ -63,7 +62,7 @@ def _diagnose(case: Path, horizon: float | None, seed: int, threads: int, out: P
     start = time.monotonic()
     known = read_system(case / SYSTEM)
     logs = read_logs(case / LOGS, known)
-    seconds = default_horizon(logs) if horizon is None else horizon
+    seconds = horizon_of(logs, horizon)
     found = diagnose_gap(known, logs, seconds, seed, workers=threads)
     content = summary(found, where(found))
     cost = {"seconds": time.monotonic() - start, "memory": _memory()}

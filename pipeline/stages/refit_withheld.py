@@ -14,7 +14,7 @@ from pipeline.withheld.sparse_regression import largest_term
 from unmodelled.base.files import read_json, write_json
 from unmodelled.base.jobs import growing_folder, run_jobs
 from unmodelled.base.ownership import verb
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -31,7 +31,7 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float | None, workers:
     Args:
         cases: folder of campaigns of withheld cases.
         diagnoses: folder written by diagnose_withheld, with <campaign>/<case>.json.
-        horizon: length of the free-run windows, s; None: from the logs of every case.
+        horizon: length of the free-run windows, s; null: from the logs of every case.
         workers: number of processes, of one thread each.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
 
@@ -55,7 +55,7 @@ def refit_withheld(cases: Path, diagnoses: Path, horizon: float | None, workers:
 def _refit(case: Path, held_out: list[str], horizon: float | None, path: Path) -> None:
     system = read_system(case / SYSTEM)
     logs = read_logs(case / LOGS, system)
-    seconds = default_horizon(logs) if horizon is None else horizon
+    seconds = horizon_of(logs, horizon)
     study = Study(system, logs, seconds, tuple(logs.ids.index(name) for name in held_out))
     planted = [
         Known(row["family"], row["channel"], row.get("factor"), row.get("level"))

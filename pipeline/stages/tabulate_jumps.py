@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -35,17 +36,17 @@ def tabulate_jumps(
 ) -> None:
     """Write tables for figures and claims.json to `out`, chapter5.json and a readable table to `reports`.
 
-    Every table has a column `model` (tau1 to tau4, the same with _blind for those without q_s, bounce,
-    tau4_bounce). Those of predictions also have `split` (uniform, factors; scarce for the models without q_s)
-    and `fold` (1% to 50%; H, beta, m), and hold the runs that were not trained on:
+    Every table has a column `model` (tau1 to tau4; tau1_blind to tau4_blind, the models without q_s; bounce;
+    tau4_bounce). Tables of predictions also have `split` (uniform, factors; scarce for the models without
+    q_s) and `fold` (1% to 50%; H, beta, m), and hold the test runs:
 
     - runs: exp, label, mse (mm^2, of the median prediction over the repeats), measured and predicted (mean
       over revolutions of the largest detachment, m), jumps (whether the prediction counts as a jump): Fig.
       5.16 to 5.18;
-    - repeats: repeat, exp, label, mse, predicted, jumps: the same of every repeat;
+    - repeats: repeat, exp, label, mse, predicted, jumps of every repeat;
     - examples: exp, label, t (s), measured, predicted, low and high of the repeats (m): Fig. 5.15 and 5.21.
 
-    Those of attributions are of the fold 30% and described in `attribute`: phi and explained (Fig. 5.22, the
+    Tables of attributions are of the fold 30% and described in `attribute`: phi and explained (Fig. 5.22, the
     runs of examples, step k at time t = 0.01 k), shares and overall (Fig. 5.23), points (Fig. 5.23.2),
     accuracy, exact and agreement.
 
@@ -65,11 +66,7 @@ def tabulate_jumps(
     campaign = Campaign.read(features, ["t"])
     found = {kind: _gather(predictions, kind) for kind in PREDICTED}
     found |= {kind: read_parquet(attributions / f"{kind}.parquet") for kind in EXPLAINED}
-    chapter = chapter5.predictions(found["runs"])
-    scarce = fold_named(split.folds(campaign.experiments), chapter5.SCARCE)
-    accuracy = chapter5.force_accuracy(campaign.experiments.iloc[scarce.test])
-    chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
-    chapter["attribution"] = chapter5.attribution(found)
+    chapter = _chapter(found, campaign.experiments, split)
     data = str(campaign.provenance["data"])
     rows = complete(claims(found["repeats"], found["overall"]), data)
     with replacing_folder(out) as folder:
@@ -86,6 +83,21 @@ def tabulate_jumps(
         "Prediction of follower jumps",
         chapter5.COMMON,
     )
+
+
+def _chapter(found: dict[str, pd.DataFrame], experiments: pd.DataFrame, split: Split) -> dict[str, Any]:
+    """Return the numbers of chapter5.json: predictions, F-dagger as a classifier, and attributions.
+
+    Args:
+        found: tables of predictions and attributions by name.
+        experiments: table of the runs.
+        split: uniform split, for F-dagger as a classifier.
+    """
+    chapter = chapter5.predictions(found["runs"])
+    scarce = fold_named(split.folds(experiments), chapter5.SCARCE)
+    accuracy = chapter5.force_accuracy(experiments.iloc[scarce.test])
+    chapter["baseline"]["f_dagger"] = {"accuracy": accuracy}
+    return {**chapter, "attribution": chapter5.attribution(found)}
 
 
 def _gather(predictions: Path, kind: str) -> pd.DataFrame:

@@ -29,7 +29,7 @@ def tabulate_real(diagnoses: Path, systems: Path, profile_name: str, reports: Pa
         diagnoses: folder with <machine>/<withheld>_withheld as written by diagnose_systems; may be missing.
         systems: folder with <machine>/known.yaml.
         profile_name: profile of the graph; a diagnosis is the same in all profiles.
-        reports: folder; these files in it are rewritten.
+        reports: folder in which the files named above are rewritten.
 
     Raises:
         BadInput: when known.yaml of a machine or a diagnosis is damaged.

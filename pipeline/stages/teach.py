@@ -60,7 +60,7 @@ def teach(
         raw: folder written by acquire with source=tutorial.
         system: system file of the pendulum's known physics.
         models: structures of the pendulum's models by name: physics, black_box and any others.
-        windows: settings of their training.
+        windows: settings of the training of these models.
         trained: number of training runs from the group explored; the other runs are held out.
         repeats: number of trainings per model, from different initial weights.
         hidden: numbers of neurons of the networks for the motor's efficiency; the figures show the last one

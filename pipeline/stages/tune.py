@@ -43,10 +43,10 @@ def tune(
         out: Parquet file of the results.
 
     Returns:
-        The error of the best n_h, median over its repeats: what a sweeper minimises.
+        Error of the best n_h, (rad/s)^2, median over its repeats; a sweeper minimises it.
 
     Raises:
-        BadInput: when `hidden` is not a whole number from 1 up, or several.
+        BadInput: when `hidden` is not one whole number from 1 on, or a list of them.
     """
     given: object = hidden  # a configuration may hold anything
     widths = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else [given]

@@ -125,7 +125,7 @@ class _Refits:
     """Fits of what is known, each of them done once.
 
     Args:
-        base: without any effect.
+        base: refitted physics without any effect.
     """
 
     def __init__(self, base: FittedHypothesis) -> None:

@@ -15,8 +15,18 @@ from docs.inherited import Classes, classes, docstring
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("unmodelled", "pipeline")
-#: Room whose docstrings are not complete yet.
-INCOMPLETE = "unmodelled/diagnosis"
+#: Files whose docstrings are not complete yet.
+INCOMPLETE = tuple(
+    f"unmodelled/diagnosis/{name}.py"
+    for name in (
+        "answer/diagnose_gap",
+        "decide/confidence",
+        "decide/decision",
+        "fitting/left_out",
+        "search/candidates",
+        "search/effect_search",
+    )
+)
 
 #: A description or summary that begins so is part of a sentence that only its author knows.
 FRAGMENTS = {
@@ -68,7 +78,9 @@ ENTRY = re.compile(r"^(\*{0,2}\w+)(?: \([^)]*\))?: *(.*)$")
 LOOPS = "# mypy: ignore-errors"
 EVERY = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 FILES = [
-    path for path in EVERY if LOOPS not in path.read_text() and not path.is_relative_to(ROOT / INCOMPLETE)
+    path
+    for path in EVERY
+    if LOOPS not in path.read_text() and path.relative_to(ROOT).as_posix() not in INCOMPLETE
 ]
 
 
@@ -245,5 +257,6 @@ class Last(Middle):
     assert told == ["Run.", ""]
 
 
-def test_the_incomplete_room_is_there() -> None:
-    assert (ROOT / INCOMPLETE / "__init__.py").exists()
+@pytest.mark.parametrize("name", INCOMPLETE)
+def test_an_incomplete_file_is_there(name: str) -> None:
+    assert (ROOT / name).exists()

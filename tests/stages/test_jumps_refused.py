@@ -90,7 +90,7 @@ def test_a_bad_campaign_is_refused(
         (["fold=20%"], "fold: unknown 20%, must be one of 5%, 30%"),
         (["explained=[tau9]"], "explained: unknown tau9, must be one of tau1"),
         (["model=tau4"], "explained: unknown tau1, must be one of tau4"),
-        (["model=f_h2"], "model must be of the follower's detachment"),
+        (["model=f_h2"], "model: attribute needs a Family, got a DrivetrainRecipe: choose another model=..."),
         (
             ["+groups.other=['sin(theta)']"],
             "groups: sin\\(theta\\) is in theta and in other",

@@ -105,7 +105,7 @@ class Answer:
     """Answer of a diagnosis; made by `diagnose`.
 
     Attributes:
-        findings: everything that was computed, the fitted models included.
+        findings: all results of the diagnosis, the fitted models included.
     """
 
     findings: Findings
@@ -127,14 +127,14 @@ class Answer:
 
     @cached_property
     def where(self) -> GapLocation:
-        """Return where the gap lies: channels, regions, factors, experiments."""
+        """Return the place of the gap: channels, regions, factors, experiments."""
         return GapLocation.of(self.findings.content["where"])
 
     @property
     def system(self) -> System:
-        """Return the system with the effects found and all identified numbers.
+        """Return the system with the diagnosed effects and all identified numbers.
 
-        It is the system as given where the logs are to be checked.
+        With the verdict check_logs it is the system as given.
         """
         return self.findings.system
 
@@ -145,7 +145,7 @@ class Answer:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Return what a reader of the answer must know."""
+        """Return remarks on logs, models and integration, a sentence each."""
         return self.findings.diagnosis.notes
 
     @property
@@ -201,9 +201,10 @@ class Answer:
         """Draw a figure of the answer.
 
         Args:
-            figure: gap (by default; how far it falls, model by model), lacking (what the physics leaves out),
-                left_over, experiments, before_and_after or candidates. Where the logs are to be checked there
-                are experiments (then the default) and before_and_after only.
+            figure: name of the figure: gap (default; the gap of every model), lacking (missing effort of the
+                known physics), left_over (that of the augmented model), experiments, before_and_after or
+                candidates. With the verdict check_logs, only experiments (then the default) and
+                before_and_after exist.
 
         Raises:
             BadInput: when the answer has no such figure.

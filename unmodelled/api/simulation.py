@@ -17,7 +17,7 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
 from unmodelled.diagnosis.data.gap import Gap, steps_of
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.logs import Logs
@@ -53,7 +53,7 @@ class Simulation:
 
     @property
     def floor(self) -> float:
-        """Return the noise floor: what the noise of the sensors alone leaves of the gap."""
+        """Return the noise floor: the gap that sensor noise alone causes."""
         return self.gap.floor
 
     @property
@@ -143,7 +143,7 @@ class Simulation:
         lines = [
             *(f"{output}: {off.says(self.seconds)}" for output, off in self.gap.units.items()),
             f"gap: {self.value:.3g} standard deviations over {over}, {len(each)} experiments",
-            f"noise floor: {self.floor:.3g}, what the noise of the sensors alone leaves",
+            f"noise floor: {self.floor:.3g}, the gap that sensor noise alone causes",
             f"persistence: {self.persistence:.3g}, the error if every output kept its value or its speed",
             f"worst experiment: {name}, {each[name]:.3g}",
             *(f"note: {note}" for note in self.gap.notes),
@@ -217,7 +217,7 @@ def simulate(
         >>> print(gap)
         theta: 0.052 rad off after 0.2 s, 0.2 rad over whole runs
         gap: 0.0467 standard deviations over 0.2 s, 4 experiments
-        noise floor: 0.00141, what the noise of the sensors alone leaves
+        noise floor: 0.00141, the gap that sensor noise alone causes
         persistence: 0.506, the error if every output kept its value or its speed
         worst experiment: run2, 0.05
         >>> gap.units.round(3)
@@ -228,7 +228,7 @@ def simulate(
     """
     runs, own = _chosen(only, logs), prepared_for(system, logs)
     sensors = Sensors(own)
-    seconds = default_horizon(own, sensors) if horizon is None else horizon
+    seconds = horizon_of(own, horizon, sensors)
     return Simulation(system, own, seconds, tuple(runs), free_runs(system, own, seconds, runs, sensors))
 
 

@@ -94,6 +94,7 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
             try:
                 if "out" in found:
                     _check_out(found["out"], place.out)
+                _check_kinds(function, given)
                 return function(*args, **kwargs)
             finally:
                 _RUNNING.reset(token)
@@ -102,6 +103,22 @@ def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Calla
         return run
 
     return decorate
+
+
+def _check_kinds(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Refuse an argument that a configuration file of another kind made, such as a model of another machine.
+
+    Args:
+        function: verb; only arguments annotated with a dataclass are checked.
+        given: arguments by name; None, which the command line refuses, is not checked.
+    """
+    for name, value in given.items():
+        kind = function.__globals__.get(str(function.__annotations__.get(name)))
+        if isinstance(kind, type) and is_dataclass(kind) and not isinstance(value, kind | None):
+            raise BadInput(
+                f"{name}: {function.__name__} needs a {kind.__name__}, got a {type(value).__name__}: choose "
+                f"another {name}=..., `help {function.__name__}` names the default"
+            )
 
 
 def _carried(given: Mapping[str, Any]) -> dict[str, Path]:

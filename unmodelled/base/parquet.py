@@ -121,7 +121,8 @@ def read_parquet(path: Path, columns: Sequence[str] | None = None) -> pd.DataFra
         Table of the columns, with a new index 0, 1, 2, ...
 
     Raises:
-        BadInput: as `read_arrow` does, and if the table has no form as a DataFrame.
+        BadInput: if the file is missing, damaged or not a Parquet file, lacks a column, takes more memory
+            than `check_memory` allows, or has no form as a DataFrame.
 
     Examples:
         >>> import tempfile

@@ -223,7 +223,7 @@ def check_kinds(given: Mapping[str, Any], written: Mapping[str, Any], place: str
 
     Args:
         given: the configuration after changes, as plain Python.
-        written: the same before them.
+        written: the configuration before changes, as plain Python.
         place: dotted name of both.
 
     Raises:

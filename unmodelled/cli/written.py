@@ -1,4 +1,4 @@
-"""Say what a verb has written, and how to look at it."""
+"""Name the files that a verb has written, and the command that opens them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 RESULTS = ("out", "reports")
 #: Names of files that the line shows.
 NAMES = 6
-#: How a file is looked at; of several the one that stands here first.
+#: Command that opens a file, by pattern of its name; of several files, the first pattern counts.
 VIEWS = (
     ("index.html", "open {}"),
     ("*.svg", "open {}"),
@@ -23,7 +23,7 @@ VIEWS = (
 
 
 def written(program: str, verb: str, arguments: Mapping[str, Any], since: float, hints: bool = True) -> str:
-    """Return the line that says what a verb wrote and how to look at it.
+    """Return the line that names the files of a verb and the command that opens them.
 
     Args:
         program: command that a user types before the verb.

@@ -1,1 +1,1 @@
-"""What the gap between a model and measured experiments is made of."""
+"""Diagnosis of the gap between a model and measured experiments: effects that the model leaves out."""

@@ -49,7 +49,7 @@ class SiteQuantity:
 
     Attributes:
         text: expression in names of the system file.
-        expression: the same as a SymPy expression.
+        expression: SymPy expression of `text`.
         unit: SI unit.
         dimension: exponents of the base units; None if the file has no units.
         spread: range of its values in the logs.

@@ -58,7 +58,7 @@ def with_law(system: System, port: Port, law: sp.Expr, written: str) -> System:
         system: system to change.
         port: port of the system.
         law: term to add.
-        written: the same as text.
+        written: term as text, in the grammar of system files.
 
     Returns:
         System with the longer law.
@@ -80,7 +80,7 @@ def with_output(system: System, name: str, more: sp.Expr, written: str) -> Syste
         system: system to change.
         name: name of the output.
         more: term to add.
-        written: the same as text.
+        written: term as text, in the grammar of system files.
 
     Returns:
         System with the longer expression of the output.

@@ -24,7 +24,7 @@ class Translation:
     Attributes:
         site: place in the system.
         law: law in local names.
-        more: further new names that the insertion of the law needs; default none.
+        more: other new names that the insertion of the law needs; default none.
     """
 
     site: Site

@@ -100,7 +100,7 @@ class AugmentedRecipe:
             period: sampling period, s.
             runs: training experiments of every model of the stack, each shape (experiments,); scales come
                 from a model's own training experiments.
-            seed: seed of the random generators; a model starts the same whatever the size of the stack.
+            seed: seed of the random generators; a model has the same start in a stack of any size.
 
         Raises:
             BadInput: when the recipe does not suit the system.

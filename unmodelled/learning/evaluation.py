@@ -50,8 +50,7 @@ class Evaluation:
 
         Returns:
             One row per measured state: state, unit, median, low and high (smallest and largest root mean
-                square
-            error over the free runs), runs (their number) and diverged (number of diverged free runs).
+            square error over the free runs), runs (their number) and diverged (number of diverged free runs).
         """
         groups = self.errors.groupby("state", sort=False)
         rmse = groups["rmse"]

@@ -77,8 +77,7 @@ class Fit:
 
         Returns:
             One row per identified parameter: parameter, unit, known (value in the system file), and median,
-                low
-            and high (smallest and largest value) over all models.
+            low and high (smallest and largest value) over all models.
         """
         structure, values = self.model.structure, self.model.physics().detach().numpy()
         rows = []
@@ -157,13 +156,13 @@ class Fit:
 
     @classmethod
     def load(cls, folder: Path | str) -> Fit:
-        """Read what `save` or the verb `train` wrote.
+        """Read a fit that `save` or the verb `train` wrote.
 
         Args:
             folder: folder of the fit.
 
         Returns:
-            The fit; its models predict what they predicted before.
+            Fit whose models predict as before.
 
         Raises:
             BadInput: when a file is missing or damaged.
@@ -205,7 +204,7 @@ def load_stack(structure: Augmented, path: Path) -> tuple[Nnap, dict[str, Any]]:
         path: file model.pt of a fit.
 
     Returns:
-        The fitted stack, and what the file says about it.
+        Fitted stack, and the facts about it in the file.
 
     Raises:
         BadInput: when the file is missing, damaged, or belongs to another structure.

@@ -18,8 +18,7 @@ class Recipe(Protocol):
     """A model and its training, as a file of `conf/model/` describes them.
 
     A recipe knows where its data come from: a hybrid model of a system file takes `system` and `logs`; a
-        recipe
-    of another kind carries its own data in its attributes and refuses both.
+    recipe of another kind carries its own data in its attributes and refuses both.
     """
 
     def train(

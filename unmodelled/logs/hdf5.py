@@ -88,7 +88,7 @@ def read_hdf5(places: Sequence[Address], units: Mapping[str, str], faults: Fault
     Args:
         places: n experiments in HDF5 files.
         units: name of a wanted column -> its unit.
-        faults: collector of what is wrong with each of them: a damaged file, or a dataset that is missing, is
+        faults: collector of the faults of each experiment: a damaged file, or a dataset that is missing, is
             no column of finite numbers, or has an attribute `unit` of another unit.
 
     Returns:

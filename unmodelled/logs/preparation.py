@@ -54,7 +54,8 @@ def prepared_for(system: System, logs: Logs) -> Logs:
         logs: measured experiments.
 
     Raises:
-        BadInput: when a constant has no value for an experiment, or as `prepare` does.
+        BadInput: when a constant has no value for an experiment, names of inputs or outputs differ, a delay
+            is as long as an experiment, or an integrated state diverges.
     """
     places = [f"experiment {name}" for name in logs.ids]
     table, notes = with_constants(system, logs.experiments, places)

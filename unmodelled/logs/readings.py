@@ -41,7 +41,7 @@ def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True)
 
     Args:
         system: system whose states and outputs are compared.
-        usable: says whether a reading of an output can be used; all can unless given.
+        usable: function that tells whether a reading of an output may be used; default: all may.
     """
     found: dict[int, Reading] = {}
     outputs = range(len(system.outputs))

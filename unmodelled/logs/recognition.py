@@ -1,4 +1,4 @@
-"""Saying what a file is that should be a table, and how to make it one."""
+"""Name the format of a file that should be a table, and the way to convert it."""
 
 from __future__ import annotations
 

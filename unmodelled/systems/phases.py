@@ -92,7 +92,8 @@ def trajectories(
         States over time and event times.
 
     Raises:
-        BadInput: as `event_times` does.
+        BadInput: if the event or a parameter is unknown, or if `step` is not a multiple of the sampling
+            period.
     """
     p = scaled_parameters(system, uncertain, theta)
     path = [(t, x, time) for t, x, time in _march(system, event_named(system, event), p, runs, step)]

@@ -223,10 +223,10 @@ def polynomial(c: Array, z: float) -> float:
 
     Args:
         c: coefficients of shape (K + 1,), lowest power first.
-        z: point.
+        z: argument of the polynomial.
 
     Returns:
-        Value.
+        Value of the sum.
     """
     value = 0.0
     for k in range(c.size - 1, -1, -1):

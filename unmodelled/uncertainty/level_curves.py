@@ -50,7 +50,8 @@ class Monotone:
             names: names of the n parameters.
             bounds: lower and upper bounds, shape (n, 2).
             values: outputs at the nodes, shape (m_1, ..., m_n, L).
-            hermite: the same with the slope per cell after every value, shape (2 m_1, ..., 2 m_n, L).
+            hermite: outputs at the nodes, each followed by its slope per cell along every axis, shape
+                (2 m_1, ..., 2 m_n, L).
 
         Returns:
             Surfaces of L outputs.

@@ -81,7 +81,8 @@ class Observed:
             Log-densities of shape (B, L); -inf where a density is zero.
 
         Raises:
-            BadInput: as `check_confined` does.
+            BadInput: if a family has no distribution with these parameters, or if the probability outside the
+                bounds exceeds 1e-6; the message names the parameter.
         """
         tables = np.empty((len(alphas), len(families), CELLS + 1))
         low, high = self.bounds.T

@@ -192,7 +192,7 @@ def of_moments(
         Densities of L outputs.
 
     Raises:
-        BadInput: as `sample_moments` does.
+        BadInput: if `count` is below two, or if all samples of an output in the first block are equal.
     """
     mean, std, moments = sample_moments(blocks, count)
     return GaussianDensity(mean, std) if count == 2 else MaximumEntropy.fit(mean, std, moments, support)

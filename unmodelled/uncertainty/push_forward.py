@@ -50,7 +50,9 @@ class PushForward(Density):
         alpha: two distribution parameters per uncertain parameter, shape (n, 2).
 
     Raises:
-        BadInput: as `check_confined` does, and on evaluation as `ResponseSurface.monotone` does.
+        BadInput: if a family has no distribution alpha, or if the probability outside the bounds of the
+            surface exceeds 1e-6; on evaluation, if an output is not monotone along any axis, or if there are
+            more than two parameters.
     """
 
     surface: ResponseSurface

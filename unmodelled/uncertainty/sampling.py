@@ -90,7 +90,8 @@ def data_sets(
         Data of shape (count, L).
 
     Raises:
-        BadInput: as `draw` does, and if an output does not exist for a sample.
+        BadInput: if a family has no distribution alpha, if `count` or `outputs` is below one, or if an output
+            does not exist for a sample.
     """
     theta = draw(families, alpha, count * outputs, generator).reshape(count, outputs, -1)
     return np.stack([np.diagonal(evaluate_response(response, own)) for own in theta])

@@ -98,7 +98,8 @@ class ResponseSurface:
             Level curves of the data.
 
         Raises:
-            BadInput: as `monotone` does, and if the number of data differs from the number of outputs.
+            BadInput: if an output is not monotone along any axis, if there are more than two parameters, or
+                if the number of data differs from the number of outputs.
         """
         return Observed.of(self.names, self.monotone, y)
 

@@ -93,12 +93,7 @@ class SequenceRecipe:
             BadInput: when the data do not suit the recipe, or `out` holds a damaged fit or a fit of other
                 features; nothing is overwritten then.
         """
-        sequences = Sequences.of(campaign, self.inputs, self.samples)
-        tasks = [
-            _Task(self, name, runs, repeat, seed, path_of(out, fold, repeat))
-            for fold, (name, runs) in enumerate((n, sequences.of_runs(rows)) for n, rows in folds.items())
-            for repeat in range(repeats)
-        ]
+        tasks = self._tasks(campaign, folds, repeats, seed, out)
         left = [task for task in tasks if not task.done()]
         if left:
             claim(out / SUMMARY)
@@ -109,22 +104,36 @@ class SequenceRecipe:
             _stacked(left, device)
         about = [read_about(task.path, self.inputs) for task in tasks]
         _warn(about)
-        seconds = float(sum(fit["seconds"] for fit in about))
-        summary = {
-            "folds": list(folds),
-            "repeats": repeats,
-            "seed": seed,
-            "features": list(self.inputs.features),
-            "settings": list(self.inputs.settings),
+        summary = {"folds": list(folds), "repeats": repeats, "seed": seed, **self._summary(about)}
+        write_json(out / SUMMARY, summary)
+        return float(summary["core_seconds"])
+
+    def _tasks(
+        self, campaign: Campaign, folds: Mapping[str, Indices], repeats: int, seed: int, out: Path
+    ) -> list[_Task]:
+        """Return one task per fold and repeat; for the arguments see `fit`."""
+        sequences = Sequences.of(campaign, self.inputs, self.samples)
+        return [
+            _Task(self, name, runs, repeat, seed, path_of(out, fold, repeat))
+            for fold, (name, runs) in enumerate((n, sequences.of_runs(rows)) for n, rows in folds.items())
+            for repeat in range(repeats)
+        ]
+
+    def _summary(self, about: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+        """Return inputs and size of the networks, and the course of their training.
+
+        Args:
+            about: facts about the fits, in the order of folds and repeats.
+        """
+        features, settings = self.inputs.features, self.inputs.settings
+        return {
+            "features": list(features),
+            "settings": list(settings),
             "updates": [fit["updates"] for fit in about],
             "not_converged": [[fit["fold"], fit["repeat"]] for fit in about if not fit["converged"]],
-            "parameters": Sizes(
-                len(self.inputs.features), self.hidden, self.head, len(self.inputs.settings)
-            ).weights,
-            "core_seconds": seconds,
+            "parameters": Sizes(len(features), self.hidden, self.head, len(settings)).weights,
+            "core_seconds": float(sum(fit["seconds"] for fit in about)),
         }
-        write_json(out / SUMMARY, summary)
-        return seconds
 
     def read(self, folder: Path) -> Fits:
         """Read the networks that `fit` wrote.

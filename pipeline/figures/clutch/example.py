@@ -68,7 +68,7 @@ def chaos_moments(data: Path) -> Figure:
 
     Top: coefficients of index i, dotted their limits; one of high index needs a high order. Centre: error of
     the raw moments that follow from the coefficients of a chaos of degree d (logarithmic). Bottom: the same
-    for moments of 10 000 samples of the polynomial, which sampling limits whatever d and q are. A white
+    for moments of 10 000 samples of the polynomial, which sampling limits for all d and q. A white
     marker says that the moment is too low.
     """
     coefficients, moments = table(data, "example_coefficients"), table(data, "example_moments")

@@ -27,7 +27,6 @@ class Side:
     Attributes:
         split: name of the split.
         folds: names of the folds from left to right.
-        xlabel, title: what stands below and above.
         xlabel: label below the panel.
         title: title above the panel.
     """

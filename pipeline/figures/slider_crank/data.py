@@ -24,7 +24,7 @@ SPEEDS = ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.12, 1.0, 256)),
 def spring_characteristic(data: Path) -> Figure:
     """Force of the compression spring (N) over the position d of the slider.
 
-    The characteristic was measured separately, to judge what the network has learned: no model is given it.
+    The characteristic was measured separately, to judge the network; no model uses it.
     The grey bar holds the positions that the trajectories reach; d = 0 is where the slider is closest to the
     shaft.
     """

@@ -11,13 +11,14 @@ from unmodelled.base.ownership import verb
 
 @verb()
 def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, seed: int = 0) -> None:
-    """Say which unmodelled effects explain the gap, and by how much it shrinks with them.
+    """Name the unmodelled effects that explain the gap, and the share of the gap that they explain.
 
-    `out` gets `diagnosis.json` (verdict, effects with numbers and intervals, where the gap lies, what was
-    tried), `augmented_system.yaml` (the system with the identified laws; `simulate` takes it with the same
-    logs), `figures`, the `tables` they are made from, and `index.html`, a page with all of it. The answer is
-    written first: what cannot be drawn is a note in it. Where a fault of the logs, such as a unit or a sign,
-    explains most of the gap, that is the answer (verdict check_logs) and no effect is searched.
+    `out` holds `diagnosis.json` (verdict, effects with numbers and intervals, place of the gap, compared
+    candidates), `augmented_system.yaml` (the system with the identified laws; `simulate` takes it with the
+    same logs), `figures`, the `tables` of the figures, and `index.html`, a page on the whole answer. The
+    answer is written first; if a figure cannot be drawn, a note in the answer says so. If a fault of the
+    logs, such as a wrong unit or sign, explains most of the gap, the verdict is check_logs and no effect is
+    searched.
 
     Args:
         system: file of the known physics (system/1); parameters marked `identify` are refitted.

@@ -19,7 +19,7 @@ def evaluate(
 
     A hybrid model of a system writes `out`/errors.parquet and examples.parquet (free runs), efforts.parquet
     (efforts of the networks on the training experiments) and surface.parquet (networks of two inputs on a
-    grid). The tables of a model of another kind are described in its own class.
+    grid). The docstring of a model of another kind describes its tables.
 
     Args:
         system: system file.

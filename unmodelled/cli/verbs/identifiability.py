@@ -13,14 +13,15 @@ from unmodelled.explanation.parameter_study import identifiability as studied
 def identifiability(
     system: Path, logs: Path, parameters: list[str] | None, limit: float, floor: float, out: Path
 ) -> None:
-    """Write and print how sensitive parameters are, what networks absorb of them, which sets to identify.
+    """Write and print the sensitivities of parameters, their absorption by networks, and sets to identify.
 
     `sensitivity.parquet`: name, kind (effort, parameter), norm (rms change of the states' derivatives, in
     units of their rms, for a change by the parameter's value or the effort's rms), unabsorbed (share of its
-    energy that networks in the ports leave; missing for an effort). `correlation.parquet`: row, column,
-    correlation, the text's Q. `advice.parquet`: a row per set of up to four parameters, the best first: set,
-    collinearity (efforts' columns included), collinearity_with_network (of what networks leave),
-    identifiable, with_network, maximal. `identifiability.json`: all of it and the advice in sentences.
+    energy that networks in the ports cannot absorb; missing for an effort). `correlation.parquet`: row,
+    column, correlation, the text's Q. `advice.parquet`: a row per set of up to four parameters, the best
+    first: set, collinearity (efforts' columns included), collinearity_with_network (of the parts that
+    networks cannot absorb), identifiable, with_network, maximal. `identifiability.json`: the content of the
+    tables, and the advice in sentences.
 
     Args:
         system: system file.

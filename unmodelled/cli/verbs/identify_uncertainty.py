@@ -30,14 +30,14 @@ def identify_uncertainty(
 ) -> None:
     """Write and print the most likely parameter distribution by three methods, its intervals, and advice.
 
-    Either `system` and `logs`: the outputs are the moments of the system's event, one an experiment, and the
-    parameters are multiples of their nominal values. Or `response` and `observations`.
+    Give either `system` and `logs`, or `response` and `observations`. The outputs of a system are the times
+    of its event, one per experiment, and its parameters are multiples of their nominal values.
 
-    `uncertainty.json` holds everything in short and `advice` in sentences. Tables: `points` (a row per
-    output: observed, deterministic least-squares prediction, log-likelihood by every method at its own
-    optimum), `estimates` (method, name, value; of the exact method the limits of the 95 % profile likelihood
-    and of the parametric bootstrap), `trace` (the search), `profiles`, `pairs` (profile likelihoods),
-    `replicates` (the exact method on data sets drawn from the model that it found).
+    `uncertainty.json` holds a summary, with `advice` in sentences. Tables: `points` (a row per output:
+    observed, deterministic least-squares prediction, log-likelihood by every method at its own optimum),
+    `estimates` (method, name, value; of the exact method the limits of the 95 % profile likelihood and of the
+    parametric bootstrap), `trace` (the search), `profiles`, `pairs` (profile likelihoods), `replicates`
+    (estimates of the exact method on data sets drawn from the identified distribution).
 
     Args:
         system: system file with an event.

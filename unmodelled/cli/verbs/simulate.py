@@ -17,16 +17,17 @@ NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
 def simulate(
     system: Path, logs: Path, horizon: float | None, out: Path, only: Sequence[str] | str | None = None
 ) -> None:
-    """Write `simulation.parquet` (`simulation.csv` without pyarrow) and `simulation.json`, print the gap.
+    """Write `simulation.parquet` (`simulation.csv` without pyarrow) and `simulation.json`, and print the gap.
 
     The gap, its noise floor, the error of persistence (every output keeps its value or its speed) and the
     scale of every output are those of `diagnose`: standard deviations within runs, over all experiments of
-    the logs, whichever are simulated. Beside them stand the root mean square errors in units of the outputs,
-    at the horizon and over whole runs.
+    the logs, also if only some are simulated. Root mean square errors in units of the outputs are added, at
+    the horizon and over whole runs.
 
     The table has a row per sample: experiment, t (s), window, and of every output `<name>_measured` and
-    `<name>_simulated` in its unit, nan where an output with a delay shows nothing that was simulated. A
-    simulated value that diverged is cut ten standard deviations from the measured one, as in the gap.
+    `<name>_simulated` in its unit; if an output has a delay, nan at the first or last samples, which no
+    window reaches. A simulated value that diverged is cut ten standard deviations from the measured one, as
+    in the gap.
 
     Args:
         system: file of the known physics (system/1).

@@ -26,14 +26,14 @@ def train(
     seed: int,
     out: Path,
 ) -> None:
-    """Write the fitted models and `out`/fit.json (what was fitted, how long it took).
+    """Write the fitted models and `out`/fit.json (facts about the fit, such as folds, seed and duration).
 
     A hybrid model of a system (model=hybrid) needs `system` and `logs`. It writes `out`/model.pt (weights),
     `out`/system.yaml and `out`/history.parquet (loss and parameters after every epoch). A model of another
-    kind carries the paths of its data (model.<key>=...) and takes neither; what it writes is said in its own
-    class.
+    kind carries the paths of its data (model.<key>=...) and takes neither; the docstring of its class
+    describes its files.
 
-    A training that was killed continues when the same command is started again.
+    An interrupted training continues when the same command is started again.
 
     Args:
         system: system file.

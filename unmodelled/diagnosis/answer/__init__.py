@@ -1,1 +1,1 @@
-"""What a diagnosis says: its result, sentences, tables and the augmented system."""
+"""Diagnoses from inputs to files: sentences, diagnosis.json, tables and the augmented system."""

@@ -52,7 +52,7 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     - about.json: names, units and what is shown.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
         folder: folder that gets the folder of tables.
 

@@ -1,4 +1,4 @@
-"""A diagnosis from a system and its logs to the files of its answer; what is drawn of it comes later."""
+"""Run a diagnosis and write its files: diagnosis.json, the augmented system and tables for figures."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
-from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
 from unmodelled.diagnosis.search.log_faults import log_faults
@@ -31,18 +31,19 @@ from unmodelled.systems.model import System
 
 SUMMARY, TABLES = "diagnosis.json", "tables"
 
-#: Writes a part of the answer into a folder; returns the files that it could not make, and why.
+#: Writes a part of the answer into a folder, and returns the exceptions of files that could not be made, by
+#: name of the file.
 Part = Callable[[Path], Mapping[str, Exception] | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What a diagnosis found, ready to be written.
+    """A diagnosis with the place of the gap, ready to be written.
 
     Attributes:
-        diagnosis: verdict, effects, and the models that show them.
-        where: where the gap lies.
-        exported: whether the augmented system has a form as a file.
+        diagnosis: verdict, effects and judged models.
+        where: place of the gap: channels, regions, factors and experiments.
+        exported: whether the augmented system can be written as a system file.
     """
 
     diagnosis: Diagnosis
@@ -51,12 +52,15 @@ class Findings:
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        """What diagnosis.json holds."""
+        """Return the content of diagnosis.json."""
         return summary(self.diagnosis, self.where)
 
     @cached_property
     def system(self) -> System:
-        """The system with the effects found and all identified numbers; as given where logs are at fault."""
+        """Return the system with the diagnosed effects and identified numbers.
+
+        With the verdict check_logs it is the system as given.
+        """
         found = self.diagnosis
         return found.system if found.verdict == "check_logs" else augmented_system(found)
 
@@ -64,21 +68,25 @@ class Findings:
         return "\n".join(sentences(self.diagnosis))
 
     def with_notes(self, *notes: str) -> Findings:
-        """Return the same findings with further notes."""
+        """Return the same findings with further notes.
+
+        Args:
+            *notes: notes, a sentence each.
+        """
         return replace(self, diagnosis=replace(self.diagnosis, notes=(*self.diagnosis.notes, *notes)))
 
     def save(self, out: Path, drawn: Mapping[str, Part] | None = None) -> Findings:
-        """Write diagnosis.json and augmented_system.yaml, then the tables, then what is drawn from them.
+        """Write diagnosis.json and augmented_system.yaml, then the tables, then further parts.
 
-        The answer is safe before the first table is written: a part that cannot be made is a note in it, and
-        the parts after it are left out.
+        diagnosis.json is complete before the first table is written. A part that cannot be made becomes a
+        note in it, and the parts after it are left out.
 
         Args:
             out: folder that is new, empty or holds an older diagnosis; replaced as a whole.
-            drawn: further parts by name, made in this order from the files in the folder.
+            drawn: further parts by name, such as figures, made in this order from the files in `out`.
 
         Returns:
-            The findings with notes on what could not be made.
+            The findings with a note for every part that could not be made.
 
         Raises:
             BadInput: when `out` may not be replaced, or the answer cannot be written.
@@ -116,9 +124,8 @@ def findings(
 
     Args:
         system: known physics; parameters marked `identify` are refitted.
-        logs: measured experiments, two or more; some are held out to judge the others' verdict.
-        horizon: length of the free-run windows, s; default: from the logs, see
-            `default_horizon`.
+        logs: measured experiments, two or more; some are held out to judge the fitted models.
+        horizon: length of the free-run windows, s; default: from the logs, see `default_horizon`.
         seed: seed of the random generators; the same seed gives the same findings; default 0.
         workers: number of threads; default: one per core.
 
@@ -126,7 +133,7 @@ def findings(
         BadInput: when the system, the logs, the horizon or the seed cannot be used.
     """
     check_seed(seed)
-    horizon = default_horizon(logs) if horizon is None else horizon
+    horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
     faults = log_faults(system, logs, horizon)
     if not any(fault.decides for fault in faults):

@@ -32,7 +32,7 @@ def summary(diagnosis: Diagnosis, where: Where) -> dict[str, Any]:
     fitted: all gaps are those of the known model.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
     """
     ports = _ports(diagnosis)

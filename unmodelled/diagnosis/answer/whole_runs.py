@@ -1,4 +1,4 @@
-"""The exported file over whole experiments: a model that is right for a window may run away in a minute."""
+"""Free runs of the exported file over whole experiments: a model that is right over a window may diverge."""
 
 from __future__ import annotations
 
@@ -19,12 +19,16 @@ NAMED = 4
 
 
 def whole_run_notes(diagnosis: Diagnosis, file: Path) -> Iterator[str]:
-    """Say where a free run of the exported file diverges, and where a law goes beyond the data.
+    """Yield notes on free runs of the exported file that diverge, and on laws that go beyond the data.
 
     All experiments are simulated from their first state to their end, the held-out ones too.
 
     Args:
-        diagnosis: its augmented model was written to `file`. file: a system file.
+        diagnosis: diagnosis with an augmented model.
+        file: system file of the augmented model.
+
+    Yields:
+        Notes, a sentence each.
 
     Raises:
         BadInput: when `file` cannot be read back.
@@ -46,7 +50,7 @@ def whole_run_notes(diagnosis: Diagnosis, file: Path) -> Iterator[str]:
 
 
 def _diverged(diagnosis: Diagnosis, file: Path) -> NDArray[np.float64]:
-    """(experiments,) s from the start of each to where a free run is lost, inf where it never is."""
+    """Return the times of divergence of whole runs, shape (experiments,), s; inf for runs that stay near."""
     system, model = read_system(file), diagnosis.augmented
     latest = max((output.delay for output in system.outputs), default=0.0)
     recording = Recording.whole(model.logs, latest=latest)

@@ -1,1 +1,1 @@
-"""What a diagnosis is given: recordings, sensors, loops, and checks of both."""
+"""Inputs of a diagnosis (recordings, sensors, thresholds), and its result."""

@@ -1,4 +1,4 @@
-"""The gap between a system and measured experiments, defined (shared/contracts/diagnosis.md).
+"""The definition of the gap between a system and measured experiments (shared/contracts/diagnosis.md).
 
 `unmodelled.diagnosis.fitting.free_runs` computes it, for every verb.
 """
@@ -88,7 +88,7 @@ class Off:
 
 
 def _amount(value: float | None, unit: str) -> str:
-    """Nothing for a value that there is not."""
+    """Return a value with its unit, "" for no value."""
     if value is None:
         return ""
     return f"{value:.2g}" if unit in ("", "1", "-") else f"{value:.2g} {unit}"
@@ -101,8 +101,8 @@ class Gap:
     Attributes:
         value: root mean square over outputs, windows and samples; the first sample of an experiment, which
             is no prediction, does not count.
-        per_experiment: the same by id of the experiment.
-        per_output: the same by name of the output.
+        per_experiment: gap of an experiment, by its id.
+        per_output: gap of an output, by its name.
         floor: noise floor, the gap that the noise of the sensors alone would leave; the noise of the states
             at the starts of the windows is part of it.
         floors: noise floor by id of the experiment.
@@ -112,7 +112,7 @@ class Gap:
         units: errors by name of the output, in its unit.
         substeps: integration steps per sample.
         run: simulated outputs; an error beyond `LARGEST_ERROR` is cut there.
-        notes: sentences that a reader of the number must know.
+        notes: remarks on the horizon, the integration and diverged simulations, a sentence each.
     """
 
     value: float

@@ -130,8 +130,10 @@ def constants(logs: Logs) -> Iterator[LogFault]:
 
 
 def _groups(system: System) -> list[tuple[str, ...]]:
-    """Every channel alone, then a position with its speed, all inputs of one unit, all outputs of one base
-    unit, and both together.
+    """Return groups of channels that may share a fault.
+
+    Every channel alone comes first, then a position with its speed, all inputs of one unit, all outputs of
+    one base unit, and all channels of one base unit.
     """
     inputs = {item.name: item.unit for item in system.inputs}
     outputs = {item.name: item.unit for item in system.outputs}
@@ -147,7 +149,7 @@ def _groups(system: System) -> list[tuple[str, ...]]:
 
 
 def _base(unit: str) -> str:
-    """The unit of what a speed or an acceleration is the derivative of."""
+    """Return the base unit of a rate: rad of rad/s and of rad/s^2."""
     return unit.split("/")[0].strip()
 
 

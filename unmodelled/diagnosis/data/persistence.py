@@ -59,6 +59,20 @@ def default_horizon(
     return float(f"{steps * logs.period:.12g}")
 
 
+def horizon_of(logs: Logs, horizon: float | None, sensors: Sensors | None = None) -> float:
+    """Return the given horizon, or the default horizon of the logs where none is given.
+
+    Args:
+        logs: logs of all experiments.
+        horizon: length of the free-run windows, s; None for the default.
+        sensors: sensors of the logs, where they are known already.
+
+    Returns:
+        Horizon, s.
+    """
+    return default_horizon(logs, sensors) if horizon is None else horizon
+
+
 def persistence(recording: Recording) -> float:
     """Return the error of persistence over the windows of a recording, on the scale of the gap.
 
@@ -81,8 +95,8 @@ def persistence_errors(sensors: Sensors, start: Indices, end: Indices) -> Array:
 
     Args:
         sensors: sensors of the logs.
-        start: samples at which predictions start, broadcast to the shape of `end`.
-        end: predicted samples.
+        start: numbers of the samples at which predictions start, of a shape that broadcasts to that of `end`.
+        end: numbers of the predicted samples, any shape.
 
     Returns:
         Measured minus predicted outputs, shape (2, *shape of `end`, outputs), in units of the outputs.

@@ -103,7 +103,7 @@ class Remainder:
 
     Attributes:
         share: squared error of left-out predictions, relative to that of the re-identified physics.
-        predictable: part of it that a network in every port predicts in left-out experiments.
+        predictable: part of `share` that a network in every port predicts in left-out experiments.
         place: place of the further effect that predicts best; None if none was fitted.
     """
 
@@ -128,7 +128,7 @@ class Diagnosis:
         effects: diagnosed effects, the strongest first.
         remainder: error that a flexible model predicts beyond the effects; None if there is none.
         known: the system as given.
-        reidentified: the same physics with its uncertain parameters fitted.
+        reidentified: the known physics with its uncertain parameters fitted.
         augmented: the physics with the effects; `reidentified` where there are none.
         neural: the physics with a network in every port.
         steps: models from `reidentified` to `augmented`, with one effect more each.

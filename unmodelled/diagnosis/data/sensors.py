@@ -1,4 +1,4 @@
-"""What the outputs of measured experiments show of the states and of their rates, and how noisy it is."""
+"""Noise, values and smoothed slopes of the outputs of measured experiments."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class SmoothedSlope:
         return np.sqrt(self._shared(square, offsets))
 
     def _shared(self, square: Array, offsets: Indices) -> Array:
-        """The mean over samples that have as much of the filter."""
+        """Return means over the samples at which the filter has the same width."""
         within = np.concatenate([np.arange(b - a) for a, b in pairwise(offsets)])
         left = np.concatenate([np.arange(b - a)[::-1] for a, b in pairwise(offsets)])
         near = np.minimum(np.minimum(within, left), self.width)
@@ -146,16 +146,16 @@ class Sensors:
 
     @cached_property
     def _rows(self) -> NDArray[np.int64]:
-        """The samples of the runs."""
+        """Numbers of the samples of the runs, shape (samples of the runs,)."""
         return np.concatenate([np.arange(*self.logs.offsets[[i, i + 1]]) for i in self._known])
 
     @cached_property
     def _offsets(self) -> NDArray[np.int64]:
-        """First samples of the runs among these."""
+        """First samples of the runs among `_rows`, shape (runs + 1,)."""
         return np.concatenate([[0], np.cumsum(np.diff(self.logs.offsets)[list(self._known)])])
 
     def _spread(self, values: Array) -> Array:
-        """(samples,) of all experiments from those of the runs; 0 in the others."""
+        """Return values at all samples, shape (samples,), from those of the runs; 0 in other experiments."""
         found = np.zeros(len(self.logs.y))
         found[self._rows] = values
         return found

@@ -96,7 +96,7 @@ def held_out(
     Args:
         experiments: table of the experiments, one row each.
         seed: seed of the draw.
-        thresholds: `held_out_share` is used.
+        thresholds: thresholds of a diagnosis, of which `held_out_share` is used.
 
     Returns:
         Rows of the table, sorted.

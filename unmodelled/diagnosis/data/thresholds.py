@@ -54,7 +54,8 @@ class Thresholds:
         exchanged_rest: share that a candidate with as many or fewer effects must remove, and a network.
         unexplained_gap: error above the sensor noise from which a gap that nothing predicts is `unknown`.
         least_gain: difference of two scores up to which candidates cannot be told apart.
-        alike_errors: the same, relative to the standard error of the difference.
+        alike_errors: difference of two scores up to which candidates cannot be told apart, relative to the
+            standard error of the difference.
         same_complexity: difference up to which a candidate does not count as more complex; a more complex one
             is not listed as indistinguishable.
         most_equal: largest number of effects listed as indistinguishable.
@@ -71,8 +72,9 @@ class Thresholds:
         common_factor_spread: difference up to which parameters have changed by the same factor.
         scale_likeness: likeness of a common factor of parameters to the scale of an input, at least.
         undetermined_change: half the 95 % interval of a number, relative to its size, from which the logs do
-            not determine it.
-        combined_change: half the 95 % interval of a combination of numbers for the same.
+            not determine the number.
+        combined_change: half the 95 % interval of a combination of numbers, relative to its size, from which
+            the logs do not determine the combination.
         combined_least: change of a number in such a combination, relative to its size, at least.
         combined_ratio: change of a number in such a combination against its change alone, at least.
         fault_share: share that a fault explains at least, if it decides the verdict check_logs.

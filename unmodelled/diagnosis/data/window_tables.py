@@ -48,10 +48,10 @@ class WindowTableReader:
     """Make the tables of parameter sets.
 
     Args:
-        system: system, see `Simulation`.
-        recording: windows, see `Simulation`.
+        system: system with the laws of its ports.
+        recording: windows; their logs have the inputs and outputs of `system`.
         input_delays: column of the delay (s) in a parameter set, by number of the input.
-        output_delays: the same by number of the output.
+        output_delays: column of the delay (s) in a parameter set, by number of the output.
         c: operating points, shape (experiments, constants).
     """
 
@@ -71,7 +71,11 @@ class WindowTableReader:
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
     def __call__(self, values: Array) -> WindowTables:
-        """Return the tables of the parameter sets `values` (experiments, sets, numbers)."""
+        """Return the tables of parameter sets.
+
+        Args:
+            values: parameter sets, shape (experiments, sets, numbers), SI.
+        """
         if not self.columns:
             return self._same(values.shape[1])
         different = values[:, :, self.columns]

@@ -1,1 +1,1 @@
-"""The choice among fitted candidates: verdict, named effects, what cannot be told apart, confidence."""
+"""The choice among fitted candidates: verdict, effects, confidence, and remarks on fitted numbers."""

@@ -81,7 +81,7 @@ def is_determined(fitted: FittedHypothesis, name: str) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Determination:
-    """How well the logs of a fit determine its numbers, all relative to their size.
+    """Uncertainty of the numbers of a fit, as relative changes that its logs do not rule out.
 
     The size of a number is its value, or its plausible size where that is larger. Timing, numbers of single
     experiments and numbers that only smooth a corner may take any value; numbers at a bound are fixed.

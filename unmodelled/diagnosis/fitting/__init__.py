@@ -1,1 +1,1 @@
-"""How well a structure explains recordings: free runs of it and the parameters that fit best."""
+"""Fits of models to recordings by free runs, the gap, and predictions of left-out experiments."""

@@ -1,4 +1,4 @@
-"""How far simulated outputs lie from measured ones (shared/contracts/diagnosis.md)."""
+"""Deviations of simulated outputs from measured ones (shared/contracts/diagnosis.md)."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Deviation:
-    """Root mean square over windows and samples, in standard deviations of the outputs.
+    """Deviation of simulated from measured outputs, in standard deviations of the outputs.
 
     Attributes:
-        value: over outputs too. per_output, per_experiment: the same by name of the output and by id.
+        value: root mean square over outputs, windows and samples.
+        per_output: root mean square over windows and samples, by name of the output.
+        per_experiment: root mean square over the outputs and samples of an experiment, by its id.
     """
 
     value: float
@@ -30,7 +32,13 @@ class Deviation:
 
     @classmethod
     def of(cls, recording: Recording, square: Array) -> Deviation:
-        """From finite square errors (windows, most steps, outputs); after the end of a window none counts."""
+        """Average square errors over windows and samples.
+
+        Args:
+            recording: windows whose errors are averaged.
+            square: finite square errors, shape (windows, most steps, outputs), in variances of the outputs;
+                errors after the end of a window do not count.
+        """
         sums = np.einsum("wkj,wk->wj", square, recording.counted)
         logs = recording.logs
         total, count = np.zeros((len(logs), len(logs.outputs))), np.zeros(len(logs))
@@ -45,13 +53,17 @@ class Deviation:
 
 
 def errors(runs: Runs, scale: Array) -> Array:
-    """Return the errors (windows, most steps, outputs) of the first set, in standard deviations of outputs.
+    """Return the errors of the first parameter set, in standard deviations of the outputs.
 
-    One beyond `LARGEST_ERROR` is cut there, and so are all at a sample where an output has no finite value:
-    what shows nothing of a state that diverged is no prediction either.
+    An error beyond `LARGEST_ERROR` is cut there. At a sample where an output has no finite value, the errors
+    of all outputs count as the largest one: a finite output of a simulation that diverged is no prediction.
 
     Args:
-        scale: (outputs,) of a recording.
+        runs: free runs of the windows.
+        scale: standard deviations of the outputs, shape (outputs,), in their units.
+
+    Returns:
+        Errors, shape (windows, most steps, outputs).
     """
     error = runs.errors(scale)
     error = np.where(np.isfinite(runs.y[:, 0]).all(axis=-1, keepdims=True), error, np.nan)
@@ -60,21 +72,30 @@ def errors(runs: Runs, scale: Array) -> Array:
 
 
 def gap(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
-    """The gap with `values` (experiments or 1, 1, numbers) over windows that start at the measured states."""
+    """Return the gap over windows that start at the measured states.
+
+    Args:
+        simulation: system and windows.
+        values: parameter set, shape (experiments or 1, 1, numbers), SI.
+        substeps: integration steps per sample, default 1.
+    """
     found = errors(simulation(values, substeps=substeps), simulation.recording.scale)
     return Deviation.of(simulation.recording, found**2)
 
 
 def substeps_needed(simulation: Simulation, values: Array, most: int = 8) -> tuple[int, str]:
-    """Find the steps per sample with which the integration is as good as the noise of the sensors asks for.
+    """Find the smallest number of integration steps whose error is small against the sensor noise.
 
-    Halving them again changes the outputs by less than a tenth of the sensors' noise.
+    With this number, halving the steps changes no output by more than a tenth of its noise (root mean
+    square).
 
     Args:
-        values: (experiments or 1, 1, numbers). most: no more are tried.
+        simulation: system and windows.
+        values: parameter set, shape (experiments or 1, 1, numbers), SI.
+        most: largest number of steps per sample that is tried, default 8.
 
     Returns:
-        Their number, and a note if `most` do not suffice, else nothing.
+        Number of steps per sample, and a note; the note is empty unless `most` steps are too few.
     """
     recording = simulation.recording
     enough = np.maximum(SHARE * recording.noise / recording.scale, ENOUGH)

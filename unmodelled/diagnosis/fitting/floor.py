@@ -1,4 +1,4 @@
-"""What the noise of the sensors leaves of the gap of a model without fault."""
+"""The noise floor: the gap that sensor noise alone causes, for a model without fault."""
 
 from __future__ import annotations
 
@@ -13,12 +13,17 @@ Array = NDArray[np.float64]
 
 
 def start_noise(simulation: Simulation, values: Array) -> Array:
-    """(windows, measured states) standard deviation of the error of the states at which windows start.
+    """Return the noise of the measured states at which windows start.
 
-    A state that an output shows has the noise of the output; see `SmoothedSlope.error` for velocities.
+    A state that an output shows has the noise of the output, divided by the gain of the sensor; see
+    `SmoothedSlope.error` for velocities.
 
     Args:
-        values: (experiments or 1, 1, numbers).
+        simulation: system and windows.
+        values: parameter set, shape (experiments or 1, 1, numbers), SI; it contains the gains of the sensors.
+
+    Returns:
+        Standard deviations, shape (windows, measured states), SI.
     """
     recording, reader = simulation.recording, simulation.reader
     everywhere = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))
@@ -30,13 +35,15 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
 
 
 def floor(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
-    """The noise floor: the gap that would be left if `simulation` with `values` were the truth.
+    """Return the noise floor: the gap that remains if the simulation with `values` is the truth.
 
-    The measured outputs are noisy, and so are the states at which windows start. What the latter do to the
-    outputs is found by starting a standard deviation above and below, state by state.
+    The measured outputs are noisy, and so are the states at which windows start. The effect of a noisy state
+    on the outputs is found by starting one standard deviation above and one below it, state by state.
 
     Args:
-        values: (experiments or 1, 1, numbers). substeps: steps of the integration per sample.
+        simulation: system and windows.
+        values: parameter set, shape (experiments or 1, 1, numbers), SI.
+        substeps: integration steps per sample, default 1.
     """
     recording = simulation.recording
     sigma = start_noise(simulation, values)

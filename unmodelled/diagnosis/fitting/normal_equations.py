@@ -25,9 +25,8 @@ class NormalEquations:
 
     Attributes:
         gram: products, shape (windows, q, q), of q = unknowns + states + 1 columns: derivatives by the
-            unknowns, by
-            the initial states in units of their noise, and the residual. The prior of the initial states is
-            included.
+            unknowns, by the initial states in units of their noise, and the residual. The prior of the
+            initial states is included.
         entry: entry, shape (windows, unknowns), of an unknown in the vector.
         precision: inverse variance, shape (size,), of the vector's prior around zero.
     """
@@ -67,8 +66,8 @@ class NormalEquations:
 
         Returns:
             Curvature, shape (windows, unknowns, unknowns), gradient, shape (windows, unknowns), and
-            derivatives, shape (windows,
-            states, unknowns + 1), of the initial states by the unknowns, their own step last.
+            derivatives, shape (windows, states, unknowns + 1), of the initial states by the unknowns, their
+            own step last.
         """
         n = self.entry.shape[1]
         inner = self.gram[:, n:-1, n:-1]

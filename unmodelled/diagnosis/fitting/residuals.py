@@ -44,23 +44,28 @@ class Errors:
         return LARGEST_ERROR * recording.scale / recording.noise
 
     def __call__(self, z: Array, moved: Array) -> Array:
-        """Return errors (windows, sets, most steps, outputs) in standard deviations of the sensor noise.
+        """Return the errors of vectors, in standard deviations of the sensor noise.
 
         An error beyond `largest`, or of a simulation that diverged, is cut there; after the end of a window
         errors are zero.
 
         Args:
-            z: vectors (sets, entries).
-            moved: corrections (windows, sets, measured states) of the initial states, in `sigma`.
+            z: vectors, shape (sets, entries), in units of `Unknowns.scale`.
+            moved: corrections of the initial states, shape (windows, sets, measured states), in units of
+                `sigma`.
+
+        Returns:
+            Errors, shape (windows, sets, most steps, outputs).
         """
         return self.of_numbers(self.unknowns.numbers(z), moved)
 
     def of_numbers(self, numbers: Array, moved: Array) -> Array:
-        """Return the errors of parameter sets, as `__call__` does of vectors.
+        """Return the errors of parameter sets, cut at `largest`; after the end of a window they are zero.
 
         Args:
-            numbers: parameter sets, shape (experiments, sets, numbers).
-            moved: corrections of the initial states, shape (windows, sets, measured states), in `sigma`.
+            numbers: parameter sets, shape (experiments, sets, numbers), SI.
+            moved: corrections of the initial states, shape (windows, sets, measured states), in units of
+                `sigma`.
 
         Returns:
             Errors, shape (windows, sets, most steps, outputs), in standard deviations of the sensor noise.

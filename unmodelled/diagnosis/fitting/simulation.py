@@ -123,8 +123,8 @@ class Simulation:
         """Simulate all windows.
 
         Args:
-            values: parameter sets (experiments or 1, sets, numbers).
-            moved: summands (windows, sets, measured states) of the initial states, SI, default none.
+            values: parameter sets, shape (experiments or 1, sets, numbers), SI.
+            moved: summands of the initial states, shape (windows, sets, measured states), SI, default none.
             substeps: integration steps (Runge-Kutta, order four) per sample, default 1.
         """
         record, sets = self.recording, values.shape[1]
@@ -146,8 +146,12 @@ class Simulation:
         return self._shown(y, self.reader.delays(values[0]) / record.logs.period)
 
     def _shown(self, y: Array, late: Array) -> Runs:
-        """What is shown of simulated outputs (windows, sets, samples, outputs) `late` (sets, outputs) samples
-        after it happens."""
+        """Return the runs as delayed sensors show them.
+
+        Args:
+            y: simulated outputs, shape (windows, sets, samples, outputs).
+            late: delays, shape (sets, outputs), samples.
+        """
         record, outputs = self.recording, np.arange(y.shape[3])
         if not late.any():
             same = np.zeros((1, len(outputs)), np.int64)
@@ -166,7 +170,7 @@ class Simulation:
 
     @cached_property
     def _observer(self) -> Observer:
-        """The states that no output shows, driven by the inputs and all other states."""
+        """Observer of the states that no output shows, driven by the inputs and all other states."""
         return Observer.of(self.system, self.hidden)
 
     def _integrated(self, tables: WindowTables, p: Array) -> Array:

@@ -71,7 +71,7 @@ class Unknowns:
 
     Attributes:
         simulation: simulation that takes the numbers.
-        each: unknowns.
+        each: unknowns, in the order of the vector.
     """
 
     simulation: Simulation

@@ -1,1 +1,1 @@
-"""Which effects explain the gap: screening, choosing, confidence, and faults of the logs."""
+"""The search for effects that explain the gap (screening, then fits), and for faults of the logs."""

@@ -61,7 +61,7 @@ def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Cop
 
     Args:
         logs: logs of all experiments.
-        thresholds: `copied_noise` is used.
+        thresholds: thresholds of a diagnosis, of which `copied_noise` is used.
     """
     found: dict[int, Copy] = {}
     with threadpool_limits(1):  # in matrices as small as these, threads mostly wait for each other
@@ -79,7 +79,7 @@ def copies(logs: Logs, thresholds: Thresholds = DEFAULT_THRESHOLDS) -> tuple[Cop
 
 
 def _copies_of(logs: Logs, source: int, thresholds: Thresholds) -> Iterator[Copy]:
-    """Outputs that are computed from one of them."""
+    """Yield the outputs that are computed from a source."""
     targets = [j for j in range(len(logs.outputs)) if j != source]
     filters = _filters(logs, source, targets)
     parts = [logs.y[logs.rows(i), source] for i in range(len(logs))]
@@ -90,13 +90,13 @@ def _copies_of(logs: Logs, source: int, thresholds: Thresholds) -> Iterator[Copy
 
 
 def _reach(logs: Logs) -> tuple[int, int]:
-    """Samples before and after that a filter reads."""
+    """Return the numbers of samples that a filter reads before and after a sample."""
     longest = int(LONGEST_SHARE * np.diff(logs.offsets).min())
     return min(BEFORE, longest), min(AFTER, longest)
 
 
 def _copy(logs: Logs, source: int, target: int, taps: Array) -> Copy | None:
-    """What a filter does, from how it answers a constant, a ramp and a parabola."""
+    """Return gain and delay of a filter, from its response to a constant, a ramp and a parabola."""
     k = np.arange(len(taps)) - _reach(logs)[1]  # samples by which a tap is late
     period = logs.period
     large = np.flatnonzero(np.abs(taps) > SMALL_TAP * np.abs(taps).max())
@@ -110,7 +110,7 @@ def _copy(logs: Logs, source: int, target: int, taps: Array) -> Copy | None:
 
 
 def _filters(logs: Logs, source: int, targets: Sequence[int]) -> list[tuple[int, Array, float]]:
-    """Targets, the taps that predict them from the source, early to late, and the standard deviation left."""
+    """Return targets, taps that predict them from the source, early to late, and residual deviations."""
     before, after = _reach(logs)
     width, every = before + 1 + after, -(-len(logs.y) // MOST_PREDICTED)
     known, wanted = [], []

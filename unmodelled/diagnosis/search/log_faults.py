@@ -40,8 +40,11 @@ class _Suspect:
     """A correction of some experiments that may explain the gap.
 
     Attributes:
-        question: with the correction of the `runs` (experiments,) alone. steps: samples of a window.
-        before, after: (experiments,) mean square errors.
+        question: question whose correction changes only the experiments in `runs`.
+        runs: mask of the corrected experiments, shape (experiments,).
+        steps: number of samples of a window.
+        before: mean square errors of the logs as read, shape (experiments,).
+        after: mean square errors of the corrected logs, shape (experiments,).
     """
 
     question: Question
@@ -52,7 +55,7 @@ class _Suspect:
 
     @property
     def explains(self) -> float:
-        """Share of the mean square error of all experiments."""
+        """Return the explained share of the mean square error of all experiments."""
         whole = float(self.before.sum())
         return 1.0 - float(self.after.sum()) / whole if whole > 0.0 else 0.0
 
@@ -62,11 +65,11 @@ class _Suspect:
 
     @property
     def explains_where_it_is(self) -> float:
-        """Share of the mean square error of its own experiments."""
+        """Return the explained share of the mean square error of the corrected experiments."""
         return 1.0 - float(self.after[self.runs].sum()) / max(float(self.before[self.runs].sum()), 1e-300)
 
     def is_enough(self, limits: Thresholds) -> bool:
-        """Whether the fault explains nearly all where it is, and most of all."""
+        """Return whether the fault explains most of the error of its experiments, and enough of all error."""
         least = limits.fault_share if self.everywhere else limits.fault_share_some
         return self.explains_where_it_is >= limits.fault_share and self.explains >= least
 
@@ -74,7 +77,7 @@ class _Suspect:
 def log_faults(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[LogFault, ...]:
-    """Find faults of the logs, and the one that explains most of the gap if there is one.
+    """Find faults of the logs, and the fault that explains most of the gap if there is one.
 
     Args:
         system: the known physics.
@@ -85,6 +88,16 @@ def log_faults(
     Returns:
         Copies of experiments, constant inputs and computed outputs, then the fault that explains the gap if
         there is one.
+
+    Examples:
+        >>> from dataclasses import replace
+        >>> import unmodelled as um
+        >>> system, logs = um.example("pendulum")
+        >>> log_faults(system, logs, horizon=0.2)
+        ()
+        >>> reversed_torque = replace(logs, u=-logs.u)
+        >>> [(fault.channels, fault.problem) for fault in log_faults(system, reversed_torque, horizon=0.2)]
+        [(('torque',), 'sign')]
     """
     found = different(logs)
     copied = copies(found, thresholds)
@@ -100,7 +113,7 @@ def log_faults(
 def _answer(
     system: System, logs: Logs, copied: Sequence[Copy], horizon: float, thresholds: Thresholds
 ) -> tuple[LogFault, ...]:
-    """The fault that explains the gap, or nothing."""
+    """Return the fault that explains the gap, as a tuple of one, or none."""
     sensors = Sensors(logs)
     for longer in HORIZON_FACTORS:
         trials = Trials(system, logs, longer * horizon, sensors, thresholds)
@@ -136,7 +149,7 @@ def _suspects(trials: Trials, copied: Sequence[Copy]) -> Iterator[_Suspect]:
 
 
 def _fits(trials: Trials) -> Iterator[_Suspect]:
-    """Corrections of which the size is fitted; over a long horizon they fit what strays for other reasons."""
+    """Yield corrections with a fitted size; over a long horizon they also fit errors of other causes."""
     steps = trials.steps(trials.none)
     before = trials.square(trials.none, steps)
     if before.max() < trials.thresholds.material_error**2:
@@ -150,7 +163,7 @@ def _fits(trials: Trials) -> Iterator[_Suspect]:
 
 
 def _where(before: Array, after: Array, limits: Thresholds) -> Iterator[Mask]:
-    """All experiments, or the few for which the correction does nearly all."""
+    """Yield all experiments, and the few whose error the correction removes almost completely."""
     yield np.ones(len(before), np.bool_)
     some = after < (1.0 - limits.fault_share) * before
     if 0 < some.sum() < 0.5 * len(some):
@@ -163,7 +176,7 @@ def _only(question: Question, runs: Mask, steps: int, before: Array, after: Arra
 
 
 def _possible(trials: Trials, suspect: _Suspect) -> bool:
-    """Whether an input that seems to do nothing is not one that does little.
+    """Return whether an input without effect explains more than an input with a small effect.
 
     The error is a parabola of the input's gain: where its lowest point is near zero, a little of the input or
     of its opposite is worse than none.
@@ -177,7 +190,7 @@ def _possible(trials: Trials, suspect: _Suspect) -> bool:
 
 
 def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
-    """Suspects that leave next to the least, in the order of the questions: the first is the simplest."""
+    """Return the suspects with almost the smallest error, the simplest (first asked) one first."""
     left = [s.after.sum() / trials.persistence(s.steps).sum() for s in right]
     return [
         s
@@ -187,20 +200,20 @@ def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
 
 
 def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
-    """The same with the uncertain parameters fitted, with and without the correction."""
+    """Return a suspect with errors of fitted parameters, with and without its correction."""
     before, after = (trials.identified(c, suspect.steps) for c in (trials.none, suspect.question.correction))
     return replace(suspect, before=before, after=after)
 
 
 def _good(trials: Trials, suspect: _Suspect) -> bool:
-    """Whether the corrected model predicts what the machine does, rather than being less wrong."""
+    """Return whether the corrected model predicts well, and no wrong inertia explains as much."""
     left = float(suspect.after[suspect.runs].sum())
     persistence = trials.persistence(suspect.steps)[suspect.runs].sum()
     return left <= trials.thresholds.fault_error_ratio * float(persistence) and not _inertia(trials, suspect)
 
 
 def _inertia(trials: Trials, suspect: _Suspect) -> bool:
-    """Whether an error of the inertia explains as much as a clock of all experiments that is off."""
+    """Return whether an error of the inertia explains as much as a wrong clock of all experiments."""
     if suspect.question.problem.name != CLOCK_PROBLEM or not suspect.everywhere:
         return False
     other = Trials(
@@ -224,7 +237,7 @@ def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFaul
 
 
 def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
-    """Observation, correction with its effect on the error, and what to do."""
+    """Return observation, correction with its effect on the error, and the next step."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
     of = "" if best.everywhere else f" of {_listed([logs.ids[i] for i in runs])}"

@@ -55,7 +55,7 @@ def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
 
 
 def _factor(trials: Trials, steps: int) -> float:
-    """The factor of the time of all experiments with which the error is least."""
+    """Return the factor of the time of all experiments with the smallest error."""
     every = np.ones(len(trials.logs))
 
     def square(logarithm: float) -> float:
@@ -93,9 +93,9 @@ def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question
 
 
 def _offset(trials: Trials, alone: Trials, steps: int, run: int) -> Question | None:
-    """The offset of one output that suits an experiment best.
+    """Return the question of the best offset of one output of an experiment.
 
-    None where it is smaller than what the output does within the experiment.
+    It is None if the offset is smaller than the standard deviation of the output within the experiment.
     """
     logs, others = trials.logs, np.arange(len(trials.logs)) != run
     means = np.array([logs.y[logs.rows(i)].mean(axis=0) for i in range(len(logs))])
@@ -123,7 +123,7 @@ def _shifted(trials: Trials, run: int, j: int, by: float) -> Correction:
 
 
 def _lowest(square: Callable[[float], float], tried: Array) -> tuple[float, float]:
-    """The argument near the best of those tried (evenly spaced) with the least value, and that value."""
+    """Return the argument with the smallest value, near the best of evenly spaced ones, and that value."""
     squares = [square(float(each)) for each in tried]
     k, step = int(np.argmin(squares)), float(tried[1] - tried[0])
     best = minimize_scalar(

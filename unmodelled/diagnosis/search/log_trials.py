@@ -92,7 +92,7 @@ class Trials:
     def persistence(self, steps: int) -> Array:
         """Return the mean square error of persistence: outputs keep their values, or their speeds.
 
-        A correction that removes inputs and forces has this error, whatever the machine is.
+        A correction that removes inputs and forces has this error on every machine.
 
         Args:
             steps: number of samples of a window.
@@ -131,13 +131,13 @@ class Trials:
         free = low < high
 
         def numbers(free_values: Array) -> Array:
-            """(experiments, sets, numbers) from the values (sets, free entries)."""
+            """Return parameter sets, shape (experiments, sets, numbers), of free entries (sets, entries)."""
             sets = np.tile(z, (len(free_values), 1))
             sets[:, free] = free_values
             return unknowns.numbers(sets)
 
         def errors(free_values: Array) -> Array:
-            """(windows * samples * outputs, sets)"""
+            """Return errors, shape (windows * samples * outputs, sets)."""
             found = self._off(simulation, correction, numbers(free_values))
             found = found * simulation.recording.counted[:, None, :, None]
             return np.asarray(found.swapaxes(0, 1).reshape(len(free_values), -1).T)
@@ -157,12 +157,12 @@ class Trials:
         return self._error(simulation, correction, unknowns.numbers(z[None]))
 
     def _error(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
-        """(experiments,) mean square error of one set of numbers."""
+        """Return mean square errors of one parameter set, shape (experiments,)."""
         square = self._off(simulation, correction, numbers)[:, 0] ** 2
         return self._mean(simulation.recording, square)
 
     def _off(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
-        """(windows, sets, most steps, outputs) errors in within-run deviations, cut where they are large."""
+        """Return cut errors in deviations within runs, shape (windows, sets, most steps, outputs)."""
         found = simulation(numbers, substeps=self.substeps)
         return self._in_deviations(found.y - found.measured, simulation.recording, correction)
 
@@ -176,7 +176,7 @@ class Trials:
         return np.clip(error, -LARGEST_ERROR, LARGEST_ERROR)
 
     def _mean(self, recording: Recording, square: Array) -> Array:
-        """(experiments,) of squares (windows, most steps, outputs)."""
+        """Return means, shape (experiments,), of squares of shape (windows, most steps, outputs)."""
         sums = np.einsum("wkj,wk->w", square, recording.counted) / square.shape[2]
         total, count = (np.bincount(recording.owner, w, len(self.logs)) for w in (sums, recording.steps))
         return np.asarray(total / count)

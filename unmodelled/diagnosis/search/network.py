@@ -1,4 +1,4 @@
-"""A network in every port: the reference for what a flexible model explains."""
+"""A network in every port: the reference of a flexible model."""
 
 from __future__ import annotations
 

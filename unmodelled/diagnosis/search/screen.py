@@ -206,7 +206,7 @@ def levels(
 
     Args:
         experiments: table of the experiments, one row each.
-        thresholds: `most_levels` and `fewest_per_level` are used.
+        thresholds: thresholds of a diagnosis, of which `most_levels` and `fewest_per_level` are used.
 
     Yields:
         Factor, level, and rows of the table, shape (members,).

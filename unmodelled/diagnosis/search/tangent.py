@@ -41,14 +41,14 @@ class Tangent:
         self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
 
     def slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
-        """(windows, sets, most steps, outputs) change of the errors by numbers of a larger model.
+        """Return the changes of the errors by numbers of a larger model.
 
         Args:
             hypothesis: larger hypothesis.
             sets: values of its further numbers, by name, SI.
 
         Returns:
-            Change, shape (windows, sets, most steps, outputs).
+            Changes, shape (windows, sets, most steps, outputs), in standard deviations of the sensor noise.
         """
         simulation = hypothesis.simulation(self.recording)
         known = self.unknowns.simulation.names

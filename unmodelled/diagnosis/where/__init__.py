@@ -1,1 +1,1 @@
-"""Where the gap enters: channels, experiments and regions of operation."""
+"""The place of the gap: channels, regions of operation, factors and experiments."""

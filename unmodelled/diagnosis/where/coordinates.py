@@ -47,7 +47,7 @@ class Coordinates:
 
     Attributes:
         model: model with its states.
-        recording: windows.
+        recording: windows over which the coordinates are averaged.
     """
 
     model: JudgedModel

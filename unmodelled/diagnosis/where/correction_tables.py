@@ -30,15 +30,14 @@ def correction_table(diagnosis: Diagnosis, where: Where) -> pd.DataFrame:
     """Return a row for every window in which a correction of a channel is determined.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
 
     Returns:
         Columns: stage (lacking: physics without effects, left: augmented model), channel, experiment, t
-            (middle
-        of the window, s), value and error (correction and its standard error, SI), level, rate, acceleration
-        (of a port: position, velocity, acceleration; of others: value and rate; nan where there is none), law
-        (mean of the found law over the window; nan where there is none).
+        (middle of the window, s), value and error (correction and its standard error, SI), level, rate,
+        acceleration (of a port: position, velocity, acceleration; of others: value and rate; nan where there
+        is none), law (mean of the found law over the window; nan where there is none).
     """
     stages = {"lacking": where.lacking} | ({"left": where.left} if diagnosis.effects else {})
     names = shown_channels(diagnosis, where)
@@ -55,7 +54,7 @@ def shown_channels(diagnosis: Diagnosis, where: Where) -> list[str]:
     """Return the channels of the effects and those with a large share, or the first one if there are none.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
     """
     model = diagnosis.reidentified
@@ -84,7 +83,7 @@ def law_table(diagnosis: Diagnosis, where: Where, table: pd.DataFrame, names: li
     """Return the laws that were found, along the main coordinates of channels.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         where: place of the gap.
         table: table of corrections (`correction_table`).
         names: names of the channels.
@@ -175,7 +174,7 @@ def _unit(system: System, place: Place) -> str:
 
 
 def _law(diagnosis: Diagnosis, place: Place) -> Array:
-    """(samples,) what the found effects add at the place; nan where there is no law."""
+    """Return the contribution of the diagnosed effects at a place, shape (samples,); nan without a law."""
     model = diagnosis.augmented
     system, logs = model.system, model.logs
     laws = [

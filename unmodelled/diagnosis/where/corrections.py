@@ -56,12 +56,12 @@ class Corrections:
 
     Attributes:
         model: model that is corrected.
-        recording: windows.
+        recording: windows, in each of which a correction is constant.
         places: all ports, inputs and outputs.
         curvature: second derivatives, shape (windows, n, n), of half the square errors of a window, in
             standard deviations of the noise, by the corrections at the places and then by the uncertain
             parameters, SI; the initial states are eliminated.
-        gradient: first derivatives, shape (windows, n), of the same.
+        gradient: first derivatives, shape (windows, n), of half the square errors of a window.
         thresholds: thresholds of the decisions.
     """
 
@@ -155,7 +155,7 @@ def channels(system: System) -> tuple[Place, ...]:
     """Return all ports, inputs and outputs.
 
     Args:
-        system: system.
+        system: system with its ports.
     """
     return (
         *(Place("port", port.name) for port in system.ports),

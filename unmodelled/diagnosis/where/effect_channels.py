@@ -30,9 +30,9 @@ def channel_shares(
     effect. The remaining gap of the augmented model is divided by `left`.
 
     Args:
-        diagnosis: diagnosis.
+        diagnosis: diagnosis with any verdict.
         left: shares of the remaining gap, by channel.
-        thresholds: `input_likeness` and `port_likeness` are used.
+        thresholds: thresholds of a diagnosis; it uses `input_likeness` and `port_likeness`.
 
     Returns:
         Shares by channel, which sum to one, the largest first; empty without a gap.
@@ -55,13 +55,12 @@ def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAUL
 
     A parameter acts through a channel if its change equals that of an input's gain, of an effort, or of one
     sensor: the damping of a port through that port, the constant of a motor through its input. Otherwise it
-        is
-    its own channel.
+    is its own channel.
 
     Args:
         model: re-identified model.
         place: place of an effect.
-        thresholds: `input_likeness` and `port_likeness` are used.
+        thresholds: thresholds of a diagnosis; it uses `input_likeness` and `port_likeness`.
     """
     if place.kind != "parameter":
         return place.channel
@@ -73,7 +72,7 @@ def channel_of(model: JudgedModel, place: Place, thresholds: Thresholds = DEFAUL
 
 
 def _input_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | None:
-    """The input whose gain does to the dynamics what the parameter does."""
+    """Return the channel of the input whose gain changes the dynamics like the parameter, or None."""
     system = model.system
     own = _along(model, [p * sp.diff(f, p) for f in system.closed])
     for item in system.inputs:
@@ -86,7 +85,7 @@ def _input_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | N
 
 
 def _port_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | None:
-    """The port whose effort can do what the parameter does; of several, the one whose motion it follows."""
+    """Return the port whose effort replaces the parameter; of several, the one whose motion it follows."""
     system, found = model.system, {}
     own = _along(model, [sp.diff(f, p) for f in system.closed])
     for port in system.ports:
@@ -103,7 +102,7 @@ def _port_like(model: JudgedModel, p: sp.Symbol, limits: Thresholds) -> str | No
 
 
 def _along(model: JudgedModel, expressions: list[sp.Expr]) -> Array:
-    """(samples, k) of k expressions at some samples of the experiments."""
+    """Return the values of k expressions at some samples of the experiments, shape (samples, k)."""
     system, logs = model.system, model.logs
     rows = np.arange(0, len(logs.t), -(-len(logs.t) // ENOUGH_SAMPLES))
     function = numpy_system_function(system, expressions, efforts_zero=True)

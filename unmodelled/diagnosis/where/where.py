@@ -1,4 +1,4 @@
-"""Where the gap lies: through which channel, where along its coordinates, and in which experiments."""
+"""The place of the gap: its channels, regions of their coordinates, factors and experiments."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ class ExperimentGaps:
         """Compute the gaps by free runs of all models over all experiments.
 
         Args:
-            diagnosis: diagnosis.
+            diagnosis: diagnosis with any verdict.
             sensors: sensors of its logs.
         """
         found = []
@@ -165,7 +165,7 @@ def factors(
         excess: squared gaps above the noise floor, shape (experiments,).
         samples: numbers of samples, shape (experiments,).
         seed: seed of the permutations.
-        thresholds: `factor_density` and `factor_significance` are used.
+        thresholds: thresholds of a diagnosis; it uses `factor_density` and `factor_significance`.
 
     Returns:
         Rows of factor, level and share, the largest share first.

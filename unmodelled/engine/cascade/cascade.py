@@ -1,9 +1,9 @@
 """A system as a cascade: states that the input alone drives, states of a sample, states of an experiment.
 
-For the clutch of appendix 3.8 pressure and piston follow the current alone, whatever the sample and the motor
-speed; the pressure on the plates and the drag of the oil film are the same for every motor speed and brake.
-Parts of expressions are sorted by what they change with, so that each is computed as seldom as it can be. A
-compiler cannot do so (loop-invariant code motion) across functions.
+For the clutch of appendix 3.8, pressure and piston follow the current alone, for all samples and motor
+speeds; the pressure on the plates and the drag of the oil film are the same for every motor speed and brake.
+Parts of expressions are sorted by the quantities that change them, so that each part is computed as rarely as
+possible. A compiler cannot do this (loop-invariant code motion) across functions.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Hoisting:
         """Return an expression with symbols for its parts that have one of some places.
 
         Args:
-            e: expression.
+            e: expression of the system.
             places: places that are taken.
         """
         if e.is_number:
@@ -122,7 +122,7 @@ _LOWER = {SHARED: (SCALAR, SAMPLED), RUN: (SCALAR, SAMPLED), SAMPLED: (SCALAR,),
 
 @dataclass(frozen=True)
 class Cascade:
-    """Equations that lead to one event, without efforts, cut by what they change with.
+    """Equations that lead to one event, without efforts, divided by their dependence.
 
     States that do not lead to the event are in no group.
 
@@ -194,7 +194,7 @@ class Cascade:
 
 
 def common_states(system: System, event: Event, uncertain: Sequence[str]) -> tuple[int, ...]:
-    """Return the indices of the states that follow the input, whatever the operating point.
+    """Return the indices of the states that follow the input at every operating point.
 
     Args:
         system: system with the event.
@@ -219,7 +219,7 @@ def equations(system: System, event: Event) -> tuple[tuple[sp.Expr, ...], sp.Exp
 def dependence(
     system: System, closed: Sequence[sp.Expr], event: sp.Expr, uncertain: Sequence[str]
 ) -> dict[int, Changes]:
-    """Find what every state that leads to an event changes with besides its own start.
+    """Find the dependence of every state that leads to an event, besides that on its own start.
 
     Args:
         system: system of the states.

@@ -1,4 +1,4 @@
-"""Event times of one input for many samples and operating points, whatever the system.
+"""Event times of one input for many samples and operating points, for any system.
 
 The physics comes as compiled functions of a block (see `cascade_source.py`), so that this loop is compiled
 once and for all.
@@ -32,16 +32,22 @@ FUNCTIONS = tuple(map(types.FunctionType, (OPERATING, BEGIN, SHARE, PREPARE, ADV
 
 
 class Generated(NamedTuple):
-    """The generated functions of a block `w`, shared values `v` of a stretch by half steps, and a step `h`.
+    """Generated functions of a system, on a block w and the values v of a stretch that all lanes share.
 
-    drive(x, p, d, steps, h): driven states after every step, from time and inputs `d` at every half step.
-    operating(w, p, c): constants from the parameters and the operating point.
-    begin(w, v, d): what operating points share at the start; `d` is the clock.
-    share(w, v, k, d, at, h): the same along step k of the stretch, for which the clock begins at d[at].
-    prepare(w, v): what stays the same for an operating point, and the event's expression at the start.
-    advance(w, v, k, stop, h): steps k to `stop`, or until that expression changes its sign in some lane;
-    returns the step after the last.
-    middle(w, v, i, k, h): the expression in the middle of the last step, which was k, in lane i.
+    The step h is in s. The clock d contains time, inputs and driven states at every half step.
+
+    Attributes:
+        drive: drive(x, p, d, steps, h) writes the driven states after every step to x, whose first one is
+            given; d contains time and inputs at every half step.
+        operating: operating(w, p, c) writes the constants of an operating point.
+        begin: begin(w, v, d) writes the values that operating points share at the start.
+        share: share(w, v, k, d, at, h) writes these values along step k; its clock begins at d[at].
+        prepare: prepare(w, v) writes the constant values of an operating point, and the event's expression at
+            the start.
+        advance: advance(w, v, k, stop, h) takes the steps k to `stop`, or until the event's expression
+            changes its sign in a lane, and returns the number of the step after the last one.
+        middle: middle(w, v, i, k, h) returns the event's expression in lane i in the middle of step k, the
+            last one.
     """
 
     drive: Any
@@ -54,12 +60,21 @@ class Generated(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where the loop finds what in a block: first rows, and how many there are.
+    """Rows of a block at which its parts begin, and numbers of rows.
 
-    sample: of the `samples` uncertain parameters. state: of the `states` shared states. own: of the
-    `own_rows` of an operating point, which begin with its `own_states` states. event, event_before: of the
-    event's expression at the end and the start of the last step. rows: of the block. values: shared at one
-    moment. clock: numbers of one moment.
+    Attributes:
+        sample: first row of the uncertain parameters.
+        samples: number of uncertain parameters.
+        state: first row of the shared states.
+        states: number of shared states.
+        own: first row of the values of an operating point, which begin with its states.
+        own_rows: number of rows of an operating point.
+        own_states: number of states of an operating point.
+        event: row of the event's expression at the end of the last step.
+        event_before: row of the event's expression at the start of the last step.
+        rows: number of rows of the block.
+        values: number of shared values at one moment.
+        clock: number of values of the clock at one moment.
     """
 
     sample: int
@@ -78,7 +93,7 @@ class Places(NamedTuple):
 
 @jit()
 def crossing(start, middle, end):
-    """Where in a step, as a share of it, the parabola through its three values falls through zero."""
+    """Return the share of a step at which the parabola through its three values falls through zero."""
     bend = 2.0 * (start - 2.0 * middle + end)
     slope = 4.0 * middle - 3.0 * start - end
     return 2.0 * start / (np.sqrt(max(0.0, slope * slope - 4.0 * bend * start)) - slope)
@@ -86,9 +101,12 @@ def crossing(start, middle, end):
 
 @jit()
 def locate(middle, at, w, v, k, first, h, times):
-    """Write the times (LANES,) of lanes that fell through zero in step k of a stretch; -1 before.
+    """Write the times of the lanes whose event happens in step k of a stretch, shape (LANES,), s.
 
-    A lane ends there, or where it diverges, which leaves nan. Returns how many ended.
+    The time of a lane is -1 before its event. A lane also ends where it diverges; its time is nan then.
+
+    Returns:
+        Number of lanes that ended in this step.
     """
     ended = 0
     for lane in range(LANES):
@@ -107,7 +125,7 @@ def fill(w, row, value):
 
 @jit()
 def load(operating, begin, prepare, at, w, v, samples, block, p, shared, own, c, clock, kept):
-    """Fill a block with samples (n, uncertain), and `kept` with what belongs to every operating point."""
+    """Fill a block with samples, shape (n, uncertain), and `kept` with the values of all operating points."""
     size = at.own_rows * LANES
     for lane in range(LANES):
         row = min(block + lane, len(samples) - 1)
@@ -127,7 +145,7 @@ def load(operating, begin, prepare, at, w, v, samples, block, p, shared, own, c,
 
 @jit()
 def along(share, at, w, v, clock, first, n, h):
-    """Shared values of a stretch of n steps that begins with step `first`."""
+    """Write the shared values of a stretch of n steps that begins with step `first`."""
     size = at.values * LANES
     if first > 0:
         copy(v, 0, v, 2 * STRETCH * size, size)  # where the stretch before ended
@@ -142,11 +160,27 @@ PlacesType = types.NamedUniTuple(types.int64, len(Places._fields), Places)
 def event_times(
     operating, begin, share, prepare, advance, middle, at, samples, p, shared, own, c, clock, steps, h
 ):
-    """Times (n, points) s of one input; nan where nothing falls through zero.
+    """Return the event times of operating points with the same input.
 
-    samples (n, uncertain) values; p all parameters; shared starts of the shared states; own (points, states)
-    starts of the others; c (points, constants); clock time, inputs and driven states at every half step, one
-    after the other.
+    Args:
+        operating: generated function, see `Generated`.
+        begin: generated function.
+        share: generated function.
+        prepare: generated function.
+        advance: generated function.
+        middle: generated function.
+        at: places in a block.
+        samples: values of the uncertain parameters, shape (n, uncertain), SI.
+        p: values of all parameters, shape (parameters,), SI.
+        shared: starts of the shared states, shape (shared states,), SI.
+        own: starts of the other states, shape (points, own states), SI.
+        c: constants of the operating points, shape (points, constants), SI.
+        clock: time, inputs and driven states at every half step, one moment after the other, flat.
+        steps: number of steps.
+        h: step, s.
+
+    Returns:
+        Event times, shape (n, points), s; nan where the event does not happen.
     """
     points, size = len(own), at.own_rows * LANES
     found = np.empty((len(samples), points))

@@ -42,8 +42,8 @@ class SameInput:
 
     Attributes:
         members: indices of the operating points, shape (members,).
-        clock: used ones of time, inputs and driven states at every half step, one moment after the other,
-            shape (moments * quantities,), SI.
+        clock: time, inputs and driven states that the equations use, at every half step, one moment after the
+            other, shape (moments * quantities,), SI.
         shared: starts of the shared states, shape (shared states,), SI.
         own: starts of the other states, shape (members, own states), SI.
         c: constants of the operating points, shape (members, constants), SI.

@@ -71,7 +71,7 @@ def stages(
         letter: letter of the variables in which `rates` expects the states of a stage.
         states: code of the states at the start.
         rates: function that returns assignments of the time derivatives of stage k to k<k>_0, k<k>_1, ...
-        slots: assignments of what is read anew at the start, the middle and the end of the step.
+        slots: assignments of time-dependent values, read at the start, the middle and the end of the step.
     """
     n = range(len(states))
     lines = [f"{letter}{k} = y{k} = {cell}" for k, cell in enumerate(states)]

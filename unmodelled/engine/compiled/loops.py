@@ -7,6 +7,8 @@ weight, and time of every stage of an explicit Runge-Kutta method.
 
 # mypy: ignore-errors
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import types
 
@@ -38,8 +40,9 @@ def fill(w, row, values):
 
 @jit()
 def load_inputs(w, at, U, first, k, share, hold, period, T):
-    """Inputs and time of all lanes `share` of a period after sample k; `hold` 1 goes straight to the next
-    sample.
+    """Write inputs and time of all lanes at a share (0 to 1) of a period after sample k.
+
+    Inputs are held with `hold` 0, and run straight to the next sample with `hold` 1.
     """
     u, t, sample = place(at.u) * WIDE, place(at.t) * WIDE, place(k)
     for j in range(place(at.inputs)):
@@ -60,7 +63,7 @@ def load_constants(w, at, C, first, owner):
 
 @jit()
 def load_state(w, at, x, K, factor):
-    """The state of a stage: x plus `factor` times the stage before."""
+    """Write the state of a stage: x plus `factor` times the rates K of the stage before."""
     n = at.states * LANES
     if factor == 0.0:
         copy(w, at.x * LANES, x, 0, n)
@@ -72,22 +75,46 @@ def load_state(w, at, x, K, factor):
 
 @jit()
 def keep(w, at, to, start):
-    """Keep the state and the networks' efforts of a stage, all that `pull` needs of it."""
+    """Copy the state and the networks' efforts of a stage to `to`; `pull` needs no other values of it."""
     n, m = at.states * LANES, at.networks * LANES
     copy(to, start, w, at.x * LANES, n)
     copy(to, start + n, w, at.z * LANES, m)
 
 
+class Room(NamedTuple):
+    """Flat arrays that a block needs for `forward` and `backward`.
+
+    xs (steps + 1, states, LANES) are the states, gs the gradient by them; zs (steps, networks, LANES) are the
+    efforts of the networks, gz the gradient by them; trace holds the stages of all steps, see `keep`.
+    """
+
+    xs: np.ndarray
+    gs: np.ndarray
+    zs: np.ndarray
+    gz: np.ndarray
+    trace: np.ndarray
+
+
 @jit()
-def new_trace(at, steps, substeps, stages):
-    """Room for what `forward` keeps of every stage of a block."""
-    return np.empty(steps * substeps * len(stages) * (at.states + at.networks) * LANES)
+def new_room(at, steps, substeps, stages):
+    """Return the arrays of a block, without values."""
+    states, efforts = (steps + 1) * at.states * LANES, steps * at.networks * LANES
+    stage = (at.states + at.networks) * LANES
+    return Room(
+        np.empty(states),
+        np.empty(states),
+        np.empty(efforts),
+        np.empty(efforts),
+        np.empty(steps * substeps * len(stages) * stage),
+    )
 
 
 @jit()
 def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, hold, stages, p):
-    """Roll a block out: X (steps + 1, states, LANES) flat, its first sample given; Z (steps, networks,
-    LANES) flat; `trace` where it is not empty.
+    """Integrate the windows of a block, and write their states and the efforts of the networks.
+
+    X (steps + 1, states, LANES) are the states, flat, of which the first sample is given, Z (steps, networks,
+    LANES) the efforts, flat. The stages of all steps are written to `trace` unless it is empty.
     """
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part, dx = period / substeps, place(at.dx) * WIDE
@@ -115,11 +142,11 @@ def forward(evaluate, at, w, X, Z, trace, first, U, T, steps, substeps, period, 
 
 @jit()
 def backward(pull, at, w, trace, G, GZ, first, U, T, steps, substeps, period, hold, stages, p):
-    """Back-propagation through time: G (like X) holds the loss's gradient by every sample; its first becomes
-    x0's.
+    """Propagate the gradient of the loss back through time; it is added to gp and gw of the block.
 
-    `trace` is as `forward` left it. GZ (like Z) is the loss's own gradient by the networks' efforts.
-    gp and gw of the block grow.
+    G, of the shape of X in `forward`, is the gradient by the states of every sample; its first sample becomes
+    the gradient by the initial states. GZ, of the shape of Z, is the gradient by the efforts of the networks.
+    `trace` was written by `forward`.
     """
     n, m, S = at.states * LANES, at.networks * LANES, len(stages)
     part = period / substeps
@@ -176,7 +203,7 @@ def new_block(at, weights, scale, gain):
 
 @jit()
 def gather(flat, values, block, steps):
-    """values (windows, steps, k) into lanes; lanes without a window get the last one again."""
+    """Copy values, shape (windows, steps, k), to lanes; lanes without a window get the last window again."""
     B, _, width = values.shape
     for lane in range(LANES):
         b = min(block + lane, B - 1)
@@ -187,7 +214,7 @@ def gather(flat, values, block, steps):
 
 @jit()
 def scatter(values, flat, block, steps):
-    """The inverse of `gather`."""
+    """Copy lanes back to values, shape (windows, steps, k): the inverse of `gather`."""
     B, _, width = values.shape
     for lane in range(min(LANES, B - block)):
         for k in range(steps):
@@ -199,10 +226,26 @@ def scatter(values, flat, block, steps):
 def simulate(
     evaluate, at, x0, start, owner, U, C, T, steps, substeps, period, hold, stages, p, weights, scale, gain
 ):
-    """Trajectories (windows, steps + 1, states) and networks' efforts (windows, steps, networks).
+    """Return trajectories, shape (windows, steps + 1, states), and efforts, shape (windows, steps, networks).
 
-    x0 (windows, 1, states); start (windows,) the sample whose inputs each window begins with; owner
-    (samples,) its experiment, the row of C.
+    Args:
+        evaluate: generated function that writes the rates of a block.
+        at: layout of a block.
+        x0: initial states, shape (windows, 1, states), SI.
+        start: samples at which the windows begin, shape (windows,).
+        owner: experiment of every sample, shape (samples,); it is the row of C.
+        U: inputs, shape (samples, inputs), SI.
+        C: constants of the operating points, shape (experiments, constants), SI.
+        T: times, shape (samples,), s.
+        steps: number of samples that are simulated.
+        substeps: integration steps per sampling period.
+        period: sampling period, s.
+        hold: 1 for inputs that run straight from sample to sample, 0 for inputs that are held.
+        stages: coefficients of the Runge-Kutta method, shape (stages, 3), see the module.
+        p: parameters, shape (parameters,), SI.
+        weights: weights of the networks, flat.
+        scale: factors on the inputs of the networks, flat.
+        gain: factors on the outputs of the networks, flat.
     """
     B = len(start)
     X, Z = np.empty((B, steps + 1, at.states)), np.empty((B, steps, at.networks))
@@ -247,15 +290,23 @@ def pullback(
     scale,
     gain,
 ):
-    """Gradients by x0 (windows, 1, states), trained parameters and weights, from those by what `simulate`
-    gives.
+    """Return the gradients by initial states, trained parameters and weights.
+
+    The arguments that are not listed are those of `simulate`.
+
+    Args:
+        pull: generated function that propagates gradients back through `evaluate`.
+        GX: gradient by the trajectories, shape (windows, steps + 1, states).
+        GZ: gradient by the efforts, shape (windows, steps, networks).
+
+    Returns:
+        Gradients, shapes (windows, 1, states), (trained,) and (weights,).
     """
     B = len(start)
     gx0, gp, gW = np.empty((B, 1, at.states)), np.zeros(at.trained), np.zeros(at.size)
     w = new_block(at, weights, scale, gain)
-    xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
-    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
-    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
+    xs, gs, zs, gz, trace = new_room(at, steps, substeps, stages)
+    first = np.empty(LANES, np.int64)
     for block in range(0, B, LANES):
         for lane in range(LANES):
             first[lane] = start[min(block + lane, B - 1)]

@@ -11,7 +11,7 @@ from unmodelled.engine.compiled.layout import jit
 
 @jit()
 def sine(r):
-    """Of an angle within an eighth of a turn (polynomial of Cephes)."""
+    """Return the sine of an angle within an eighth of a turn (polynomial of Cephes)."""
     z = r * r
     p = 1.58962301576546568060e-10
     p = p * z - 2.50507477628578072866e-8
@@ -24,7 +24,7 @@ def sine(r):
 
 @jit()
 def cosine(r):
-    """Of an angle within an eighth of a turn (polynomial of Cephes)."""
+    """Return the cosine of an angle within an eighth of a turn (polynomial of Cephes)."""
     z = r * r
     p = -1.13585365213876817300e-11
     p = p * z + 2.08757008419747316778e-9
@@ -37,19 +37,19 @@ def cosine(r):
 
 @jit()
 def quarters(x):
-    """Nearest whole number of quarter turns."""
+    """Return the nearest whole number of quarter turns of an angle x, rad."""
     return np.floor(x * 0.6366197723675814 + 0.5)
 
 
 @jit()
 def rest(x, k):
-    """x less k quarter turns, which are given in three parts (Cody and Waite): no digit is lost."""
+    """Return x less k quarter turns, given in three parts (Cody and Waite), so that no digit is lost."""
     return ((x - k * 1.5707963267341256) - k * 6.077100506303966e-11) - k * 2.0222662487959506e-21
 
 
 @jit()
 def sin(x):
-    """Sine without branches, so that it vectorises; exact to the last digits within thousands of turns."""
+    """Return the sine without branches; exact to the last digits within thousands of turns."""
     k = quarters(x)
     r = rest(x, k)
     quarter = k - 4.0 * np.floor(k * 0.25)
@@ -59,7 +59,7 @@ def sin(x):
 
 @jit()
 def cos(x):
-    """Cosine; see `sin`."""
+    """Return the cosine without branches, see `sin`."""
     k = quarters(x)
     r = rest(x, k)
     quarter = k - 4.0 * np.floor(k * 0.25)

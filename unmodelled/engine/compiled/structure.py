@@ -38,7 +38,7 @@ class Augmented:
 
     Attributes:
         system: the known physics.
-        networks: their efforts add up where they share a port.
+        networks: networks with their ports; efforts of networks that share a port are added.
         trainable: names of parameters.
     """
 

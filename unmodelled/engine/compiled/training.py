@@ -22,17 +22,14 @@ from unmodelled.engine.compiled.loops import (
     i,
     load_constants,
     new_block,
-    new_trace,
+    new_room,
     place,
 )
 
 
 @jit()
 def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty):
-    """Loss of a block by eq. 4.9; its gradients go to gs and gz.
-
-    Only the first `left` lanes count.
-    """
+    """Return the loss of the first `left` lanes of a block by eq. 4.9; its gradients go to gs and gz."""
     loss, counted, n, m = 0.0, place(left), place(at.states), place(at.networks)
     for a in range(n * WIDE):
         gs[a] = 0.0
@@ -56,7 +53,7 @@ def adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, pena
 
 @jit()
 def adam(value, gradient, m, v, rate, count):
-    """One step of Adam with its usual constants."""
+    """Take one step of Adam with the usual constants 0.9, 0.999 and 1e-8; `count` is its number from 1."""
     root = math.sqrt(1.0 - 0.999**count)
     a = rate * root / (1.0 - 0.9**count)
     for j in range(len(value)):
@@ -67,9 +64,7 @@ def adam(value, gradient, m, v, rate, count):
 
 @jit()
 def limit_norm(gp, gW, unit, clip):
-    """Turn gp into the gradient by the scaled parameters, and shorten the whole gradient to the norm
-    `clip`.
-    """
+    """Scale gp to the gradient by xi, and shorten the whole gradient to the norm `clip` if it is longer."""
     total = 0.0
     for j in range(len(gp)):
         gp[j] *= unit[j]
@@ -81,6 +76,61 @@ def limit_norm(gp, gW, unit, clip):
             gp[j] *= clip / math.sqrt(total)
         for j in range(len(gW)):
             gW[j] *= clip / math.sqrt(total)
+
+
+@jit()
+def batch_gradient(
+    evaluate,
+    pull,
+    at,
+    w,
+    room,
+    gp,
+    gW,
+    starts,
+    owner,
+    Xd,
+    U,
+    C,
+    T,
+    steps,
+    substeps,
+    period,
+    hold,
+    stages,
+    p,
+    C_x,
+    penalty,
+):
+    """Return the loss of a mini-batch; its gradients by parameters and weights go to gp and gW.
+
+    `w` is a block with the weights, `room` its arrays, `starts` (windows,) the first measured samples; for
+    the other arguments see `train`.
+    """
+    xs, gs, zs, gz, trace = room
+    gp[:], gW[:] = 0.0, 0.0
+    loss, B, first = 0.0, len(starts), np.empty(LANES, np.int64)
+    for block in range(0, B, LANES):
+        for lane in range(LANES):
+            first[lane] = starts[min(block + lane, B - 1)]
+            for j in range(at.states):
+                xs[j * LANES + lane] = Xd[first[lane], j]
+        load_constants(w, at, C, first, owner)
+        forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
+        left = min(LANES, B - block)
+        share = 1.0 / (B * steps)
+        loss += adjoint_of_loss(at, xs, gs, zs, gz, first, Xd, left, steps, share, C_x, penalty)
+        backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
+        collect(w, at, gp, gW)
+    return loss
+
+
+@jit()
+def keep_within(xi, p, index, unit, low, high):
+    """Cut the scaled parameters xi at their bounds, and write them to p in their units."""
+    for j in range(len(xi)):
+        xi[j] = min(max(xi[j], low[j] / unit[j]), high[j] / unit[j])
+        p[index[j]] = unit[j] * xi[j]
 
 
 @entry(
@@ -123,51 +173,63 @@ def train(
     moments_p,
     moments_W,
 ):
-    """Loss of every mini-batch (batches,); p, weights, xi and the moments of Adam are changed.
+    """Take one step of Adam per mini-batch; p, weights, xi and the moments of Adam are changed in place.
 
-    Args (beyond those of `simulate`):
-        starts: (batches, windows) first measured samples. rates, physics_rates: (batches,) of Adam for the
-            weights and for xi. count: mini-batches before these. clip: largest norm of a gradient.
-        Xd: (samples, states) measured. index, unit, low, high: (trained,) p[index] = unit * xi within [low,
-            high].
-        C_x: (states,) diagonal of C, eq. 4.9. penalty: (networks,) price of a network's mean squared effort.
+    Training stops at a loss that is not finite; the losses after it are nan. The arguments that are not
+    listed are those of `simulate`.
 
-    Stops at a loss that is not finite; the losses after it are NaN.
+    Args:
+        starts: first measured samples, shape (batches, windows).
+        rates: learning rates of the weights, shape (batches,).
+        physics_rates: learning rates of the scaled parameters xi, shape (batches,).
+        count: number of mini-batches before these.
+        clip: largest norm of a gradient.
+        Xd: measured states, shape (samples, states), SI.
+        index: indices of the trained parameters in p, shape (trained,): p[index] = unit * xi.
+        unit: units of xi, shape (trained,), SI.
+        low: lower bounds of the trained parameters, shape (trained,), SI.
+        high: upper bounds of the trained parameters, shape (trained,), SI.
+        C_x: diagonal of the matrix C of eq. 4.9, shape (states,).
+        penalty: price of the mean squared effort of a network, shape (networks,).
+        xi: scaled parameters, shape (trained,).
+        moments_p: first and second moments of the gradient by xi, shape (2, trained).
+        moments_W: first and second moments of the gradient by the weights, shape (2, weights).
+
+    Returns:
+        Loss of every mini-batch, shape (batches,).
     """
-    w = new_block(at, weights, scale, gain)
-    xs, gs = np.empty((steps + 1) * at.states * LANES), np.empty((steps + 1) * at.states * LANES)
-    zs, gz = np.empty(steps * at.networks * LANES), np.empty(steps * at.networks * LANES)
-    trace, first = new_trace(at, steps, substeps, stages), np.empty(LANES, np.int64)
+    w, room = new_block(at, weights, scale, gain), new_room(at, steps, substeps, stages)
     gp, gW = np.empty(at.trained), np.empty(at.size)
     losses = np.full(len(starts), np.nan)
-    B = starts.shape[1]
     for b in range(len(starts)):
         fill(w, at.weights, weights)
-        for j in range(at.trained):
-            gp[j] = 0.0
-        for j in range(at.size):
-            gW[j] = 0.0
-        loss = 0.0
-        for block in range(0, B, LANES):
-            for lane in range(LANES):
-                first[lane] = starts[b, min(block + lane, B - 1)]
-                for j in range(at.states):
-                    xs[j * LANES + lane] = Xd[first[lane], j]
-            load_constants(w, at, C, first, owner)
-            forward(evaluate, at, w, xs, zs, trace, first, U, T, steps, substeps, period, hold, stages, p)
-            left = min(LANES, B - block)
-            loss += adjoint_of_loss(
-                at, xs, gs, zs, gz, first, Xd, left, steps, 1.0 / (B * steps), C_x, penalty
-            )
-            backward(pull, at, w, trace, gs, gz, first, U, T, steps, substeps, period, hold, stages, p)
-            collect(w, at, gp, gW)
-        losses[b] = loss
-        if not math.isfinite(loss):
+        losses[b] = batch_gradient(
+            evaluate,
+            pull,
+            at,
+            w,
+            room,
+            gp,
+            gW,
+            starts[b],
+            owner,
+            Xd,
+            U,
+            C,
+            T,
+            steps,
+            substeps,
+            period,
+            hold,
+            stages,
+            p,
+            C_x,
+            penalty,
+        )
+        if not math.isfinite(losses[b]):
             break
         limit_norm(gp, gW, unit, clip)
         adam(weights, gW, moments_W[0], moments_W[1], rates[b], count + b + 1)
         adam(xi, gp, moments_p[0], moments_p[1], physics_rates[b], count + b + 1)
-        for j in range(at.trained):
-            xi[j] = min(max(xi[j], low[j] / unit[j]), high[j] / unit[j])
-            p[index[j]] = unit[j] * xi[j]
+        keep_within(xi, p, index, unit, low, high)
     return losses

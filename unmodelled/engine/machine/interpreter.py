@@ -1,4 +1,4 @@
-"""Runs instructions of the register machine on its lanes.
+"""Run instructions of the register machine on its lanes.
 
 The exponential functions of one number have no branches, so that loops over lanes run in vector registers.
 """
@@ -35,7 +35,7 @@ ONE_FROM = 20.0
 
 @intrinsic
 def from_bits(context, bits):
-    """The floating-point number with these 64 bits."""
+    """Return the floating-point number with the given 64 bits."""
 
     def generate(context, builder, signature, arguments):
         return builder.bitcast(arguments[0], ir.DoubleType())
@@ -45,13 +45,13 @@ def from_bits(context, bits):
 
 @jit()
 def two_to(k):
-    """2**k for a whole number k within the exponents of normal numbers."""
+    """Return 2**k for a whole number k within the exponents of normal numbers."""
     return from_bits((np.int64(k) + 1023) << 52)
 
 
 @jit()
 def power_of_e(x, k):
-    """e**x over 2**k, the nearest power of two (rational function of Cephes)."""
+    """Return e**x over 2**k, the nearest power of two (rational function of Cephes)."""
     r = (x - k * 6.93145751953125e-1) - k * 1.42860682030941723212e-6
     z = r * r
     p = 1.26177193074810590878e-4
@@ -66,7 +66,7 @@ def power_of_e(x, k):
 
 @jit()
 def exp(x):
-    """e**x to the last digits."""
+    """Return e**x to the last digits."""
     held = HIGHEST if x > HIGHEST else (LOWEST if x < LOWEST else x)
     k = np.floor(held * 1.4426950408889634 + 0.5)
     # in two factors: the result may be below the smallest normal number
@@ -77,7 +77,7 @@ def exp(x):
 
 @jit()
 def tanh(x):
-    """Hyperbolic tangent to the last digits (rational function of Cephes near zero)."""
+    """Return the hyperbolic tangent to the last digits (rational function of Cephes near zero)."""
     size = abs(x)
     double = 2.0 * size if size < ONE_FROM else 2.0 * ONE_FROM
     k = np.floor(double * 1.4426950408889634 + 0.5)
@@ -95,7 +95,7 @@ def tanh(x):
 
 @jit()
 def looked_up(x, k, curves):
-    """Table `k` at `x`."""
+    """Return the value of table `k` at `x`."""
     first, last = curves.spans[k, 0], curves.spans[k, 1]
     if not x > curves.knots[first]:
         return curves.ends[k, 0] if x <= curves.knots[first] else x

@@ -14,7 +14,7 @@ FULL = 16
 
 @jit()
 def filled(lanes):
-    """How many lanes of a block are computed where `lanes` of them count."""
+    """Return the number of lanes to compute, a multiple of `FULL`, where `lanes` of them count."""
     return -(-lanes // FULL) * FULL
 
 
@@ -27,7 +27,7 @@ def fill_numbers(w, row, numbers):
 
 @jit()
 def at_share(w, lanes, at, now, slope, clock, share, period):
-    """Inputs and time `share` of a period after the last sample."""
+    """Write inputs and time at a share (0 to 1) of a period after the last sample into the registers w."""
     for j in range(len(now)):
         for i in range(lanes):
             w[at.u + j, i] = now[j, i] + share * slope[j, i]
@@ -37,7 +37,7 @@ def at_share(w, lanes, at, now, slope, clock, share, period):
 
 @jit()
 def at_sample(lanes, now, slope, after, clock, windows, k, start, steps, shift, hold):
-    """What every lane reads of its window at sample k; after its end the last one."""
+    """Read the inputs and slopes of every lane at sample k of its window, after its end at the last one."""
     for i in range(lanes):
         clock[i] = windows.t[start[i] + min(k, steps[i])]
     for j in range(len(now)):
@@ -52,7 +52,7 @@ def at_sample(lanes, now, slope, after, clock, windows, k, start, steps, shift, 
 
 @jit()
 def advance_state(lanes, rate, now, total, last, weight, part, stage):
-    """See `advance`; all (lanes,)."""
+    """Advance one state by one stage, see `advance`; all arrays have the shape (lanes,)."""
     if stage == 0:
         for i in range(lanes):
             total[i] = last[i] + weight * rate[i]
@@ -69,7 +69,7 @@ def advance_state(lanes, rate, now, total, last, weight, part, stage):
 
 @jit()
 def advance(w, lanes, rates, k1, total, last, stage, h):
-    """The state of the next stage of Runge and Kutta's method, or at the end of the step."""
+    """Write the state of the next stage of Runge and Kutta's method, or of the next step."""
     weight = h / 3.0 if stage == 1 or stage == 2 else h / 6.0
     part = h if stage == 2 else 0.5 * h
     n = len(rates)
@@ -87,7 +87,7 @@ def advance(w, lanes, rates, k1, total, last, stage, h):
 
 @jit()
 def begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last):
-    """Everything that stays the same in the lanes of a block, and their first states; its longest window."""
+    """Write constants and first states of the lanes; return the steps of the longest window."""
     at, sets, longest, wide = program.at, x0.shape[1], 0, filled(lanes)
     for i in range(wide):
         lane = first + min(i, lanes - 1)
@@ -107,7 +107,19 @@ def begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last
 
 @jit()
 def simulate(program, windows, p, c, x0, substeps, period, hold, y):
-    """Observed values y (windows, sets, samples, observed) of all windows for all sets; see `machine`."""
+    """Write the observed values of all windows for all parameter sets to y.
+
+    Args:
+        program: instructions of a system, and the places of its values in the registers.
+        windows: windows over inputs and times, see `free_run`.
+        p: parameter sets, shape (experiments, sets, parameters), SI.
+        c: operating points, shape (experiments, constants), SI.
+        x0: initial states, shape (windows, sets, states), SI.
+        substeps: integration steps per sampling period.
+        period: sampling period, s.
+        hold: 1 for inputs that run straight from sample to sample, 0 for inputs that are held.
+        y: observed values, shape (windows, sets, samples, observed); samples after a window stay as they are.
+    """
     at, code, curves = program.at, program.code, program.curves
     n, m = x0.shape[2], windows.u.shape[1]
     h = period / substeps
@@ -147,7 +159,17 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
 
 @jit()
 def evaluate(program, t, x, u, p, c, y):
-    """Observed values y (samples, observed) at samples of everything, t (samples, 1)."""
+    """Write the observed values at given times, states, inputs and parameters to y.
+
+    Args:
+        program: instructions of a system, and the places of its values in the registers.
+        t: times, shape (samples, 1), s.
+        x: states, shape (samples, states), SI.
+        u: inputs, shape (samples, inputs), SI.
+        p: parameters, shape (samples, parameters), SI.
+        c: operating points, shape (samples, constants), SI.
+        y: observed values, shape (samples, observed).
+    """
     at, code, curves = program.at, program.code, program.curves
     w = np.zeros((at.rows, LANES))
     fill_numbers(w, at.numbers, program.numbers)

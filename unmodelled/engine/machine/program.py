@@ -36,8 +36,8 @@ class Places(NamedTuple):
         c: first row of the constants of the operating point.
         numbers: first row of numbers.
         rows: number of rows.
-        prologue: first instruction of what stays the same in a lane.
-        driven: first instruction of what changes with time and inputs.
+        prologue: first instruction of the values that stay the same in a lane.
+        driven: first instruction of the values that change with time and inputs.
         observed: first instruction of the observed values that change with the states.
         rates: first instruction of the time derivatives.
         end: number of instructions.

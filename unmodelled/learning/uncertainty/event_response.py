@@ -32,10 +32,8 @@ def event_response(
     """Return the event times as a function of the uncertain parameters, one output per experiment.
 
     Every experiment has its own input, operating point and measured start. States that depend on the input
-    only
-    start alike in experiments with the same input: at the mean of their starts, if these differ by no more
-        than
-    noise.
+    only start alike in experiments with the same input: at the mean of their starts, if these differ by no
+    more than noise.
 
     Args:
         system: system of the logs.
@@ -49,7 +47,8 @@ def event_response(
         Function of the uncertain parameters, with one event time (s) per experiment.
 
     Raises:
-        BadInput: see `EventTimes.of`.
+        BadInput: when the event or a parameter is unknown, a parameter is zero, the step is no multiple of
+            the sampling period, or a number is not finite.
     """
     u, group = inputs(logs)
     x0 = logs.x[logs.offsets[:-1]]

@@ -229,11 +229,11 @@ def angle_axis(axes: Axes) -> None:
 
 
 def absent(axes: Axes, text: str) -> None:
-    """Write into an empty panel why it is empty.
+    """Write the reason for an empty panel into it.
 
     Args:
         axes: axes of the panel.
-        text: reason.
+        text: reason for the empty panel, a sentence without full stop.
     """
     axes.set_axis_off()
     axes.text(0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, color="0.4")

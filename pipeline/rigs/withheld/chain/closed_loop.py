@@ -1,4 +1,4 @@
-"""A controller that sees what an encoder shows, and not the state."""
+"""A controller that reads an encoder, and not the state."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FILTER = 0.003, 0.008  # s
 
 @dataclass(frozen=True)
 class ClosedLoop(Part):
-    """The input is what a controller makes of a set point and of encoder positions.
+    """Controller of the input, from a set point and encoder positions.
 
     The speed is the difference of two positions after a low-pass of first order with the time constant
     `filter` (s), so that counts reach the input.

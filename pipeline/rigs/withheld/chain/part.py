@@ -1,4 +1,4 @@
-"""A part of the measurement chain, and what the logger has read."""
+"""A part of the measurement chain, and the readings of the logger."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ class Only(PortEffect):
     """A force that acts in some of the runs.
 
     Attributes:
-        inner: force.
+        inner: force, in the runs in which it acts.
         where: 1 in runs with the force and 0 in other runs, shape (n,).
     """
 
