@@ -73,6 +73,11 @@ class Added:
         return self.family, self.variant, self.place
 
     @property
+    def site(self) -> tuple[str, str]:
+        """Return family and channel; variants of a law at one channel are one explanation."""
+        return self.family, self.place.channel
+
+    @property
     def reported(self) -> tuple[str, ...]:
         """Names of the fitted numbers in the law, without switches and without numbers that only smooth a
         corner.

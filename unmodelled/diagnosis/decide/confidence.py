@@ -89,7 +89,7 @@ def _margin(decision: Decision) -> float:
     """The score by which the best candidate is worse that has neither named nor indistinguishable effects."""
     candidates, score = decision.candidates, decision.candidates.scores.mean(1)
     own = candidates.fits[decision.named].hypothesis.effects
-    equal = [{_where(effect), *map(_where, decision.indistinguishable[k])} for k, effect in enumerate(own)]
+    equal = [{e.site, *(o.site for o in decision.indistinguishable[k])} for k, e in enumerate(own)]
     others = [
         k
         for k in candidates.ranked(max(len(own), 1))
@@ -100,8 +100,4 @@ def _margin(decision: Decision) -> float:
 
 def _among(effects: tuple[Added, ...], equal: list[set[tuple[str, str]]]) -> bool:
     """Whether every effect is named or indistinguishable from a named one."""
-    return bool(equal) and all(any(_where(effect) in one for one in equal) for effect in effects)
-
-
-def _where(effect: Added) -> tuple[str, str]:
-    return effect.family, effect.place.channel
+    return bool(equal) and all(any(effect.site in one for one in equal) for effect in effects)

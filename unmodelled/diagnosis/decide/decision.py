@@ -104,10 +104,6 @@ def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[
         swapped = exchanged(own, candidates.fits[other].hypothesis.effects)
         if swapped is not None and candidates.alike(named, other):
             k, effect = swapped
-            if _channel(effect) != _channel(own[k]) and len(found[k]) < candidates.thresholds.most_equal:
-                found[k].setdefault(_channel(effect), effect)
+            if effect.site != own[k].site and len(found[k]) < candidates.thresholds.most_equal:
+                found[k].setdefault(effect.site, effect)
     return {k: tuple(others.values()) for k, others in found.items()}
-
-
-def _channel(effect: Added) -> tuple[str, str]:
-    return effect.family, effect.place.channel

@@ -142,9 +142,9 @@ class LeftOut:
         block, recording = blocks(self.fitted.recording), self.fitted.recording
         count = FEWEST_PARTS * len(np.unique(recording.owner))
         columns = np.moveaxis(self.squares, 1, 2).reshape(-1, len(block))
-        total = np.stack([np.bincount(block, column, count) for column in columns])
+        total: Array = np.stack([np.bincount(block, column, count) for column in columns])
         total = np.moveaxis(total.reshape(2, -1, count), 1, 2)
-        samples = np.bincount(block, recording.steps, count)
+        samples: Array = np.bincount(block, recording.steps.astype(np.float64), count)
         return total.reshape(2, -1, FEWEST_PARTS, total.shape[2]), samples.reshape(-1, FEWEST_PARTS)
 
 
