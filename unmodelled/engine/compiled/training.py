@@ -79,34 +79,14 @@ def limit_norm(gp, gW, unit, clip):
 
 
 @jit()
-def batch_gradient(
-    evaluate,
-    pull,
-    at,
-    w,
-    room,
-    gp,
-    gW,
-    starts,
-    owner,
-    Xd,
-    U,
-    C,
-    T,
-    steps,
-    substeps,
-    period,
-    hold,
-    stages,
-    p,
-    C_x,
-    penalty,
-):
+def batch_gradient(evaluate, pull, at, w, room, gp, gW, starts, owner, Xd, driven, how, p, C_x, penalty):
     """Return the loss of a mini-batch; its gradients by parameters and weights go to gp and gW.
 
-    `w` is a block with the weights, `room` its arrays, `starts` (windows,) the first measured samples; for
-    the other arguments see `train`.
+    `w` is a block with the weights, `room` its arrays, `starts` (windows,) the first measured samples.
+    `driven` is U, C, T, and `how` is steps, substeps, period, hold, stages; for all arguments see `train`.
     """
+    U, C, T = driven
+    steps, substeps, period, hold, stages = how
     xs, gs, zs, gz, trace = room
     gp[:], gW[:] = 0.0, 0.0
     loss, B, first = 0.0, len(starts), np.empty(LANES, np.int64)
@@ -198,33 +178,14 @@ def train(
     Returns:
         Loss of every mini-batch, shape (batches,).
     """
+    driven, how = (U, C, T), (steps, substeps, period, hold, stages)
     w, room = new_block(at, weights, scale, gain), new_room(at, steps, substeps, stages)
     gp, gW = np.empty(at.trained), np.empty(at.size)
     losses = np.full(len(starts), np.nan)
     for b in range(len(starts)):
         fill(w, at.weights, weights)
         losses[b] = batch_gradient(
-            evaluate,
-            pull,
-            at,
-            w,
-            room,
-            gp,
-            gW,
-            starts[b],
-            owner,
-            Xd,
-            U,
-            C,
-            T,
-            steps,
-            substeps,
-            period,
-            hold,
-            stages,
-            p,
-            C_x,
-            penalty,
+            evaluate, pull, at, w, room, gp, gW, starts[b], owner, Xd, driven, how, p, C_x, penalty
         )
         if not math.isfinite(losses[b]):
             break
