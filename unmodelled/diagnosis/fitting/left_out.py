@@ -144,7 +144,7 @@ class LeftOut:
         columns = np.moveaxis(self.squares, 1, 2).reshape(-1, len(block))
         total: Array = np.stack([np.bincount(block, column, count) for column in columns])
         total = np.moveaxis(total.reshape(2, -1, count), 1, 2)
-        samples: Array = np.bincount(block, recording.steps.astype(np.float64), count)
+        samples = np.asarray(np.bincount(block, recording.steps, count), np.float64)
         return total.reshape(2, -1, FEWEST_PARTS, total.shape[2]), samples.reshape(-1, FEWEST_PARTS)
 
 
