@@ -56,7 +56,15 @@ BENCHES = {
 KINDS = {"single": 8, "null": 3, "pair": 4, "outside": 3, "local": 2}
 DECIDING = (
     *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
-    *("exchanged_rest", "unexplained_gap", "least_gain", "alike_errors", "same_complexity", "most_equal"),
+    *(
+        "exchanged_rest",
+        "negligible_error",
+        "unexplained_gap",
+        "least_gain",
+        "alike_errors",
+        "same_complexity",
+        "most_equal",
+    ),
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),

@@ -145,6 +145,17 @@ def test_a_candidate_must_be_better_by_more_than_chance_and_by_a_material_amount
     assert limited(rubbing, **ANY_CHANCE).named() == 1 and limited(flawless, **ANY_CHANCE).named() == 0
 
 
+def test_an_error_that_matters_to_no_one_is_no_reason_to_name_an_effect(rubbing: Candidates) -> None:
+    """However much of the known physics' error it is: sensors of little noise show more than anyone needs."""
+    squares = [(fit.errors[0] ** 2).sum() / fit.recording.steps.sum() for fit in rubbing.fits[:2]]
+    recording = rubbing.fits[0].recording
+    unit = float((recording.noise / recording.scale)[0])
+    removed = unit * float(np.sqrt(squares[0] - squares[1])) / rubbing.persistence
+    for error, beats in ((0.5 * removed, True), (2.0 * removed, False)):
+        assert limited(rubbing, negligible_error=error).beats(1, 0) == beats
+    assert limited(rubbing, negligible_error=2.0 * removed).named() == 0
+
+
 def test_one_more_effect_must_remove_more_than_another_effect_in_its_place(rubbing: Candidates) -> None:
     """The same difference is enough for an exchange and too little for one more effect."""
     removed = float(1.0 - rubbing.remaining[1] / rubbing.remaining[2])
@@ -294,5 +305,6 @@ def test_thresholds_decide(rubbing: Candidates, changed: dict[str, float], verdi
 def test_a_gap_of_held_out_experiments_that_nothing_predicts_is_unknown(flawless: Candidates) -> None:
     known = flawless.fits[0]
     gap, network = judged_model("", known).gap, LeftOut.of(known)
-    for value, verdict in ((gap.value, "no_gap"), (2.0 * flawless.thresholds.unexplained_gap, "unknown")):
+    most = flawless.thresholds.unexplained_gap * flawless.persistence
+    for value, verdict in ((gap.value, "no_gap"), (2.0 * most, "unknown")):
         assert decide(flawless, 0, network, replace(gap, value=value)).verdict == verdict

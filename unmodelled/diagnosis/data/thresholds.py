@@ -52,6 +52,8 @@ class Thresholds:
             there is no alternative to the next two.
         further_rest: share that a candidate with more effects than the other one must remove.
         exchanged_rest: share that a candidate with as many or fewer effects must remove, and a network.
+        negligible_error: error that a candidate must remove from an output to be better; a model that is off
+            by less needs no further physics.
         unexplained_gap: error above the sensor noise from which a gap that nothing predicts is `unknown`.
         least_gain: difference of two scores up to which candidates cannot be told apart.
         alike_errors: difference of two scores up to which candidates cannot be told apart, relative to the
@@ -82,8 +84,7 @@ class Thresholds:
         suspect_share: share that a correction explains before parameters are fitted to it.
         fault_error_ratio: squared error of the corrected model against that of a prediction without a model,
             at most.
-        material_error: error of an output that matters: with a smaller one no fault is searched, and a
-            candidate that removes less is not better.
+        material_error: error up to which no fault is searched.
         inertia_error_ratio: squared error that a wrong inertia leaves against a wrong clock, at least.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
         little_input: amount of an input that must be worse than none where the input has no effect.
@@ -148,7 +149,8 @@ class Thresholds:
     material_share: float = _threshold(0.05, "share of the known physics' error", _JUDGEMENT, _UNMEASURED)
     further_rest: float = _threshold(0.3, "share of the error", "half of the squared error", _UNMEASURED)
     exchanged_rest: float = _threshold(0.1, "share of the error", "a fifth of the squared error", _UNMEASURED)
-    unexplained_gap: float = _threshold(0.1, "standard deviations of the outputs", _JUDGEMENT, _UNMEASURED)
+    negligible_error: float = _threshold(0.01, "share of the error of persistence", _JUDGEMENT, _UNMEASURED)
+    unexplained_gap: float = _threshold(0.1, "share of the error of persistence", _JUDGEMENT, _UNMEASURED)
     least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _UNMEASURED)
     alike_errors: float = _threshold(2.0, "standard errors", "about 95 %", _UNMEASURED)
 

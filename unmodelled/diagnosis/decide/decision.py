@@ -55,7 +55,8 @@ def decide(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap)
         verdict: Verdict = "effect" if remainder is None else "main_effect"
     else:
         seen = float(np.sqrt(max(held_out.value**2 - held_out.floor**2, 0.0)))
-        unexplained = max(seen, _above_noise(candidates.fits[named])) > candidates.thresholds.unexplained_gap
+        error = max(seen, _above_noise(candidates.fits[named]))
+        unexplained = error > candidates.thresholds.unexplained_gap * candidates.persistence
         verdict = "unknown" if remainder is not None or unexplained else "no_gap"
     return Decision(verdict, candidates, named, indistinguishable(candidates, named), remainder)
 

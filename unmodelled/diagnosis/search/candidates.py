@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
@@ -120,6 +121,11 @@ class Candidates:
         return np.asarray(squares / recording.steps.sum() * (recording.noise / recording.scale) ** 2)
 
     @cached_property
+    def persistence(self) -> float:
+        """Return the error of a prediction without a model, in standard deviations of the outputs."""
+        return persistence(self.predictions[0].fitted.recording)
+
+    @cached_property
     def complexity(self) -> Array:
         """Return the complexity, shape (candidates,), of the effects of every candidate."""
         return np.array([f.hypothesis.complexity for f in self.fits])
@@ -161,8 +167,8 @@ class Candidates:
         It is material to lower the error of an output by a share of the known physics' error, or of what is
         left: an effect at one of six joints matters to the outputs of this joint. One more effect is a claim
         of its own and must lower what is left by more than another effect in its place. Numbers of single
-        experiments, which absorb any structure, must lower what is left. Errors below `material_error` matter
-        to no one: a sensor of little noise shows more than any model needs to predict.
+        experiments, which absorb any structure, must lower what is left. Errors below `negligible_error`
+        matter to no one: a sensor of little noise shows more than any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
@@ -183,7 +189,7 @@ class Candidates:
         if not self.own[one]:
             lower = np.maximum(lower, (before - after) / limits.material_share)
         removed = self._squares[other] - self._squares[one]
-        material = (lower >= 1.0) & (removed >= limits.material_error**2)
+        material = (lower >= 1.0) & (removed >= (limits.negligible_error * self.persistence) ** 2)
         return bool(material.any()) and self.gain(other, one).is_significant(limits.level)
 
     def named(self) -> int:
