@@ -60,7 +60,12 @@ def tree(module: str) -> ast.Module:
     """
     file = source(module)
     assert file is not None, module
-    return ast.parse(file.read_bytes(), str(file))
+    return _parsed(file.read_bytes(), str(file))
+
+
+@cache
+def _parsed(text: bytes, name: str) -> ast.Module:
+    return ast.parse(text, name)
 
 
 def _is_type_checking(node: ast.AST) -> bool:
@@ -129,8 +134,12 @@ def code_digest(module: str) -> str:
     Args:
         module: dotted name of the module.
     """
-    nodes = tree(module)
-    if CAPTIONED not in module.split("."):
+    return _tree_digest(tree(module), CAPTIONED in module.split("."))
+
+
+@cache
+def _tree_digest(nodes: ast.Module, captioned: bool) -> str:
+    if not captioned:
         for node in ast.walk(nodes):
             body = getattr(node, "body", None)
             if isinstance(body, list):

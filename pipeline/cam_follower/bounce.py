@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from pipeline.cam_follower.bounce_kernel import Law, Motion, Stretches, bounce_kernel, on_cams
+from pipeline.cam_follower.bounce_kernel import Law, Motion, Stretches, bounced, on_cams
 from pipeline.cam_follower.cam_follower import CamFollower
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
@@ -186,7 +186,7 @@ class CamMotion:
         law = Law(loss=(1.0 - e**2) / (1.0 + e**2), gravity=self.gravity, **values)
         substeps = max(1, int(np.ceil(self.period / STEP - 1e-9)))
         eps, force = np.empty((2, int((stretches.steps + 1).sum())))
-        bounce_kernel()(self.motion, stretches, law, self.period, substeps, eps, force)
+        bounced(self.motion, stretches, law, self.period, substeps, eps, force)
         return Bounce(eps, (force > 0.0).astype(np.float64))
 
 

@@ -8,7 +8,6 @@ so that integration steps need not end there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any, NamedTuple
 
 import numba
@@ -161,51 +160,56 @@ def _follower() -> Callable[..., Any]:
     return compiled_function(expression, (speed, force, physics.m, *physics.CONSTANTS))
 
 
-@cache
-def bounce_kernel() -> Callable[..., None]:
-    """Compile the kernel, once per process.
+_equation = _follower()
 
-    The kernel has the signature `(motion, stretches, law, period, substeps, eps, force)`. It takes `substeps`
-    Runge-Kutta steps per interval of `period` seconds, and writes the detachment eps (m) and the contact
-    force (N) at the ends of the intervals.
+
+@numba.njit(inline="always")
+def _acceleration(y, v, h, dh, omega, m, law):  # type: ignore[no-untyped-def]
+    force = contact_force(y, v, h, dh, omega, m, law)
+    return _equation(v, force, m, law.gravity, law.guide_coulomb, law.guide_viscous)
+
+
+@kept(nogil=True)
+def bounced(
+    motion: Motion, stretches: Any, law: Law, period: float, substeps: int, eps: Array, force: Array
+) -> None:
+    """Write the detachment eps (m) and the contact force (N) at the ends of the intervals.
+
+    Args:
+        motion: measured motion of the cams.
+        stretches: stretches of the runs that are simulated.
+        law: parameters of contact and flight.
+        period: length of an interval, s.
+        substeps: number of Runge-Kutta steps per interval.
+        eps: detachment at the ends of all intervals, m, one stretch after the other, shape (samples,).
+        force: contact force at the same times, N, shape (samples,).
     """
-    equation = _follower()
-
-    @numba.njit(inline="always")
-    def acceleration(y, v, h, dh, omega, m, law):  # type: ignore[no-untyped-def]
-        force = contact_force(y, v, h, dh, omega, m, law)
-        return equation(v, force, m, law.gravity, law.guide_coulomb, law.guide_viscous)
-
-    @numba.njit(nogil=True)
-    def simulate(motion, stretches, law, period, substeps, eps, force):  # type: ignore[no-untyped-def]
-        t = period / substeps
-        for k in range(len(stretches.run)):
-            run, begin, out = stretches.run[k], stretches.piece[k], stretches.first[k]
-            curve, m = motion.curves[motion.cam[run]], motion.mass[run]
-            y, v = stretches.height[k], stretches.speed[k]
-            a, b, w, start = motion.pieces[begin]
-            h, dh = on_cam(curve, start)
-            eps[out], force[out] = y - h, contact_force(y, v, h, dh, w, m, law)
-            for i in range(stretches.steps[k]):
-                a, b, c, d = motion.pieces[begin + i]
-                for j in range(substeps):
-                    s = (j + 0.5) * t
-                    half_w = c + s * (2.0 * b + s * 3.0 * a)
-                    half_h, half_dh = on_cam(curve, d + s * (c + s * (b + s * a)))
-                    s = (j + 1.0) * t
-                    next_w = c + s * (2.0 * b + s * 3.0 * a)
-                    next_h, next_dh = on_cam(curve, d + s * (c + s * (b + s * a)))
-                    k1 = acceleration(y, v, h, dh, w, m, law)
-                    v2 = v + 0.5 * t * k1
-                    k2 = acceleration(y + 0.5 * t * v, v2, half_h, half_dh, half_w, m, law)
-                    v3 = v + 0.5 * t * k2
-                    k3 = acceleration(y + 0.5 * t * v2, v3, half_h, half_dh, half_w, m, law)
-                    v4 = v + t * k3
-                    k4 = acceleration(y + t * v3, v4, next_h, next_dh, next_w, m, law)
-                    y += t / 6.0 * (v + 2.0 * (v2 + v3) + v4)
-                    v += t / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-                    h, dh, w = next_h, next_dh, next_w
-                eps[out + i + 1] = y - h
-                force[out + i + 1] = contact_force(y, v, h, dh, w, m, law)
-
-    return simulate  # type: ignore[no-any-return]
+    t = period / substeps
+    for k in range(len(stretches.run)):
+        run, begin, out = stretches.run[k], stretches.piece[k], stretches.first[k]
+        curve, m = motion.curves[motion.cam[run]], motion.mass[run]
+        y, v = stretches.height[k], stretches.speed[k]
+        a, b, w, start = motion.pieces[begin]
+        h, dh = on_cam(curve, start)
+        eps[out], force[out] = y - h, contact_force(y, v, h, dh, w, m, law)
+        for i in range(stretches.steps[k]):
+            a, b, c, d = motion.pieces[begin + i]
+            for j in range(substeps):
+                s = (j + 0.5) * t
+                half_w = c + s * (2.0 * b + s * 3.0 * a)
+                half_h, half_dh = on_cam(curve, d + s * (c + s * (b + s * a)))
+                s = (j + 1.0) * t
+                next_w = c + s * (2.0 * b + s * 3.0 * a)
+                next_h, next_dh = on_cam(curve, d + s * (c + s * (b + s * a)))
+                k1 = _acceleration(y, v, h, dh, w, m, law)
+                v2 = v + 0.5 * t * k1
+                k2 = _acceleration(y + 0.5 * t * v, v2, half_h, half_dh, half_w, m, law)
+                v3 = v + 0.5 * t * k2
+                k3 = _acceleration(y + 0.5 * t * v2, v3, half_h, half_dh, half_w, m, law)
+                v4 = v + t * k3
+                k4 = _acceleration(y + t * v3, v4, next_h, next_dh, next_w, m, law)
+                y += t / 6.0 * (v + 2.0 * (v2 + v3) + v4)
+                v += t / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+                h, dh, w = next_h, next_dh, next_w
+            eps[out + i + 1] = y - h
+            force[out + i + 1] = contact_force(y, v, h, dh, w, m, law)

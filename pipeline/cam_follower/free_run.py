@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import torch
@@ -16,7 +17,7 @@ from pipeline.cam_follower.conditions import Bench, CamTable
 from pipeline.cam_follower.dataset import Dataset, Indices
 from pipeline.cam_follower.kernels import numpy_function
 from pipeline.cam_follower.motor import Motor
-from pipeline.cam_follower.rollout import residual_kernel
+from pipeline.cam_follower.rollout import residual
 from unmodelled.base.progress import track
 from unmodelled.base.workers import threads_of
 
@@ -40,7 +41,7 @@ class Problem:
             stall is an example.
     """
 
-    arguments: tuple[object, ...]
+    arguments: tuple[Any, ...]
     weight: Array
     shape: tuple[int, int]
     tolerance: float
@@ -55,7 +56,7 @@ class Problem:
             Residual, rad/s, shape (runs * samples,).
         """
         out = np.zeros(self.shape)
-        residual_kernel()(physical(x), *self.arguments, out)
+        residual(physical(x), *(*self.arguments, out))
         out *= self.weight
         square = (out**2).sum(1, keepdims=True) / self.tolerance**2
         # a run's squared error s counts as log(1 + s); below 1e-8 the two are the same number
@@ -236,7 +237,7 @@ def fit(
         task = problem(dataset, runs, seconds, substeps, tolerance)
         return identify(task, regress(dataset, runs), generator, starts)
 
-    residual_kernel(), known_effort()  # made once, before threads ask for them
+    known_effort()  # made once, before threads ask for it
     with threads_of(workers) as pool:
         found = track(pool.map(identified, range(len(folds))), len(folds), "identifying motors")
         model.parameters_.data[:] = torch.as_tensor(np.stack(list(found)))

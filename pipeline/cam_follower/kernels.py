@@ -35,6 +35,9 @@ def torch_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Funct
 def compiled_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Function:
     """Generate a scalar function compiled by numba, for use in other compiled loops.
 
+    A loop that is kept on disk is compiled again when its room changes (`unmodelled.base.compiling`), so that
+    the expression must be written in the same room.
+
     Args:
         expression: symbolic expression.
         arguments: symbols in the order of the function's arguments.
@@ -42,5 +45,6 @@ def compiled_function(expression: sp.Expr, arguments: Sequence[sp.Symbol]) -> Fu
     import numba
 
     plain = sp.lambdify(arguments, expression, modules="math", cse=True)
+    plain.__module__ = __name__  # without one it would count as a builtin
     function: Function = numba.njit(plain, error_model="numpy", inline="always")
     return function

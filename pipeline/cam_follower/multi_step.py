@@ -12,6 +12,7 @@ from pipeline.cam_follower.motor import Motor, MotorHybrid
 from pipeline.cam_follower.one_step import Networked, new_model
 from pipeline.cam_follower.sampler import Sampler, once_per_fold
 from unmodelled.base.progress import track
+from unmodelled.learning.adam import Adam
 
 
 def identified_motors(dataset: Dataset, folds: list[Indices], seed: int) -> Tensor:
@@ -91,7 +92,7 @@ def fit(
         raise TypeError(f"multi-step training must get a MotorHybrid, got {type(model).__name__}")
     model.parameters_.data[:] = identified_motors(dataset, folds, seed)
     sampler = Sampler(dataset, folds, generator)
-    optimiser = torch.optim.Adam(model.network.parameters(), lr=learning_rate)
+    optimiser = Adam(model.network.parameters(), lr=learning_rate)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
     for _ in track(range(steps), steps, f"training {len(folds)} hybrids"):
         runs, first = sampler.draw(batch, horizon)

@@ -13,6 +13,7 @@ from pipeline.cam_follower.dataset import Dataset, Indices
 from pipeline.cam_follower.dynamics import Dynamics
 from pipeline.cam_follower.sampler import Sampler, input_scale
 from unmodelled.base.progress import Counter
+from unmodelled.learning.adam import Adam
 
 
 class Networked(Protocol):
@@ -71,7 +72,7 @@ def fit(
             members = folds[first : first + group]
             model = new_model(build, dataset, members, generator)
             sampler = Sampler(dataset, members, generator)
-            optimiser = torch.optim.Adam(model.parameters(), lr=learning_rate)
+            optimiser = Adam(model.parameters(), lr=learning_rate)
             schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
             for k in range(steps):
                 _step(model, dataset, sampler, optimiser, batch)

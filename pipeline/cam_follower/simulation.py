@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from pipeline.cam_follower.bounce import BounceParameters
 from pipeline.cam_follower.bounce_fitting import AWAY, START, STRETCH, fit_bounce
 from pipeline.cam_follower.bounce_gate import with_bounce
-from pipeline.cam_follower.bounce_kernel import bounce_kernel
 from pipeline.cam_follower.cam_follower import CamFollower
 from pipeline.cam_follower.detachment import Fitted
 from pipeline.cam_follower.lstm import DetachmentNetwork
@@ -159,7 +158,6 @@ class BounceRecipe:
         """
         ensemble = Ensemble(self.members, self.spread, self.reach, self.samples)
         begin = time.process_time()
-        bounce_kernel()  # compiled once, before threads ask for it
         with threads_of(workers) as pool:
             found = list(pool.map(lambda rows: _identified(campaign, rows, self.mechanism), folds.values()))
         for k, parameters in enumerate(found):

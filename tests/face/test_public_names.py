@@ -47,32 +47,38 @@ def test_importing_the_package_loads_no_library() -> None:
     assert [name for name in loaded if name.startswith("unmodelled")] == ["unmodelled"]
 
 
-def test_the_core_works_without_optional_libraries() -> None:
-    program = REFUSING + (
-        "import unmodelled as um\n"
-        "system, logs = um.example('pendulum')\n"
-        "um.simulate(system, logs).plot()\n"
-        "um.identifiability(system, logs)\n"
-        "answer = um.diagnose(system, logs)\n"
-        "answer.plot()\n"
-        "print(answer.verdict, answer.effects[0].family)\n"
-        "frames = dict(iter(logs.table().groupby('experiment')))\n"
-        "print((um.Logs.from_frames(frames, system).y == logs.y).all())\n"
-    )
-    assert python(program) == "effect coulomb_friction\nTrue\n"
+SAVE = """
+import unmodelled as um
+system, logs = um.example("pendulum")
+simulation, study = um.simulate(system, logs), um.identifiability(system, logs)
+answer = um.diagnose(system, logs)
+simulation.save("{0}/simulation")
+study.save("{0}/study")
+answer.save("{0}/answer")
+"""
+SAY = """
+simulation.plot()
+answer.plot()
+print(answer.verdict, answer.effects[0].family)
+frames = dict(iter(logs.table().groupby("experiment")))
+print((um.Logs.from_frames(frames, system).y == logs.y).all())
+"""
 
 
-def test_results_are_csv_files_without_pyarrow(tmp_path: Path) -> None:
-    write = (
-        "import unmodelled as um\n"
-        "system, logs = um.example('pendulum')\n"
-        "um.simulate(system, logs).save('{0}/simulation')\n"
-        "um.identifiability(system, logs).save('{0}/study')\n"
-        "um.diagnose(system, logs).save('{0}/answer')\n"
-    )
-    without, normal = tmp_path / "without", tmp_path / "normal"
-    python(REFUSING + write.format(without))
-    python(write.format(normal))
+@pytest.fixture(scope="module")
+def core(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Folder of the results, and output, of a program that cannot load the optional libraries."""
+    folder = tmp_path_factory.mktemp("core")
+    return folder, python(REFUSING + SAVE.format(folder) + SAY)
+
+
+def test_the_core_works_without_optional_libraries(core: tuple[Path, str]) -> None:
+    assert core[1] == "effect coulomb_friction\nTrue\n"
+
+
+def test_results_are_csv_files_without_pyarrow(core: tuple[Path, str], tmp_path: Path) -> None:
+    without, normal = core[0], tmp_path
+    python(SAVE.format(normal))
     written = sorted(path.relative_to(normal) for path in normal.rglob("*.parquet"))
     assert len(written) >= 11 and not list(without.rglob("*.parquet"))
     for path in written:

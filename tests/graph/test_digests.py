@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import shutil
@@ -14,6 +15,7 @@ from typing import Any
 import pytest
 import yaml
 
+from pipeline import digests as stage
 from pipeline.__main__ import PROGRAM
 from tests.conftest import stages
 
@@ -34,8 +36,15 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def digests(checkout: Path) -> dict[str, str]:
-    command = [sys.executable, "-m", "pipeline.digests"]
-    subprocess.run(command, cwd=checkout, check=True, env={"PYTHONPATH": str(checkout)})
+    by_name = (stage.source, stage.tree, stage.imported, stage.code_digest, stage.data_files)
+    for cached in (*by_name, stage.configuration):
+        cached.cache_clear()
+    with contextlib.chdir(checkout):
+        stage.main()
+    return written(checkout)
+
+
+def written(checkout: Path) -> dict[str, str]:
     out = checkout / "data" / "digests"
     return {
         path.relative_to(out).with_suffix("").as_posix(): path.read_text() for path in out.rglob("*.json")
@@ -44,7 +53,11 @@ def digests(checkout: Path) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def before(checkout: Path) -> dict[str, str]:
-    return digests(checkout)
+    """Digests that the command writes; the tests below compare those that this process writes, which parses
+    unchanged files only once."""
+    command = [sys.executable, "-m", "pipeline.digests"]
+    subprocess.run(command, cwd=checkout, check=True, env={"PYTHONPATH": str(checkout)})
+    return written(checkout)
 
 
 @pytest.fixture
@@ -193,7 +206,7 @@ def test_a_stage_depends_on_the_digests_of_its_verbs_and_choices(name: str) -> N
 
 
 def test_no_dependency_on_code_is_written_by_hand() -> None:
-    for name, stage in stages().items():
+    for name, found in stages().items():
         assert name == "code" or not [
-            d for d in declared(stage)[1] if d.startswith(("unmodelled", "pipeline", "conf"))
+            d for d in declared(found)[1] if d.startswith(("unmodelled", "pipeline", "conf"))
         ]

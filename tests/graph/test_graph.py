@@ -12,32 +12,41 @@ from pathlib import Path
 import pytest
 
 from tests.graph.tiny import HYBRIDS, write_project
+from tests.graph.warm import warm_python
 from unmodelled.base.campaign import Campaign
 
 pytestmark = pytest.mark.graph
 
 
+def path(first: Path) -> str:
+    return f"{first}{os.pathsep}{os.environ['PATH']}"
+
+
 def call(folder: Path, *command: str, **more: str) -> subprocess.CompletedProcess[str]:
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "PATH": path, **more}
+    environment = {**os.environ, "PATH": path(Path(sys.executable).parent), **more}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment)
 
 
-def module(folder: Path, *arguments: str) -> str:
-    result = call(folder, sys.executable, "-m", *arguments)
+def module(folder: Path, *arguments: str, **more: str) -> str:
+    result = call(folder, sys.executable, "-m", *arguments, **more)
     assert result.returncode == 0, result.stdout[-3000:] + result.stderr[-3000:]
     return result.stdout
 
 
-def dvc(folder: Path, *arguments: str) -> str:
-    return module(folder, "dvc", *arguments)
+def dvc(folder: Path, *arguments: str, **more: str) -> str:
+    return module(folder, "dvc", *arguments, **more)
 
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy of the checkout with a tiny campaign and profile, reproduced once."""
+    """A copy of the checkout with a tiny campaign and profile, reproduced once.
+
+    Its commands are forks of a process that has loaded the libraries; those of the tests below are not, and
+    `test_the_same_seed_gives_the_same_numbers_as_in_the_graph` compares the two.
+    """
     folder = write_project(tmp_path_factory.mktemp("project"), linked=True)
-    dvc(folder, "repro")
+    with warm_python(folder.parent / "warm") as bin:
+        dvc(folder, "repro", PATH=path(bin))
     return folder
 
 

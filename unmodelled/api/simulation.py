@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import replacing_folder, write_json
@@ -22,8 +21,10 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
-from unmodelled.report.figures.free_run import measured_and_simulated
 from unmodelled.systems.model import System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 TABLE, SUMMARY = "simulation", "simulation.json"
 
@@ -117,6 +118,8 @@ class Simulation:
         Raises:
             BadInput: when the experiment was not simulated.
         """
+        from unmodelled.report.figures.free_run import measured_and_simulated  # loads matplotlib
+
         name = self.worst if experiment is None else experiment
         if name not in (ids := list(self.gap.per_experiment)):
             raise BadInput(f"experiment: {name!r} was not simulated{closest(str(name), ids)}")

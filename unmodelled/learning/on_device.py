@@ -10,6 +10,7 @@ from torch import Tensor
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.progress import Counter
+from unmodelled.learning.adam import Adam
 from unmodelled.learning.windows import Problem, Progress, Training, Windows, drawn_windows, fall, weighting
 
 
@@ -55,7 +56,7 @@ class _Trainer:
         self.penalties = torch.from_numpy(problem.penalties).to(device)
         self.bounds = torch.from_numpy(problem.bounds).to(device) / self.model.unit[:, None]
         groups = [{"params": [self.model.weights]}, {"params": [self.model.xi]}]
-        self.adam = torch.optim.Adam(groups, lr=windows.rate)
+        self.adam = Adam(groups, lr=windows.rate)
 
     def epoch(self, epoch: int) -> None:
         begin = time.perf_counter()
