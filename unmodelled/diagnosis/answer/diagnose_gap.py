@@ -208,11 +208,13 @@ def _estimate(prediction: LeftOut, name: str, unit: str, known: float) -> Estima
 
 
 def _compared(decision: Decision) -> tuple[Compared, ...]:
+    """The named candidate and the best others; those that add effects to it say less and come last."""
     candidates, named = decision.candidates, decision.named
-    scores = candidates.scores.mean(1)
-    first = [named, *(k for k in np.argsort(scores, kind="stable").tolist() if k != named)][:LISTED]
+    scores, keys = candidates.scores.mean(1), [f.hypothesis.key for f in candidates.fits]
+    others = [k for k in np.argsort(scores, kind="stable").tolist() if k != named]
+    listed = [named, *sorted(others, key=lambda k: keys[named] < keys[k])][:LISTED]
     found = []
-    for k in sorted(first, key=lambda k: float(scores[k])):
+    for k in sorted(listed, key=lambda k: float(scores[k])):
         worse = candidates.gain(k, named)
         effects = candidates.fits[k].hypothesis.effects
         found.append(Compared(effects, float(scores[k]), worse.mean, worse.error, k == named))

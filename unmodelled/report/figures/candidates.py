@@ -19,12 +19,12 @@ WRAP = 60
 
 @styled
 def candidates(data: Path) -> Figure:
-    """All fitted models, by how much worse they predict experiments that were left out of the fit.
+    """The named model and the best others, by how much worse they predict experiments left out of the fit.
 
     The score is the mean over experiments and outputs of ln(mean square error / noise variance + 1). Shown is
     the difference from the named model, with its standard error over experiments; to the right is worse.
     Green is the named model: the simplest model that no other model beats by more than chance and by a
-    material amount.
+    material amount. Models that add effects to it come only after those that compete with it.
     """
     rows = table(data, "candidates").head(MOST)
     labels = [fill(label, WRAP) for label in rows["label"]]
