@@ -144,7 +144,8 @@ class Candidates:
         """Compare the predictions of two candidates.
 
         Where they differ in a few experiments only, such as an end stop that one motion reaches, or an effect
-        at one level of a factor, these experiments are compared block by block.
+        at one level of a factor, these experiments are compared block by block: so few differences could not
+        be told from chance.
 
         Args:
             before: number of the first candidate.
@@ -231,7 +232,7 @@ class Candidates:
         return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
     def _different(self, before: int, after: int) -> list[int] | None:
-        """Experiments that hold nearly all of the difference; None if these would not be divided further."""
+        """Experiments that hold nearly all of the difference, if too few for a test and divided further."""
         recording = self.predictions[0].fitted.recording
         runs, run = np.unique(recording.owner, return_inverse=True)
         owner = np.zeros(self.scores.shape[1], np.int64)
@@ -239,7 +240,8 @@ class Candidates:
         size = np.bincount(owner, np.abs(self.scores[before] - self.scores[after]))
         order = np.argsort(-size)
         few = 1 + int(np.searchsorted(np.cumsum(size[order]), NEARLY_ALL * size.sum()))
-        return runs[order[:few]].tolist() if divided(few) > divided(len(runs)) else None
+        too_few = 0.5**few > 1.0 - self.thresholds.level and divided(few) > divided(len(runs))
+        return runs[order[:few]].tolist() if too_few else None
 
 
 def exchanged(own: Sequence[Added], others: Sequence[Added]) -> tuple[int, Added] | None:
