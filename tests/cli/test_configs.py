@@ -15,8 +15,8 @@ from pipeline.__main__ import CONF, PROGRAM
 from tests.conftest import stages
 
 ROOT = CONF.parent
-#: What models have in common; not a choice on the command line.
-SHARED = ("training", "detachment")
+#: Groups that files of models or profiles have in common; not a choice on the command line.
+SHARED = ("budget", "detachment", "training")
 GROUPS = [
     f"{group}={name}" for group, names in PROGRAM.groups().items() if group not in SHARED for name in names
 ]

@@ -147,13 +147,13 @@ def test_a_candidate_must_be_better_by_more_than_chance_and_by_a_material_amount
 
 def test_an_error_that_matters_to_no_one_is_no_reason_to_name_an_effect(rubbing: Candidates) -> None:
     """However much of the known physics' error it is: sensors of little noise show more than anyone needs."""
-    squares = [(fit.errors[0] ** 2).sum() / fit.recording.steps.sum() for fit in rubbing.fits[:2]]
+    known, friction = (np.exp(rubbing.predictions[k].scores()) for k in (0, 1))
     recording = rubbing.fits[0].recording
-    unit = float((recording.noise / recording.scale)[0])
-    removed = unit * float(np.sqrt(squares[0] - squares[1])) / rubbing.persistence
-    for error, beats in ((0.5 * removed, True), (2.0 * removed, False)):
+    unit = float((recording.noise / recording.scale)[0]) / rubbing.persistence
+    removed = unit * float(np.sqrt((known - friction).max()))
+    for error, beats in ((0.9 * removed, True), (1.1 * removed, False)):
         assert limited(rubbing, negligible_error=error).beats(1, 0) == beats
-    assert limited(rubbing, negligible_error=2.0 * removed).named() == 0
+    assert limited(rubbing, negligible_error=1.1 * removed).named() == 0
 
 
 def test_one_more_effect_must_remove_more_than_another_effect_in_its_place(rubbing: Candidates) -> None:

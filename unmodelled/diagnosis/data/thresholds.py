@@ -52,8 +52,8 @@ class Thresholds:
             there is no alternative to the next two.
         further_rest: share that a candidate with more effects than the other one must remove.
         exchanged_rest: share that a candidate with as many or fewer effects must remove, and a network.
-        negligible_error: error that a candidate must remove from an output to be better; a model that is off
-            by less needs no further physics.
+        negligible_error: error that a candidate must remove from an output in at least one part to be better;
+            a model that is off by less needs no further physics.
         unexplained_gap: error above the sensor noise from which a gap that nothing predicts is `unknown`.
         least_gain: difference of two scores up to which candidates cannot be told apart.
         alike_errors: difference of two scores up to which candidates cannot be told apart, relative to the

@@ -114,13 +114,6 @@ class Candidates:
         return np.asarray(np.exp(0.5 * (self._by_output - self._by_output[0]).mean(1)))
 
     @cached_property
-    def _squares(self) -> Array:
-        """Mean square errors, shape (candidates, outputs), in variances of the outputs."""
-        recording = self.predictions[0].fitted.recording
-        squares = np.stack([prediction.squares.mean(0).sum(0) for prediction in self.predictions])
-        return np.asarray(squares / recording.steps.sum() * (recording.noise / recording.scale) ** 2)
-
-    @cached_property
     def persistence(self) -> float:
         """Return the error of a prediction without a model, in standard deviations of the outputs."""
         return persistence(self.predictions[0].fitted.recording)
@@ -143,9 +136,8 @@ class Candidates:
     def gain(self, before: int, after: int) -> Comparison:
         """Compare the predictions of two candidates.
 
-        Where they differ in a few experiments only, such as an end stop that one motion reaches, or an effect
-        at one level of a factor, these experiments are compared block by block: so few differences could not
-        be told from chance.
+        Where experiments do not tell a difference from chance because they are too few, such as those of an
+        end stop that one motion reaches, or of an effect at one level of a factor, their blocks are compared.
 
         Args:
             before: number of the first candidate.
@@ -155,11 +147,12 @@ class Candidates:
             Comparison by experiments, or by blocks of the few experiments.
         """
         if (before, after) not in self._compared:
-            runs = self._different(before, after)
-            one, two = (
-                self.scores[k] if runs is None else self.predictions[k].score(runs) for k in (before, after)
-            )
-            self._compared[before, after] = Comparison.of(one - two)
+            found = Comparison.of(self.scores[before] - self.scores[after])
+            if not found.is_significant(self.thresholds.level):
+                few = self._different(before, after)
+                one, two = (self.predictions[k].score(few) for k in (before, after))
+                found = Comparison.of(one - two) if few else found
+            self._compared[before, after] = found
         return self._compared[before, after]
 
     def beats(self, one: int, other: int, rest: float | None = None) -> bool:
@@ -189,9 +182,15 @@ class Candidates:
         lower = (1.0 - after / before) / rest
         if not self.own[one]:
             lower = np.maximum(lower, (before - after) / limits.material_share)
-        removed = self._squares[other] - self._squares[one]
-        material = (lower >= 1.0) & (removed >= (limits.negligible_error * self.persistence) ** 2)
+        material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any()) and self.gain(other, one).is_significant(limits.level)
+
+    def _removed(self, one: int, other: int) -> Array:
+        """Error (outputs,) that the first candidate removes where it removes most, in that of persistence."""
+        recording = self.predictions[0].fitted.recording
+        unit = recording.noise / recording.scale / self.persistence
+        squares = np.exp(self._by_output[other]) - np.exp(self._by_output[one])
+        return np.asarray(unit * np.sqrt(np.maximum(squares.max(0), 0.0)))
 
     def named(self) -> int:
         """Return the number of the candidate to name: the simplest one that no other candidate beats.
@@ -231,8 +230,8 @@ class Candidates:
         found = self.gain(other, named)
         return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
-    def _different(self, before: int, after: int) -> list[int] | None:
-        """Experiments that hold nearly all of the difference, if too few for a test and divided further."""
+    def _different(self, before: int, after: int) -> list[int]:
+        """Experiments that hold nearly all of the difference; none if they are enough for a test."""
         recording = self.predictions[0].fitted.recording
         runs, run = np.unique(recording.owner, return_inverse=True)
         owner = np.zeros(self.scores.shape[1], np.int64)
@@ -241,7 +240,7 @@ class Candidates:
         order = np.argsort(-size)
         few = 1 + int(np.searchsorted(np.cumsum(size[order]), NEARLY_ALL * size.sum()))
         too_few = 0.5**few > 1.0 - self.thresholds.level and divided(few) > divided(len(runs))
-        return runs[order[:few]].tolist() if too_few else None
+        return runs[order[:few]].tolist() if too_few else []
 
 
 def exchanged(own: Sequence[Added], others: Sequence[Added]) -> tuple[int, Added] | None:
