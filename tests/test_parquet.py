@@ -46,3 +46,13 @@ def test_what_is_no_table_is_named(path: Path) -> None:
         read_parquet(path)
     with pytest.raises(BadInput, match=r"none\.parquet: no such file"):
         read_parquet(path.with_name("none.parquet"))
+
+
+def test_a_column_with_two_names_is_refused(path: Path) -> None:
+    """One in the table, and another one in what pandas notes beside it."""
+    table = pq.read_table(path)
+    noted = {key: text.replace(b'"x"', b'"!"', 1) for key, text in table.schema.metadata.items()}
+    assert noted != table.schema.metadata
+    pq.write_table(table.replace_schema_metadata(noted), path)
+    with pytest.raises(BadInput, match=r"table\.parquet: column x has two names"):
+        read_parquet(path, ["x"])
