@@ -48,11 +48,15 @@ def test_what_is_no_table_is_named(path: Path) -> None:
         read_parquet(path.with_name("none.parquet"))
 
 
-def test_a_column_with_two_names_is_refused(path: Path) -> None:
-    """One in the table, and another one in what pandas notes beside it."""
+def test_a_column_has_its_own_name_whatever_pandas_notes_beside_it(path: Path) -> None:
     table = pq.read_table(path)
     noted = {key: text.replace(b'"x"', b'"!"', 1) for key, text in table.schema.metadata.items()}
     assert noted != table.schema.metadata
     pq.write_table(table.replace_schema_metadata(noted), path)
-    with pytest.raises(BadInput, match=r"table\.parquet: column x has two names"):
-        read_parquet(path, ["x"])
+    pd.testing.assert_frame_equal(read_parquet(path, ["x"]), TABLE[["x"]].reset_index(drop=True))
+
+
+def test_an_index_of_pandas_is_a_column(path: Path) -> None:
+    """As tables are often saved: the time is the index."""
+    TABLE.set_index("x").to_parquet(path)
+    pd.testing.assert_frame_equal(read_parquet(path, ["id", "x"]), TABLE.reset_index(drop=True))
