@@ -17,7 +17,6 @@ from scipy.stats import t as student
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
 
@@ -199,26 +198,20 @@ def _numbered(part: Indices) -> Indices:
 
 def _known_by_others(fitted: FittedHypothesis, part: Indices) -> Indices:
     """Parts, of which those that alone determine an amplitude are divided into their blocks."""
-    normal, unknowns = fitted.fit.normal, fitted.unknowns
-    switch = _amplitudes(fitted) & ~np.array([unknowns.each[k].own for k in unknowns.unknown], bool)
-    curvature, gradient, _ = normal.reduced()
-    each = np.stack([_curvature(normal, curvature, gradient, part == k) for k in range(int(part.max()) + 1)])
+    normal = fitted.fit.normal
+    each = np.zeros((int(part.max()) + 1, len(normal.precision)))
+    curvature, _, _ = normal.reduced()
+    np.add.at(each, (part[:, None], normal.entry), np.diagonal(curvature, axis1=1, axis2=2))
     whole = each.sum(0)
-    alone = (switch & (whole - each < UNKNOWN_SHARE * whole)).any(1)
+    alone = (_shared_amplitudes(fitted) & (whole - each < UNKNOWN_SHARE * whole)).any(1)
     return _numbered(np.where(alone[part], int(part.max()) + 1 + blocks(fitted.recording), part))
-
-
-def _curvature(normal: NormalEquations, curvature: Array, gradient: Array, windows: Mask) -> Array:
-    """Curvature (entries,) of every unknown in some of the windows."""
-    H, _ = normal.summed(curvature * windows[:, None, None], gradient * windows[:, None])
-    return np.diag(H)
 
 
 def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
     """Vectors (parts, entries) of fits without each part."""
     unknowns, normal = fitted.unknowns, fitted.fit.normal
     owner = unknowns.simulation.recording.owner
-    switch, own = _amplitudes(fitted), np.array([unknowns.each[k].own for k in unknowns.unknown], bool)
+    switch, own = _shared_amplitudes(fitted), np.array([unknowns.each[k].own for k in unknowns.unknown], bool)
     curvature, gradient, _ = normal.reduced()
     whole = np.diag(normal.summed(curvature, gradient)[0])
     everything, _ = normal.step(LEAST_DAMPING, z, unknowns.bounds)
@@ -237,17 +230,18 @@ def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
             step[seen] = -(g + H @ step)[seen] / np.diag(H)[seen]
         there = np.clip(z + step, *unknowns.bounds)
         left = np.diag(some.summed(curvature[others], gradient[others])[0])
-        there[switch & ~own & (left < UNKNOWN_SHARE * whole)] = 0.0
+        there[switch & (left < UNKNOWN_SHARE * whole)] = 0.0
         if own.any():
             there[own & ~seen & np.isin(np.arange(len(z)), normal.entry[mine])] = 0.0
         found.append(there)
     return np.stack(found)
 
 
-def _amplitudes(fitted: FittedHypothesis) -> Mask:
-    """Entries (entries,) that are amplitudes of effects."""
+def _shared_amplitudes(fitted: FittedHypothesis) -> Mask:
+    """Entries (entries,) that are amplitudes of effects and shared by all experiments."""
     names = {n for e in fitted.hypothesis.effects for n in e.amplitudes}
-    return np.array([fitted.unknowns.each[k].name in names for k in fitted.unknowns.unknown], bool)
+    unknowns = [fitted.unknowns.each[k] for k in fitted.unknowns.unknown]
+    return np.array([u.name in names and not u.own for u in unknowns], bool)
 
 
 def _numbers(unknowns: Unknowns, values: Array, part: Indices) -> tuple[Array, Indices]:

@@ -150,8 +150,9 @@ class Candidates:
             found = Comparison.of(self.scores[before] - self.scores[after])
             if not found.is_significant(self.thresholds.level):
                 few = self._different(before, after)
-                one, two = (self.predictions[k].score(few) for k in (before, after))
-                found = Comparison.of(one - two) if few else found
+                if few:
+                    one, two = (self.predictions[k].score(few) for k in (before, after))
+                    found = Comparison.of(one - two)
             self._compared[before, after] = found
         return self._compared[before, after]
 
