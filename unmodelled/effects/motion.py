@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import sympy as sp
 
@@ -26,8 +27,7 @@ def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Exp
     """
     if port.velocity is None:
         return sp.S.Zero
-    v = system.expression(port.velocity)
-    return sanitised(sum((sp.diff(v, x) * f for x, f in zip(system.x, rates, strict=True)), sp.S.Zero))
+    return _rate(system.expression(port.velocity), system.x, rates)
 
 
 def mobility(system: System, port: Port) -> sp.Expr:
@@ -48,7 +48,21 @@ def mobility(system: System, port: Port) -> sp.Expr:
         >>> mobility(pendulum, pendulum.port("joint"))
         -1/J
     """
-    return sanitised(sp.diff(acceleration(system, port, system.dynamics), symbol(port.effort)))
+    if port.velocity is None:
+        return sp.S.Zero
+    return _mobility(system.expression(port.velocity), system.x, system.dynamics, symbol(port.effort))
+
+
+@lru_cache(maxsize=256)
+def _mobility(
+    v: sp.Expr, states: tuple[sp.Symbol, ...], rates: tuple[sp.Expr, ...], effort: sp.Symbol
+) -> sp.Expr:
+    # asked for every law at a port
+    return sanitised(sp.diff(_rate(v, states, rates), effort))
+
+
+def _rate(v: sp.Expr, states: Sequence[sp.Symbol], rates: Sequence[sp.Expr]) -> sp.Expr:
+    return sanitised(sum((sp.diff(v, x) * f for x, f in zip(states, rates, strict=True)), sp.S.Zero))
 
 
 def is_inertial(system: System, port: Port) -> bool:

@@ -198,7 +198,12 @@ def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[flo
 
 def _ahead(values: Array, steps: float, kind: Kind) -> Array:
     """Uniform samples (n,) of one experiment, read `steps` samples later, held beyond the ends."""
-    k = np.arange(len(values), dtype=np.float64)
+    k, last = np.arange(len(values)), len(values) - 1
     if abs(steps - round(steps)) < UNIFORM:
-        return np.asarray(values[np.clip(k.astype(np.int64) + round(steps), 0, len(values) - 1)])
-    return read_at(k, values, k + steps, kind)
+        return np.asarray(values[np.clip(k + round(steps), 0, last)])
+    if kind == "linear":
+        whole = int(np.floor(steps))
+        before, after = (values[np.clip(k + whole + n, 0, last)] for n in (0, 1))
+        return np.asarray(before + (steps - whole) * (after - before))
+    t = np.arange(len(values), dtype=np.float64)
+    return read_at(t, values, t + steps, kind)

@@ -151,7 +151,10 @@ class lookup(sp.Function):  # type: ignore[misc]
 
 
 #: SymPy builds these by itself, from sqrt(x**2) for instance.
-_OWN = {sp.Abs: absolute, sp.sign: sgn, sp.Heaviside: step, sp.floor: whole}
+_OWN = {
+    **{sp.Abs: absolute, sp.sign: sgn, sp.Heaviside: step, sp.floor: whole},
+    sp.DiracDelta: lambda _: sp.S.Zero,
+}
 
 
 def sanitised(expression: sp.Expr) -> sp.Expr:
@@ -169,8 +172,9 @@ def sanitised(expression: sp.Expr) -> sp.Expr:
         absolute(x)
     """
     for theirs, ours in _OWN.items():
-        expression = expression.replace(theirs, lambda x, *_, ours=ours: ours(x))
-    return expression.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
+        if expression.has(theirs):
+            expression = expression.replace(theirs, lambda x, *_, ours=ours: ours(x))
+    return expression
 
 
 def gradient(expression: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:

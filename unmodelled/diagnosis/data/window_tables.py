@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.engine.machine.program import Program
 from unmodelled.logs.clock import delayed
+from unmodelled.logs.logs import Logs
 from unmodelled.logs.readings import readings
 from unmodelled.systems.model import System
 
@@ -49,54 +50,37 @@ class WindowTableReader:
 
     Args:
         system: system with the laws of its ports.
-        recording: windows; their logs have the inputs and outputs of `system`.
         input_delays: column of the delay (s) in a parameter set, by number of the input.
         output_delays: column of the delay (s) in a parameter set, by number of the output.
         c: operating points, shape (experiments, constants).
     """
 
     def __init__(
-        self,
-        system: System,
-        recording: Recording,
-        input_delays: Mapping[int, int],
-        output_delays: Mapping[int, int],
-        c: Array,
+        self, system: System, input_delays: Mapping[int, int], output_delays: Mapping[int, int], c: Array
     ) -> None:
-        self.system, self.recording, self.c = system, recording, c
+        self.system, self.c = system, c
         self.input_delays, self.output_delays = input_delays, output_delays
         self.readings = readings(system)
         symbols = {s for r in self.readings for e in (r.gain, r.offset) for s in e.free_symbols}
         known = [k for k, s in enumerate(system.p) if s in symbols]
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
-    def __call__(self, values: Array) -> WindowTables:
+    def __call__(self, values: Array, recording: Recording) -> WindowTables:
         """Return the tables of parameter sets.
 
         Args:
             values: parameter sets, shape (experiments, sets, numbers), SI.
+            recording: windows; their logs have the inputs and outputs of the system.
         """
-        if not self.columns:
-            return self._same(values.shape[1])
-        different = values[:, :, self.columns]
-        _, first, member = np.unique(different, axis=1, return_index=True, return_inverse=True)
-        return self._made(values[:, first], member.ravel())
-
-    @cached_property
-    def _only(self) -> WindowTables:
-        numbers = len(self.system.parameters)
-        own = np.broadcast_to(np.array(self.system.values), (len(self.recording.logs), 1, numbers))
-        return self._made(own, np.zeros(1, np.int64))
-
-    def _same(self, sets: int) -> WindowTables:
-        only = self._only
-        return WindowTables(only.u, only.x, np.zeros(sets, np.int64))
-
-    def _made(self, values: Array, member: Indices) -> WindowTables:
-        gains, delays = self.gains(values), self.delays(values[0])
-        sets = range(values.shape[1])
-        u = np.stack([self._inputs(values[0, d]) for d in sets])
-        return WindowTables(u, np.stack([self._states(delays[d], gains[:, d]) for d in sets]), member)
+        first, member = np.zeros(1, np.int64), np.zeros(values.shape[1], np.int64)
+        if self.columns:
+            different = values[:, :, self.columns]
+            _, first, member = np.unique(different, axis=1, return_index=True, return_inverse=True)
+        some = values[:, first]
+        each = zip(self.delays(some[0]), self.gains(some).swapaxes(0, 1), strict=True)
+        u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
+        x = np.stack([self._states(delays, gains, recording) for delays, gains in each])
+        return WindowTables(u, x, member.ravel())
 
     def delays(self, values: Array) -> Array:
         """Return the delays of the outputs, s.
@@ -112,8 +96,7 @@ class WindowTableReader:
             found[:, j] += values[:, column]
         return found
 
-    def _inputs(self, values: Array) -> Array:
-        logs = self.recording.logs
+    def _inputs(self, values: Array, logs: Logs) -> Array:
         if not self.input_delays:
             return logs.u
         inputs = range(logs.u.shape[1])
@@ -129,19 +112,22 @@ class WindowTableReader:
         Returns:
             Gain and offset, shape (experiments, sets, readings, 2).
         """
+        shape = (*values.shape[:2], len(self.readings), 2)
+        if all(reading.plain for reading in self.readings):
+            return np.broadcast_to([1.0, 0.0], shape)
         system = self.system
         p = values[:, :, : len(system.parameters)]
         zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
         found = self._gains.evaluate(np.zeros(1), *zeros, p, self.c[:, None])
-        return found.reshape(*values.shape[:2], len(self.readings), 2)
+        return found.reshape(shape)
 
     @cached_property
     def _gains(self) -> Program:
         expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
         return Program.of(self.system, expressions)
 
-    def _states(self, delays: Array, gains: Array) -> Array:
-        sensors, owner = self.recording.sensors, self.recording.logs.owner
+    def _states(self, delays: Array, gains: Array, recording: Recording) -> Array:
+        sensors, owner = recording.sensors, recording.logs.owner
         x = np.empty((len(owner), len(self.readings)))
         for k, reading in enumerate(self.readings):
             read = sensors.slope if reading.slope else sensors.shown

@@ -47,7 +47,9 @@ def floor(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation
     """
     recording = simulation.recording
     sigma = start_noise(simulation, values)
-    states = sigma.shape[1]
+    states, sensor = sigma.shape[1], (recording.noise / recording.scale) ** 2
+    if not states:
+        return Deviation.of(recording, np.broadcast_to(sensor, (*recording.rows.shape, len(sensor))))
     above = sigma[:, None] * np.eye(states)
     runs = simulation(
         np.repeat(values, 2 * states, axis=1), np.concatenate([above, -above], axis=1), substeps
@@ -55,4 +57,4 @@ def floor(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation
     with np.errstate(all="ignore"):
         spread = 0.5 * np.abs(runs.y[:, :states] - runs.y[:, states:]) / recording.scale
     passed = np.where(spread <= LARGEST_ERROR, spread, LARGEST_ERROR) ** 2
-    return Deviation.of(recording, passed.sum(1) + (recording.noise / recording.scale) ** 2)
+    return Deviation.of(recording, passed.sum(1) + sensor)

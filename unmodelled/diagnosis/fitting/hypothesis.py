@@ -147,7 +147,11 @@ class Hypothesis:
         Args:
             recording: windows to simulate.
         """
-        return Simulation(self.full, recording, self.delays, self.c)
+        return self._simulation.over(recording)
+
+    @cached_property
+    def _simulation(self) -> Simulation:
+        return Simulation(self.full, self.study.recording, self.delays, self.c)
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:

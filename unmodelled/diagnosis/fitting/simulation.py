@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -93,13 +93,12 @@ class Simulation:
         self.system, self.recording, self.delays = system, recording, dict(delays or {})
         self.c = recording.logs.c if c is None else c
         self.equations = backend(system, [output.expression for output in system.outputs])
-        self._backend = backend
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
-        self.reader = WindowTableReader(
-            system, recording, self._delayed(inputs), self._delayed(outputs), self.c
-        )
+        self.reader = WindowTableReader(system, self._delayed(inputs), self._delayed(outputs), self.c)
         self.measured = [reading.state for reading in self.reader.readings]
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
+        # of the states that no output shows, driven by the inputs and all other states
+        self._observer = Observer.of(system, self.hidden)
 
     def over(self, recording: Recording) -> Simulation:
         """Return the simulation of the same system over other windows.
@@ -107,7 +106,9 @@ class Simulation:
         Args:
             recording: windows of the same experiments.
         """
-        return Simulation(self.system, recording, self.delays, self.c, self._backend)
+        other = copy(self)
+        other.recording = recording
+        return other
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -129,7 +130,7 @@ class Simulation:
         """
         record, sets = self.recording, values.shape[1]
         everywhere = np.broadcast_to(values, (len(record.logs), *values.shape[1:]))
-        tables = self.reader(everywhere)
+        tables = self.reader(everywhere, record)
         p = everywhere[:, :, : len(self.system.parameters)]
         x0 = np.empty((len(record.start), sets, len(self.system.states)))
         x0[:, :, self.measured] = _of_sets(tables.x, tables.member, record.start)
@@ -167,11 +168,6 @@ class Simulation:
         rows = record.rows[:, None, :, None] + later[:, None]
         shown = error_kernels.delayed_values(y, rest, record.steps) if rest.any() else y[:, :, 1:]
         return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
-
-    @cached_property
-    def _observer(self) -> Observer:
-        """Observer of the states that no output shows, driven by the inputs and all other states."""
-        return Observer.of(self.system, self.hidden)
 
     def _integrated(self, tables: WindowTables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
