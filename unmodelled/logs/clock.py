@@ -191,19 +191,19 @@ def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[flo
     found = values.copy()
     for j, delay in enumerate(delays):
         if delay != 0.0:
-            for a, b in pairwise(offsets):
-                found[a:b, j] = _ahead(values[a:b, j], -delay / period, kind)
+            found[:, j] = _ahead(values[:, j], offsets, -delay / period, kind)
     return found
 
 
-def _ahead(values: Array, steps: float, kind: Kind) -> Array:
-    """Uniform samples (n,) of one experiment, read `steps` samples later, held beyond the ends."""
-    k, last = np.arange(len(values)), len(values) - 1
-    if abs(steps - round(steps)) < UNIFORM:
-        return np.asarray(values[np.clip(k + round(steps), 0, last)])
-    if kind == "linear":
-        whole = int(np.floor(steps))
-        before, after = (values[np.clip(k + whole + n, 0, last)] for n in (0, 1))
-        return np.asarray(before + (steps - whole) * (after - before))
-    t = np.arange(len(values), dtype=np.float64)
-    return read_at(t, values, t + steps, kind)
+def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
+    """Uniform samples (n,), read `steps` samples later, held beyond the ends of every experiment."""
+    shift = round(steps) if abs(steps - round(steps)) < UNIFORM else int(np.floor(steps))
+    rest = 0.0 if abs(steps - round(steps)) < UNIFORM else steps - shift
+    if rest and kind == "cubic":
+        each = [values[a:b] for a, b in pairwise(offsets)]
+        times = [np.arange(len(one), dtype=np.float64) for one in each]
+        return np.concatenate([read_at(t, v, t + steps, kind) for t, v in zip(times, each, strict=True)])
+    first, last = (np.repeat(ends, np.diff(offsets)) for ends in (offsets[:-1], offsets[1:] - 1))
+    rows = np.arange(len(values)) + shift
+    before = values[np.clip(rows, first, last)]
+    return np.asarray(before + rest * (values[np.clip(rows + 1, first, last)] - before) if rest else before)
