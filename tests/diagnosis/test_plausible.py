@@ -21,6 +21,7 @@ from unmodelled.diagnosis.decide.efforts import Efforts
 from unmodelled.diagnosis.decide.implausible import at_bound, implausible
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks, undetermined
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
@@ -67,7 +68,7 @@ def dry(tmp_path_factory: pytest.TempPathFactory) -> FittedHypothesis:
 
 
 def test_a_clean_fit_says_nothing(dry: FittedHypothesis) -> None:
-    assert remarks(dry) == ()
+    assert remarks(LeftOut.of(dry)) == ()
     assert all(is_determined(dry, name) and not at_bound(dry, name) for name in ("b", "mgl", "F_c"))
 
 
@@ -81,7 +82,7 @@ def test_a_free_swing_determines_only_ratios(tmp_path: Path) -> None:
         "these logs determine only J/b and J/mgl, not J, b and mgl by themselves"
     )
     assert not any(is_determined(swing, name) for name in ("J", "b", "mgl"))
-    assert implausible(swing) == ()
+    assert implausible(LeftOut.of(swing)) == ()
 
 
 def test_a_torque_determines_all_of_them(tmp_path: Path) -> None:
@@ -112,7 +113,7 @@ def test_an_inertia_beside_an_inertia(tmp_path: Path) -> None:
     """It may be zero, but only because the known one can be larger."""
     known = Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), UNKNOWN_J))
     found = fitted(known.plus(effect("inertia_error"), JOINT))
-    (remark,) = (r for r in remarks(found) if "dM" in r.numbers)
+    (remark,) = (r for r in remarks(LeftOut.of(found)) if "dM" in r.numbers)
     assert (set(remark.numbers), remark.kind) == ({"J", "dM"}, "undetermined")
 
 
@@ -126,7 +127,7 @@ def test_the_numbers_of_a_polynomial_are_one_curve(tmp_path: Path) -> None:
 
 def test_a_number_at_a_bound(tmp_path: Path) -> None:
     found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, mgl=5.5, runs=3))))
-    remark = only(remarks(found))
+    remark = only(remarks(LeftOut.of(found)))
     assert (remark.numbers, remark.kind) == (("mgl",), "bound")
     assert "mgl is at its upper bound, 5 N m: these logs ask for more" in remark.sentence
     assert at_bound(found, "mgl") and not at_bound(found, "b")
@@ -134,7 +135,7 @@ def test_a_number_at_a_bound(tmp_path: Path) -> None:
 
 def test_none_of_a_damping(tmp_path: Path) -> None:
     found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, b=-0.02, runs=3))))
-    assert "b is at its bound of 0 N m s/rad" in only(remarks(found)).sentence
+    assert "b is at its bound of 0 N m s/rad" in only(remarks(LeftOut.of(found))).sentence
 
 
 @pytest.mark.parametrize(
@@ -154,7 +155,7 @@ def test_the_largest_effort_is_that_of_the_logs(dry: FittedHypothesis) -> None:
 
 
 def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
-    remark = only(implausible(with_values(dry, {"F_c": 3.5})))
+    remark = only(implausible(LeftOut.of(with_values(dry, {"F_c": 3.5}))))
     limit = Efforts(dry).largest("joint")
     assert (remark.numbers, remark.kind) == (("F_c",), "effort")
     assert (
@@ -165,13 +166,13 @@ def test_a_friction_that_nothing_could_overcome(dry: FittedHypothesis) -> None:
 
 def test_a_load_larger_than_all_that_acts(dry: FittedHypothesis) -> None:
     loaded = fitted(Hypothesis.known(dry.hypothesis.study).plus(effect("constant_load"), JOINT))
-    remark = only(implausible(with_values(loaded, {"F_0": -4.0})))
+    remark = only(implausible(LeftOut.of(with_values(loaded, {"F_0": -4.0}))))
     assert remark.kind == "effort" and "a torque of up to 4 N m" in remark.sentence
 
 
 def test_an_effect_that_may_be_zero(tmp_path: Path) -> None:
     known = Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3)))
-    (remark,) = implausible(fitted(known.plus(effect("constant_load"), JOINT)))
+    (remark,) = implausible(LeftOut.of(fitted(known.plus(effect("constant_load"), JOINT))))
     assert remark.kind == "zero" and "may as well be zero" in remark.sentence
 
 
@@ -182,14 +183,17 @@ def test_a_gain_that_no_part_has(dry: FittedHypothesis, family: str, place: obje
     found = fitted(dry.hypothesis.plus(effect(family), place))  # type: ignore[arg-type]
     (gain,) = found.hypothesis.effects[-1].amplitudes
     near, far = (
-        [r.kind for r in implausible(with_values(found, {gain: share * most}))] for share in (0.9, 1.1)
+        [r.kind for r in implausible(LeftOut.of(with_values(found, {gain: share * most})))]
+        for share in (0.9, 1.1)
     )
     assert "gain" not in near and "gain" in far
 
 
 def test_a_mass_that_is_not_there(dry: FittedHypothesis) -> None:
     found = fitted(dry.hypothesis.plus(effect("inertia_error"), JOINT))
-    remark = only(tuple(r for r in implausible(with_values(found, {"dM": 0.03})) if r.numbers == ("dM",)))
+    remark = only(
+        tuple(r for r in implausible(LeftOut.of(with_values(found, {"dM": 0.03}))) if r.numbers == ("dM",))
+    )
     assert remark.kind == "mass"
     assert "dM = 0.03 kg m^2 is 1.5 times the known one there (0.02 kg m^2)" in remark.sentence
 
@@ -200,7 +204,9 @@ def test_a_sign_and_a_mass_of_the_file(tmp_path: Path) -> None:
         "mgl: {value: -0.9, unit: N m, identify: true, bounds: [-2, 5]}",
     )
     heavy = ("J: {value: 0.02,", "J: {value: 0.005, identify: true, bounds: [0.001, 1],")
-    found = implausible(fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), pull, heavy))))
+    found = implausible(
+        LeftOut.of(fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, runs=3), pull, heavy))))
+    )
     assert {r.numbers[0]: r.kind for r in found} == {"mgl": "sign", "J": "mass"}
     assert "J is 4 times the given value: 0.02 kg m^2" in " ".join(r.sentence for r in found)
 
@@ -210,7 +216,7 @@ def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> N
     system = pendulum(tmp_path, *exact)
     logs = Bench(friction=0.0, runs=3).logs(tmp_path / "logs", system)
     found = fitted(Hypothesis.known(Study.of(system, scaled(logs, 1.19), HORIZON, 0)))
-    remark = only(implausible(found))
+    remark = only(implausible(LeftOut.of(found)))
     assert remark.kind == "common_factor" and {"J", "mgl"} <= set(remark.numbers)
     assert "are 1.19 times their given values, as if torque were 0.84" in remark.sentence
 
@@ -218,7 +224,7 @@ def test_one_factor_of_all_parameters_is_that_of_the_torque(tmp_path: Path) -> N
 def test_one_factor_without_an_input_says_nothing(tmp_path: Path) -> None:
     """b and mgl twice as large are no scale of the torque while J is known."""
     found = fitted(Hypothesis.known(study(tmp_path, Bench(friction=0.0, b=0.06, mgl=1.8, runs=3))))
-    assert implausible(found) == ()
+    assert implausible(LeftOut.of(found)) == ()
 
 
 def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
@@ -229,7 +235,7 @@ def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
     found = fitted(
         Hypothesis.known(Study.of(system, logs, HORIZON, 0)).plus(effect("coulomb_friction"), JOINT)
     )
-    assert remarks(found) == ()
+    assert remarks(LeftOut.of(found)) == ()
 
 
 def test_a_diagnosis_hands_the_remarks_on(tmp_path: Path) -> None:

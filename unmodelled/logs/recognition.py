@@ -70,7 +70,7 @@ def refuse_header(path: Path, header: Sequence[str], wanted: Sequence[str]) -> N
         wanted: names of columns that it must have.
 
     Raises:
-        BadInput: in any case, with one line for every fault.
+        BadInput: always; one line for every fault that the file has.
     """
     rows, separator = _start(path), _separator(header, wanted)
     place = f"{path}: row 1"

@@ -151,7 +151,7 @@ def _told(
             p.name: _estimate(chosen, p.name, p.unit, p.value) for p in study.system.parameters if p.identify
         },
         comparison=_compared(decision),
-        notes=(*_notes(study, chosen.fitted), *_about(given), *_about(augmented)),
+        notes=(*_notes(study, chosen), *_about(given), *_about(augmented)),
         signs=asdict(signs),
         faults=faults,
     )
@@ -226,9 +226,9 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
     return tuple(f"{model.label}: {note}" for note in model.gap.notes)
 
 
-def _notes(study: Study, chosen: FittedHypothesis) -> tuple[str, ...]:
+def _notes(study: Study, prediction: LeftOut) -> tuple[str, ...]:
     """Notes on logs, timing, numbers of single experiments, and doubtful numbers."""
-    notes, period = list(study.logs.notes), study.logs.period
+    notes, period, chosen = list(study.logs.notes), study.logs.period, prediction.fitted
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
         if abs(late) > 0.1 * period:
@@ -242,7 +242,7 @@ def _notes(study: Study, chosen: FittedHypothesis) -> tuple[str, ...]:
             f"{', '.join(chosen.fit.own)}: fitted per experiment, for held-out experiments too; for a new "
             "experiment give its own value"
         )
-    notes += [remark.sentence for remark in remarks(chosen)]
+    notes += [remark.sentence for remark in remarks(prediction)]
     return tuple(notes)
 
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import f as fisher
 
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
 from unmodelled.diagnosis.decide.efforts import Efforts
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
 from unmodelled.systems.model import Parameter
 from unmodelled.systems.units import parse_unit
 
-#: Level of an interval, and the quantile of a normal distribution for its two ends.
-LEVEL, Z = 0.95, 1.96
 #: Families whose amplitudes are efforts at a speed that the logs may hardly have.
 DRY_FRICTION = ("coulomb_friction", "stribeck_friction", "hysteresis")
 _TINY = 1e-300
@@ -26,21 +25,22 @@ _MASSES = (parse_unit("kg").dimension, parse_unit("kg m^2").dimension)
 _EFFORTS = {parse_unit("N m").dimension: "torque", parse_unit("N").dimension: "force"}
 
 
-def implausible(fitted: FittedHypothesis) -> tuple[Remark, ...]:
+def implausible(prediction: LeftOut) -> tuple[Remark, ...]:
     """Return remarks on numbers of a fit that make no sense as numbers of a machine.
 
     Args:
-        fitted: fitted hypothesis.
+        prediction: fitted hypothesis with its numbers without each part of the data.
 
     Returns:
         Remarks on the uncertain parameters first, then on the effects in their order.
     """
+    fitted = prediction.fitted
     efforts, parameters = Efforts(fitted), fitted.hypothesis.study.system.parameters
-    remarks = [remark for p in parameters if p.identify for remark in _known(fitted, p)]
+    remarks = [remark for p in parameters if p.identify for remark in _known(prediction, p)]
     remarks += _common_factor(efforts)
     for added in fitted.hypothesis.effects:
         found = [r for remarks_of in (_bounds, _effort, _mass, _gain) for r in remarks_of(efforts, added)]
-        remarks += found or _zero(fitted, added)
+        remarks += found or _zero(prediction, added)
     return tuple(remarks)
 
 
@@ -58,29 +58,28 @@ def at_bound(fitted: FittedHypothesis, name: str) -> bool:
     return unknown.bound(fitted.fit.values[name], share) is not None
 
 
-def _interval(fitted: FittedHypothesis, unknown: Unknown) -> tuple[float, float]:
-    """95 % interval of a shared number, SI, cut at its bounds."""
-    k, value = fitted.fit.names.index(unknown.name), fitted.fit.values[unknown.name]
-    reach = Z * float(np.sqrt(fitted.fit.covariance[k, k]))
-    return max(value - reach, unknown.low), min(value + reach, unknown.high)
+def _level(prediction: LeftOut) -> float:
+    return prediction.fitted.hypothesis.study.thresholds.level
 
 
-def _shown(fitted: FittedHypothesis, unknown: Unknown, unit: str) -> str:
-    low, high = _interval(fitted, unknown)
-    return f"{quantity(fitted.fit.values[unknown.name], unit)} (95 % interval {low:.3g} to {high:.3g})"
+def _shown(prediction: LeftOut, name: str, unit: str) -> str:
+    level = _level(prediction)
+    low, high = prediction.interval(name, level)
+    value = quantity(prediction.fitted.fit.values[name], unit)
+    return f"{value} ({100.0 * level:.3g} % interval {low:.3g} to {high:.3g})"
 
 
-def _known(fitted: FittedHypothesis, parameter: Parameter) -> Iterator[Remark]:
+def _known(prediction: LeftOut, parameter: Parameter) -> Iterator[Remark]:
     """Remarks on an uncertain parameter of the system file."""
-    name, unit, given = parameter.name, parameter.unit, parameter.value
+    fitted, name, unit, given = prediction.fitted, parameter.name, parameter.unit, parameter.value
     unknown, value = Unknown.of(parameter), fitted.fit.values[name]
     limits = fitted.hypothesis.study.thresholds
     end = unknown.bound(value, limits.at_bound_share)
     if end is not None:
         yield Remark((name,), "bound", _at_end(name, unit, unknown, end))
         return
-    low, high = _interval(fitted, unknown)
-    shown = f"{_shown(fitted, unknown, unit)}, {quantity(given, unit)} given"
+    low, high = prediction.interval(name, _level(prediction))
+    shown = f"{_shown(prediction, name, unit)}, {quantity(given, unit)} given"
     # bounds that are as far on both sides of zero are those of an offset, which has no sign of its own
     opposite = max(low * np.sign(given), high * np.sign(given)) < 0.0 and unknown.low != -unknown.high
     if opposite:
@@ -187,17 +186,20 @@ def _gain(efforts: Efforts, added: Added) -> Iterator[Remark]:
         )
 
 
-def _zero(fitted: FittedHypothesis, added: Added) -> Iterator[Remark]:
-    """An effect whose numbers may all be zero."""
-    unknowns = {u.name: u for u in fitted.hypothesis.unknowns if not u.own}
-    names = tuple(n for n in (added.amplitudes or tuple(added.delays)) if n in unknowns)
-    rows = [fitted.fit.names.index(n) for n in names]
-    covariance = fitted.fit.covariance[np.ix_(rows, rows)]
+def _zero(prediction: LeftOut, added: Added) -> Iterator[Remark]:
+    """An effect whose numbers may all be zero (Hotelling's test)."""
+    fitted, parts = prediction.fitted, prediction.count
+    shared = {u.name for u in fitted.hypothesis.unknowns if not u.own}
+    names = tuple(n for n in (added.amplitudes or tuple(added.delays)) if n in shared)
+    if not 0 < len(names) < parts:
+        return
+    covariance = prediction.covariance(names)
     unit = 1.0 / np.sqrt(np.maximum(np.diag(covariance), _TINY))
     z = np.array([fitted.fit.values[n] for n in names]) * unit
-    likeness = np.nan_to_num(covariance * np.outer(unit, unit))
-    if names and z @ np.linalg.pinv(likeness, hermitian=True) @ z < chi2.ppf(LEVEL, len(names)):
-        shown = listed(tuple(f"{n} = {_shown(fitted, unknowns[n], added.units[n])}" for n in names))
+    square = z @ np.linalg.pinv(covariance * np.outer(unit, unit), hermitian=True) @ z
+    quantile = fisher.ppf(_level(prediction), len(names), parts - len(names))
+    if square < len(names) * (parts - 1) / (parts - len(names)) * quantile:
+        shown = listed(tuple(f"{n} = {_shown(prediction, n, added.units[n])}" for n in names))
         yield Remark(
             names,
             "zero",

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
-from unmodelled.diagnosis.decide.implausible import Z, at_bound, implausible
+from unmodelled.diagnosis.decide.implausible import at_bound, implausible
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.effects.added import Added
 
 Array = NDArray[np.float64]
 
+#: Standard errors from a number to the end of its 95 % interval.
+Z = 1.96
 #: Change of a number by which an exact combination is told from one near the fit, and largest exponent in it.
 TRIED_FACTOR, LARGEST_EXPONENT = 1.2, 3
 #: Difference up to which an exponent is a whole number, and up to which free runs are the same, in standard
@@ -28,20 +31,20 @@ _HUGE, _TINY = 1e6, 1e-12
 _NO_INFLUENCE = 100.0
 
 
-def remarks(fitted: FittedHypothesis) -> tuple[Remark, ...]:
+def remarks(prediction: LeftOut) -> tuple[Remark, ...]:
     """Return all remarks on the numbers of a fit.
 
     A number that may be zero only because another one can take its place is not called zero.
 
     Args:
-        fitted: fitted hypothesis.
+        prediction: fitted hypothesis with its numbers without each part of the data.
 
     Returns:
         Remarks on numbers that make no sense first, then on those that the logs do not determine.
     """
-    loose = undetermined(fitted)
+    loose = undetermined(prediction.fitted)
     names = {name for remark in loose for name in remark.numbers}
-    first = (r for r in implausible(fitted) if r.kind != "zero" or not names & set(r.numbers))
+    first = (r for r in implausible(prediction) if r.kind != "zero" or not names & set(r.numbers))
     return (*first, *loose)
 
 
@@ -54,7 +57,7 @@ def undetermined(fitted: FittedHypothesis) -> tuple[Remark, ...]:
     Returns:
         Remarks on combinations of numbers first, then on single parameters and shapes of effects.
     """
-    found, effects = Determination.of(fitted), fitted.hypothesis.effects
+    found, effects = _determination(fitted), fitted.hypothesis.effects
     within = [next((e for e in effects if set(m) <= set(e.units)), None) for m in found.combinations]
     pairs = list(zip(found.combinations, within, strict=True))
     remarks = [_combination(fitted, moves) for moves, effect in pairs if effect is None]
@@ -76,7 +79,7 @@ def is_determined(fitted: FittedHypothesis, name: str) -> bool:
         fitted: fitted hypothesis.
         name: name of the number.
     """
-    return Determination.of(fitted).determined(name)
+    return _determination(fitted).determined(name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,6 +182,12 @@ class Determination:
             if len(changes) > 1 and np.abs(moves[tied]).max() >= limits.combined_change:
                 found.append(changes)
         return tuple(found)
+
+
+@lru_cache(maxsize=1)
+def _determination(fitted: FittedHypothesis) -> Determination:
+    # asked for every number of a fit
+    return Determination.of(fitted)
 
 
 def _eliminated(whole: Array, mine: list[int], others: list[int]) -> Array:

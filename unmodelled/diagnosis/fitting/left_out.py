@@ -91,16 +91,35 @@ class LeftOut:
         Returns:
             Lower and upper end, SI.
         """
+        unknowns = {u.name: u for u in self.fitted.unknowns.each}
+        error = float(np.sqrt(self.covariance([name])[0, 0]))
+        reach = error * float(student.ppf(0.5 + 0.5 * level, self.count - 1))
+        value = self.fitted.fit.values[name]
+        return max(value - reach, unknowns[name].low), min(value + reach, unknowns[name].high)
+
+    def covariance(self, names: Sequence[str]) -> Array:
+        """Return the jackknife covariance of shared numbers.
+
+        Args:
+            names: names of unknowns that all experiments share.
+
+        Returns:
+            Covariance, shape (names, names), SI.
+        """
         unknowns = self.fitted.unknowns
-        k = [u.name for u in unknowns.each].index(name)
-        (entry,) = np.flatnonzero(unknowns.unknown == k)
-        # with numbers of single experiments, all parts of an experiment leave out the whole experiment
-        runs = len(np.unique(unknowns.simulation.recording.owner))
-        count, scale = runs if self.fitted.fit.own else len(self.values), unknowns.scale[entry]
-        spread = float(np.sqrt((count - 1) * self.values[:, entry].var()))
-        reach = float(student.ppf(0.5 + 0.5 * level, count - 1)) * spread * scale
-        value, (low, high) = self.fitted.fit.values[name], (b[entry] * scale for b in unknowns.bounds)
-        return max(value - reach, float(low)), min(value + reach, float(high))
+        known = [u.name for u in unknowns.each]
+        entries = np.searchsorted(unknowns.unknown, [known.index(name) for name in names])
+        off = (self.values - self.values.mean(0))[:, entries] * unknowns.scale[entries]
+        return np.asarray((self.count - 1) / len(off) * off.T @ off)
+
+    @property
+    def count(self) -> int:
+        """Return the number of parts, or of experiments where these have numbers of their own.
+
+        All parts of such an experiment leave it out as a whole.
+        """
+        runs = len(np.unique(self.fitted.recording.owner))
+        return runs if self.fitted.fit.own else len(self.values)
 
     def score(self, runs: Sequence[int] | None = None) -> Array:
         """Return the mean over outputs of `scores`.
