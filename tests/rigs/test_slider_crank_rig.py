@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,11 +17,12 @@ from unmodelled.base.errors import BadInput
 COUNT = 2 * np.pi / 8192
 RIG = SliderCrankRig()
 SMOOTH = replace(RIG, coulomb=0.0, static=0.0, viscous=0.0, damping=0.0, ripple=0.0, ripple_share=0.0)
-RUNS = {
-    (number, start): RIG.simulate(profile, start)
-    for number, profile in enumerate(PROFILES, start=1)
-    for start in STARTS.values()
-}
+RUNS = [(number, start) for number in range(1, len(PROFILES) + 1) for start in STARTS.values()]
+
+
+@cache
+def simulated(number: int, start: float) -> dict[str, np.ndarray]:
+    return RIG.simulate(PROFILES[number - 1], start)
 
 
 def geometry(theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -39,8 +41,9 @@ def effective_inertia(theta: float) -> float:
     return float(0.0034 + 0.35 * centre @ centre + 0.35 * 0.29**2 / 12 * rate**2 + 0.77 * slider**2)
 
 
-@pytest.mark.parametrize("run", RUNS.values(), ids=str)
-def test_loop_stays_closed_and_the_slider_follows_the_crank(run: dict[str, np.ndarray]) -> None:
+@pytest.mark.parametrize(("number", "start"), RUNS)
+def test_loop_stays_closed_and_the_slider_follows_the_crank(number: int, start: float) -> None:
+    run = simulated(number, start)
     d, slope = geometry(run["theta"])
     assert np.max(run["gap"]) < 1e-5
     np.testing.assert_allclose(run["d"], d, atol=1e-5, rtol=0.0)
@@ -57,7 +60,7 @@ def test_energy_is_conserved_without_drive_and_friction() -> None:
 
 @pytest.mark.parametrize(("number", "start"), RUNS)
 def test_energy_changes_by_the_work_of_drive_damping_and_friction(number: int, start: float) -> None:
-    run = RUNS[number, start]
+    run = simulated(number, start)
     power = run["drive"] * run["omega"] - 0.007 * run["omega"] ** 2 - run["friction"] * run["v"]
     work = cumulative_trapezoid(power, run["t"], initial=0.0)
     gain = run["energy"] - run["energy"][0]
@@ -92,13 +95,13 @@ def test_a_released_slider_is_pushed_to_the_shaft() -> None:
 
 
 def test_half_of_the_profiles_are_slow_and_every_half_covers_the_stroke() -> None:
-    top = {key: float(np.max(np.abs(run["omega"]))) for key, run in RUNS.items()}
+    top = {key: float(np.max(np.abs(simulated(*key)["omega"]))) for key in RUNS}
     slow, fast = [[key for key in RUNS if (key[0] <= 5) is half] for half in (True, False)]
     assert len(slow) == len(fast) == 10
     assert 15.0 < min(top[key] for key in slow) < max(top[key] for key in slow) < 35.0
     assert 50.0 < min(top[key] for key in fast) < max(top[key] for key in fast) < 90.0
     for half, fastest in ((slow, 1.2), (fast, 2.8)):
-        d, v = (np.concatenate([RUNS[key][name] for key in half]) for name in ("d", "v"))
+        d, v = (np.concatenate([simulated(*key)[name] for key in half]) for name in ("d", "v"))
         cells, _, _ = np.histogram2d(d, v, bins=[np.linspace(0.0, 0.1, 6), np.linspace(-fastest, fastest, 7)])
         assert np.count_nonzero(cells) >= 24  # of 30: the corners cannot be reached, v vanishes at both ends
 
