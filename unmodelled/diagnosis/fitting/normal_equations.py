@@ -137,7 +137,8 @@ class NormalEquations:
         """
         curvature, gradient, _ = self.reduced()
         H = self.summed(curvature, gradient)[0] + np.diag(self.precision)
-        scatter, _ = self.summed(gradient[:, :, None] * gradient[:, None, :], gradient)
+        scatter = np.zeros((len(gradient), len(H)))
+        np.add.at(scatter, (np.arange(len(gradient))[:, None], self.entry), gradient)
         diagonal = np.diag(H)
         seen = diagonal > LEAST_CURVATURE * diagonal.max(initial=0.0)
         result = np.diag(np.where(seen, 0.0, np.inf))
@@ -145,5 +146,7 @@ class NormalEquations:
             unit = 1.0 / np.sqrt(diagonal[seen])
             unit = unit * unit[:, None]
             inverse = unit * np.linalg.pinv(H[np.ix_(seen, seen)] * unit, rcond=RANK, hermitian=True)
-            result[np.ix_(seen, seen)] = inverse @ scatter[np.ix_(seen, seen)] @ inverse
+            # a square, so that rounding makes no variance negative
+            half = scatter[:, seen] @ inverse
+            result[np.ix_(seen, seen)] = half.T @ half
         return result
