@@ -56,5 +56,9 @@ def _numbers(axes: Axes, bars: pd.DataFrame, floor: float) -> None:
         text = number(gap)
         if before:
             text += f"   (squared: {100.0 * (square - before) / before:+.3g} %)".replace("-", "−")
-        axes.annotate(text, (gap, place), xytext=(5, 0), textcoords="offset points", va="center", fontsize=9)
+        # on white, so that the dashed lines do not cross the text
+        on_white = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        axes.annotate(
+            text, (gap, place), (6, 0), textcoords="offset points", va="center", fontsize=9, bbox=on_white
+        )
         before = square
