@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.diagnosis.benches import Bench, pendulum
-from tests.diagnosis.studies import HORIZON, JOINT, effect
+from tests.diagnosis.benches import FRICTION, Bench, pendulum
+from tests.diagnosis.studies import HORIZON, JOINT, effect, study
 from unmodelled.diagnosis.answer.diagnose_gap import _confirmed, diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
@@ -249,3 +249,15 @@ def test_effects_that_do_not_lower_the_error_of_held_out_experiments_are_dropped
         both, search.fitted, replace(found.fit, values={**found.fit.values, "F_0": 0.3})
     )
     assert _confirmed(search, turned) == friction_alone.key
+
+
+def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_path: Path) -> None:
+    friction = (0.01, 0.18, 0.12, 0.06, 0.2, 0.04, 0.15, 0.09)
+    bench = Bench(friction=friction, ripple=0.03, runs=8, samples=300)
+    search = EffectSearch(study(tmp_path, bench, *FRICTION))
+    found = search.run()
+    named = found.fits[found.named()].hypothesis.effects
+    assert {(e.family, e.place.channel) for e in named} == {
+        ("scatter", "parameter:F_c"),
+        ("torque_ripple", "joint"),
+    }

@@ -159,6 +159,17 @@ class Candidates:
     def beats(self, one: int, other: int, rest: float | None = None) -> bool:
         """Return whether a candidate predicts better by more than chance and by a material amount.
 
+        Args:
+            one: number of the candidate that may be better.
+            other: number of the other candidate.
+            rest: see `is_material`.
+        """
+        material = self.is_material(one, other, rest)
+        return material and self.gain(other, one).is_significant(self.thresholds.level)
+
+    def is_material(self, one: int, other: int, rest: float | None = None) -> bool:
+        """Return whether a candidate predicts better by a material amount.
+
         It is material to lower the error of an output by a share of the known physics' error, or of what is
         left: an effect at one of six joints matters to the outputs of this joint. One more effect is a claim
         of its own and must lower what is left by more than another effect in its place. Numbers of single
@@ -184,7 +195,7 @@ class Candidates:
         if not self.own[one]:
             lower = np.maximum(lower, (before - after) / limits.material_share)
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
-        return bool(material.any()) and self.gain(other, one).is_significant(limits.level)
+        return bool(material.any())
 
     def _removed(self, one: int, other: int) -> Array:
         """Error (outputs,) that the first candidate removes where it removes most, in that of persistence."""

@@ -78,7 +78,8 @@ class EffectSearch:
     def run(self) -> Candidates:
         """Add effects as long as they predict left-out experiments better, exchange and remove effects.
 
-        Numbers of single experiments come last: they absorb any structure.
+        Numbers of single experiments come last: they absorb any structure. Effects are added to the best
+        ones once more: what differs between experiments and what they have in common hide each other.
 
         Returns:
             All fitted candidates.
@@ -95,6 +96,10 @@ class EffectSearch:
         self._remove()
         self._own()
         return self.candidates
+
+    def _named(self) -> FittedHypothesis:
+        candidates = self.candidates
+        return candidates.fits[candidates.named()]
 
     def screen(self, base: FittedHypothesis) -> list[Screened]:
         """Return all candidates with one effect more, the most promising first.
@@ -117,11 +122,19 @@ class EffectSearch:
         self._widen()
 
     def _own(self) -> None:
-        """Add numbers of single experiments to the named candidate."""
-        named = self.candidates.fits[self.candidates.named()]
-        if len(named.recording.runs) > 1:
-            own = [s for s in self.screen(named) if s.is_own]
-            self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
+        """Add numbers of single experiments to the named candidate, and effects to the best of these."""
+        named = self._named()
+        if len(named.recording.runs) < 2:
+            return
+        own = [s for s in self.screen(named) if s.is_own]
+        self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
+        candidates = self.candidates
+        mine = np.flatnonzero(candidates.own).tolist()
+        best = min(mine, key=lambda k: float(candidates.remaining[k]), default=candidates.named())
+        room = candidates.effects[best] < MOST_EFFECTS
+        if room and candidates.is_material(best, list(self.found).index(named.hypothesis.key)):
+            self._grow(candidates.fits[best])
+            self._remove()
 
     def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Mapping[str, float]]]:
         """Rank candidates by left-out predictions of short fits to few windows.
@@ -199,8 +212,7 @@ class EffectSearch:
 
     def _exchange(self) -> None:
         """Exchange each effect of the named candidate: it may have stood in for a later effect."""
-        candidates = self.candidates
-        named = candidates.fits[candidates.named()]
+        named = self._named()
         effects = named.hypothesis.effects
         for gone in effects if len(effects) > 1 else ():
             before = self.without(named, gone)
@@ -210,8 +222,7 @@ class EffectSearch:
     def _remove(self) -> None:
         """Fit the named candidate without each of its effects: each must pay."""
         while True:
-            candidates = self.candidates
-            named = candidates.fits[candidates.named()]
+            named = self._named()
             keys = set(self.found)
             for gone in named.hypothesis.effects:
                 self.without(named, gone)
