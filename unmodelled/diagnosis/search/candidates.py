@@ -162,7 +162,7 @@ class Candidates:
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
-            rest: see `is_material`.
+            rest: material share of what is left, default that of `is_material`.
         """
         material = self.is_material(one, other, rest)
         return material and self.gain(other, one).is_significant(self.thresholds.level)
