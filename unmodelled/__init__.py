@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from unmodelled.api.diagnosis import Answer as Answer
     from unmodelled.api.diagnosis import GapLocation as GapLocation
     from unmodelled.api.diagnosis import NamedEffect as NamedEffect
@@ -65,6 +66,8 @@ else:
     __all__ = sorted(_MODULES)
 
     def __getattr__(name: str) -> Any:
+        if name == "__version__":
+            return import_module("importlib.metadata").version(__name__)
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
         return getattr(import_module(_MODULES[name]), name)
