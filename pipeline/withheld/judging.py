@@ -214,10 +214,11 @@ class Case:
           another planted effect in the right experiments, and all planted effects that the oracle sees are
           among them.
         - `unknown` is right for an effect of no family, and wrong for any other effect.
-        - `check_logs` is wrong, because the logs of the withheld machines have no fault.
+        - `check_logs` is right if nothing planted is seen, and its faults describe the measurement chain: for
+          example a speed that was computed from the position and is late.
         """
         if self.verdict == "check_logs":
-            return False
+            return not any(p.seen for p in self.planted) and not self.outside and self._describes_chain
         if self.verdict == "no_gap":
             return not self.gap_seen if self.outside else not any(p.seen for p in self.planted)
         if self.verdict == OUTSIDE:
@@ -225,6 +226,12 @@ class Case:
         if not self.named:  # all named effects describe the measurement chain
             return not any(p.seen for p in self.planted) and not (self.outside and self.gap_seen)
         return any(self._told(dict(pairs)) for pairs in self._sets())
+
+    @property
+    def _describes_chain(self) -> bool:
+        """Whether every fault of the logs is at a sensor that the measurement chain changes."""
+        at = {channel for _, channel in self.tolerated}
+        return all(f"sensor:{fault['channel']}" in at for fault in self.diagnosis["logs"])
 
     def _sets(self) -> Iterator[list[tuple[Planted, list[Content]]]]:
         if len(self.named) <= len(self.planted):

@@ -302,9 +302,15 @@ def test_thresholds_decide(rubbing: Candidates, changed: dict[str, float], verdi
     assert (found.verdict, found.named) == (verdict, named)
 
 
-def test_a_gap_of_held_out_experiments_that_nothing_predicts_is_unknown(flawless: Candidates) -> None:
-    known = flawless.fits[0]
-    gap, network = judged_model("", known).gap, LeftOut.of(known)
+@pytest.mark.parametrize(("named", "verdicts"), [(0, ("no_gap", "unknown")), (1, ("effect", "main_effect"))])
+def test_a_gap_of_held_out_experiments_that_nothing_predicts_says_that_something_remains(
+    flawless: Candidates, named: int, verdicts: tuple[str, str]
+) -> None:
+    chosen = flawless.fits[named]
+    gap, network = judged_model("", chosen).gap, LeftOut.of(chosen)
     most = flawless.thresholds.unexplained_gap * flawless.persistence
-    for value, verdict in ((gap.value, "no_gap"), (2.0 * most, "unknown")):
-        assert decide(flawless, 0, network, replace(gap, value=value)).verdict == verdict
+    for value, verdict in zip((gap.value, 2.0 * most), verdicts, strict=True):
+        found = decide(flawless, named, network, replace(gap, value=value))
+        assert found.verdict == verdict
+        assert (found.remainder is None) == (value == gap.value)
+        assert found.remainder is None or found.remainder.predictable == 0.0

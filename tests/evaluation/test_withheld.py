@@ -234,6 +234,15 @@ def test_a_part_of_the_measurement_chain_is_no_false_alarm_and_no_answer() -> No
     assert not row(truth(COULOMB) | chain, diagnosis(effect(*LAG)), True)["right"]
 
 
+def test_a_check_of_the_logs_is_right_about_the_measurement_chain_alone() -> None:
+    chain = {"tolerated": [{"family": "sensor_delay", "channel": "sensor:v"}]}
+    late, shifted = ({"logs": [{"channel": name, "problem": "copy"}]} for name in ("v", "x"))
+    asked = diagnosis(verdict="check_logs")
+    assert row(truth(verdict="no_gap") | chain, asked | late)["right"]
+    assert not row(truth(verdict="no_gap") | chain, asked | shifted)["right"]
+    assert not row(truth(COULOMB) | chain, asked | late, True)["right"]
+
+
 def test_a_main_effect_is_the_largest_of_the_planted() -> None:
     real = truth(COULOMB, LAG)
     real["effects"][0] |= {"share": 0.8, "material": True}

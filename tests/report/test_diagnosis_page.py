@@ -92,7 +92,7 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     assert "Nowhere: there is no gap to divide." in text
     left = {"share": 0.11, "predictable": 0.07, "channel": "actuator:torque"}
     text = page_of(folder, tmp_path / "part", verdict="main_effect", remainder=left)
-    assert re.search(r" of the gap \(confidence \d+\u202f%\); something predictable remains\.</h1>", text)
+    assert re.search(r" of the gap \(confidence \d+\u202f%\); more is missing\.</h1>", text)
     assert (
         "predicts 7\u202f% of the whole; the further effect that predicts best is at actuator:torque." in text
     )

@@ -28,7 +28,7 @@ def headline(content: Mapping[str, Any]) -> str:
     if content["verdict"] in ("effect", "main_effect"):
         verb = "explains" if len(names) == 1 else "explain"
         sure = percent(content["confidence"])
-        more = "; something predictable remains" if content["verdict"] == "main_effect" else ""
+        more = "; more is missing" if content["verdict"] == "main_effect" else ""
         return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap (confidence {sure}){more}."
     first = content["where"]["channels"][:1]
     found = [f"{percent(row['share'])} of it enters at {_place(row['port'])}" for row in first]

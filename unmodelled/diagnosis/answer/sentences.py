@@ -12,7 +12,7 @@ from unmodelled.effects.added import Added
 #: The verdicts in words.
 VERDICTS = {
     "effect": "an effect that the model omits explains the gap",
-    "main_effect": "an effect that the model omits explains much of the gap, something predictable remains",
+    "main_effect": "an effect that the model omits explains much of the gap, but not all of it",
     "no_gap": "no law and no network predicts these logs better than the re-identified model",
     "unknown": "there is a gap that no effect of the library explains",
     "check_logs": "check the logs first, a fault of the logs explains most of the gap",
@@ -63,9 +63,10 @@ def _remainder(left: Remainder) -> str:
         if left.place is not None
         else ""
     )
+    predicts = f"{100.0 * left.predictable:.0f} % of the whole" if left.predictable > 0.0 else "no part of it"
     return (
         f"remainder: {100.0 * left.share:.0f} % of the squared error in experiments that were left out of "
-        f"the fit; a network in every port predicts {100.0 * left.predictable:.0f} % of the whole{at}"
+        f"the fit; a network in every port predicts {predicts}{at}"
     )
 
 

@@ -103,7 +103,8 @@ class Remainder:
 
     Attributes:
         share: squared error of left-out predictions, relative to that of the re-identified physics.
-        predictable: part of `share` that a network in every port predicts in left-out experiments.
+        predictable: part of `share` that a network in every port predicts in left-out experiments; 0 if it
+            predicts none beyond chance.
         place: place of the further effect that predicts best; None if none was fitted.
     """
 
@@ -126,7 +127,8 @@ class Diagnosis:
         verdict: effect, main_effect, no_gap, unknown or check_logs.
         confidence: calibrated probability that verdict and effects are right; 0 to 1.
         effects: diagnosed effects, the strongest first.
-        remainder: error that a flexible model predicts beyond the effects; None if there is none.
+        remainder: error that a flexible model predicts beyond the effects, or that is too large to be all;
+            None if there is none.
         known: the system as given.
         reidentified: the known physics with its uncertain parameters fitted.
         augmented: the physics with the effects; `reidentified` where there are none.

@@ -54,7 +54,7 @@ class Thresholds:
         exchanged_rest: share that a candidate with as many or fewer effects must remove, and a network.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.
-        unexplained_gap: error above the sensor noise from which a gap that nothing predicts is `unknown`.
+        unexplained_gap: error above the sensor noise that cannot be all: no `effect` and no `no_gap`.
         least_gain: difference of two scores up to which candidates cannot be told apart.
         alike_errors: difference of two scores up to which candidates cannot be told apart, relative to the
             standard error of the difference.

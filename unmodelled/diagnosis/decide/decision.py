@@ -28,7 +28,8 @@ class Decision:
         named: number of the named candidate in `candidates.fits`; 0 is the known physics.
         indistinguishable: effects that these data cannot tell from an effect of the named candidate, the
             best first, by the number of that effect.
-        remainder: error that a flexible model predicts beyond the named candidate; None if there is none.
+        remainder: error that a flexible model predicts beyond the named candidate, or that is too large to
+            be all; None if there is none.
     """
 
     verdict: Verdict
@@ -50,15 +51,19 @@ def decide(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap)
     Returns:
         The decision.
     """
-    remainder = _remainder(candidates, named, flexible)
-    if candidates.fits[named].hypothesis.effects:
-        verdict: Verdict = "effect" if remainder is None else "main_effect"
-    else:
-        seen = float(np.sqrt(max(held_out.value**2 - held_out.floor**2, 0.0)))
-        error = max(seen, _above_noise(candidates.fits[named]))
-        unexplained = error > candidates.thresholds.unexplained_gap * candidates.persistence
-        verdict = "unknown" if remainder is not None or unexplained else "no_gap"
+    remainder = _remainder(candidates, named, flexible, held_out)
+    verdicts: tuple[Verdict, Verdict] = ("effect", "main_effect")
+    if not candidates.fits[named].hypothesis.effects:
+        verdicts = ("no_gap", "unknown")
+    verdict = verdicts[remainder is not None]
     return Decision(verdict, candidates, named, indistinguishable(candidates, named), remainder)
+
+
+def _is_unexplained(candidates: Candidates, named: int, held_out: Gap) -> bool:
+    """Whether so large an error is left that something must be missing, even if no network predicts it."""
+    seen = float(np.sqrt(max(held_out.value**2 - held_out.floor**2, 0.0)))
+    error = max(seen, _above_noise(candidates.fits[named]))
+    return error > candidates.thresholds.unexplained_gap * candidates.persistence
 
 
 def _above_noise(fitted: FittedHypothesis) -> float:
@@ -68,11 +73,12 @@ def _above_noise(fitted: FittedHypothesis) -> float:
     return float(np.sqrt(max(float(np.mean(left**2 - noise**2)), 0.0)))
 
 
-def _remainder(candidates: Candidates, named: int, flexible: LeftOut) -> Remainder | None:
-    """What a network predicts beyond the named candidate, and the place of the best further effect."""
+def _remainder(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap) -> Remainder | None:
+    """What is left beyond the named candidate, and the place of the best further effect."""
     with_network = Candidates((*candidates.predictions, flexible), candidates.thresholds)
     network = len(candidates.fits)
-    if not with_network.beats(network, named, candidates.thresholds.exchanged_rest):
+    predicts = with_network.beats(network, named, candidates.thresholds.exchanged_rest)
+    if not predicts and not _is_unexplained(candidates, named, held_out):
         return None
     left = with_network.remaining**2
     own = candidates.fits[named].hypothesis.key
@@ -82,7 +88,7 @@ def _remainder(candidates: Candidates, named: int, flexible: LeftOut) -> Remaind
     places = [e.place for e in more if e.key not in own]
     return Remainder(
         share=float(left[named]),
-        predictable=float(left[named] - left[network]),
+        predictable=float(left[named] - left[network]) if predicts else 0.0,
         place=places[0] if places else None,
     )
 

@@ -73,6 +73,8 @@ class MeasuredCampaign:
             "data": "virtual",
             "description": "simulated logs of virtual machines with measurement chains and planted effects, "
             "not measurements",
+            "kind": self.kind,
+            "cases_seed": self.seed,
             "seed": seed,
             "experiments": len(drawn),
         }
@@ -115,7 +117,8 @@ def _extended(case: MeasuredCase, plan: Plan, truth: dict[str, Any], found: Shar
         more = {"gap": gap, "share": share, "material": share >= MATERIAL}
         rows.append(row | {"alike": row["alike"] + [a for a in alike if a not in row["alike"]]} | more)
     changed = _changed(case, plan, truth["parameters"])
-    names = dict.fromkeys(name for part in case.chain for name in part.names(case.machine, case.logged))
+    parts = [name for part in case.chain for name in part.names(case.machine, case.logged)]
+    names = dict.fromkeys((*parts, *(other for family, at in parts for other in case.alike(at, family))))
     return truth | {
         "effects": rows,
         "parameters": {k: v for k, v in truth["parameters"].items() if k not in changed},
