@@ -62,4 +62,5 @@ def tabulate_withheld(
 def _rows(cases: Path, diagnoses: Path, refits: Path) -> Iterator[dict[str, Any]]:
     for place, _, row in answers(cases, diagnoses, refits):
         cost = read_json(diagnoses / place.parent / COSTS / f"{place.name}.json")
-        yield {"kind": place.parent.as_posix(), "case": place.name, **row, **cost}
+        part = place.parent.parent
+        yield {"kind": place.parent.name, "case": (part / place.name).as_posix(), **row, **cost}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
@@ -19,12 +20,12 @@ def campaigns_in(folder: Path) -> list[Path]:
     """Return the folders of campaigns, sorted.
 
     Args:
-        folder: folder of all campaigns.
+        folder: folder of all campaigns, or of parts with campaigns each.
 
     Raises:
         BadInput: when there is no campaign.
     """
-    return _found(folder, PROVENANCE, "campaign of withheld cases")
+    return _found(folder, (f"*/{PROVENANCE}", f"*/*/{PROVENANCE}"), "campaign of withheld cases")
 
 
 def cases_in(campaign: Path) -> list[Path]:
@@ -36,11 +37,12 @@ def cases_in(campaign: Path) -> list[Path]:
     Raises:
         BadInput: when there is no case.
     """
-    return _found(campaign, SYSTEM, "withheld case")
+    return _found(campaign, (f"*/{SYSTEM}",), "withheld case")
 
 
-def _found(folder: Path, file: str, what: str) -> list[Path]:
-    found = [path.parent for path in sorted(folder.glob(f"[!.]*/{file}"))]
-    if not found:
-        raise BadInput(f"{folder}: holds no {what}, a folder with {file}")
-    return found
+def _found(folder: Path, patterns: Sequence[str], what: str) -> list[Path]:
+    found = sorted(path for pattern in patterns for path in folder.glob(pattern))
+    shown = [p.parent for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts)]
+    if not shown:
+        raise BadInput(f"{folder}: holds no {what}, a folder with {Path(patterns[0]).name}")
+    return shown

@@ -225,6 +225,15 @@ def test_an_empty_folder_is_refused(tmp_path: Path) -> None:
         campaigns_in(tmp_path / "nowhere")
 
 
+def test_campaigns_are_found_in_a_folder_and_in_its_parts(tmp_path: Path) -> None:
+    found = [tmp_path / name for name in ("2000/null", "2000/single", "pair")]
+    for folder in (*found, tmp_path / ".growing/null"):
+        (folder / "case_001/logs").mkdir(parents=True)
+        for holding in (folder, folder / "case_001/logs"):  # measurements have an origin of their own
+            (holding / "provenance.json").write_text("{}")
+    assert campaigns_in(tmp_path) == found
+
+
 def test_a_part_of_the_measurement_chain_is_no_false_alarm_and_no_answer() -> None:
     chain = {"tolerated": [{"family": LAG[0], "channel": LAG[1]}]}
     nothing = truth(verdict="no_gap") | chain
