@@ -207,17 +207,21 @@ class Candidates:
     def named(self) -> int:
         """Return the number of the candidate to name: the simplest one that no other candidate beats.
 
-        Numbers of single experiments are named only if they beat it.
+        A candidate is not named where another one that is no more complex has the lower error: it may be
+        unbeaten only because its errors differ from those of the others in all directions. Numbers of single
+        experiments are named only if they beat the best candidate without them.
         """
         law = self._simplest(np.flatnonzero(~self.own).tolist())
         better = [k for k in np.flatnonzero(self.own).tolist() if self.beats(k, law)]
         return self._simplest(better) if better else law
 
     def _simplest(self, among: Sequence[int]) -> int:
-        """The simplest one that none of the others beats."""
+        """The simplest one of those whose complexity pays (Pareto front) that none of the others beats."""
         best = sorted(among, key=lambda k: float(self.remaining[k]))
         order = sorted(best, key=lambda k: float(self.complexity[k]))
-        return next(k for k in order if not any(self.beats(other, k) for other in best))
+        lowest = np.minimum.accumulate([np.inf, *self.remaining[order]])
+        front = [k for k, low in zip(order, lowest[:-1], strict=True) if self.remaining[k] < low]
+        return next(k for k in front if not any(self.beats(other, k) for other in best))
 
     def ranked(self, effects: int) -> list[int]:
         """Return the numbers of the candidates with so many effects, the best first.
