@@ -152,9 +152,10 @@ def _result(descent: Descent, simulations: int) -> Fit:
 #: Dampings that are tried at once, relative to the one that was best before.
 DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
-#: A fit has converged when an iteration lowers the loss by less, in all or as a share of it, or moves
-#: everything by less than this share of its standard deviation.
-CONVERGED_LOSS, CONVERGED_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 0.03
+#: A fit has converged when an iteration lowers the loss by less, in all or as a share of it. The share is
+#: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation; a
+#: small step alone is not enough, because far from the noise standard deviations are large.
+CONVERGED_LOSS, CONVERGED_SHARE, NEAR_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 1e-3, 0.03
 
 
 #: Vectors (sets, entries) and starts (windows, sets, measured states) that are to be simulated.
@@ -218,11 +219,10 @@ class Descent:
             best = int(np.argmin(losses))
             if losses[best] < here:
                 near = np.abs(z[best] - self.z) <= CONVERGED_STEP * np.sqrt(np.diag(normal.covariance()))
+                share = NEAR_SHARE if near.all() else CONVERGED_SHARE
                 self.z, self.moved, self.loss = z[best], moved[:, best], float(losses[best])
                 self.damping = float(dampings[best])
-                self.converged = (
-                    bool(near.all()) or here - self.loss < CONVERGED_LOSS + CONVERGED_SHARE * here
-                )
+                self.converged = here - self.loss < CONVERGED_LOSS + share * here
                 return
             self.damping = float(dampings[-1] * DAMPINGS[-1])
         self.converged = True

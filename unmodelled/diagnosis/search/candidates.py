@@ -207,13 +207,21 @@ class Candidates:
     def named(self) -> int:
         """Return the number of the candidate to name: the simplest one that no other candidate beats.
 
-        A candidate is not named where another one that is no more complex has the lower error: it may be
-        unbeaten only because its errors differ from those of the others in all directions. Numbers of single
-        experiments are named only if they beat the best candidate without them.
+        A candidate counts only if each of its effects pays. It is not named where another one that is no more
+        complex has the lower error: it may be unbeaten only because its errors differ from those of the others
+        in all directions. Numbers of single experiments are named only if they beat the best law.
         """
-        law = self._simplest(np.flatnonzero(~self.own).tolist())
-        better = [k for k in np.flatnonzero(self.own).tolist() if self.beats(k, law)]
+        sound = [k for k in range(len(self.fits)) if self._is_sound(k)]
+        law = self._simplest([k for k in sound if not self.own[k]])
+        better = [k for k in sound if self.own[k] and self.beats(k, law)]
         return self._simplest(better) if better else law
+
+    def _is_sound(self, candidate: int) -> bool:
+        """Whether each effect pays: a candidate beats those with one of its effects less that are fitted."""
+        keys = [f.hypothesis.key for f in self.fits]
+        own = keys[candidate]
+        fewer = [k for k, key in enumerate(keys) if key < own and len(key) == len(own) - 1]
+        return all(self.beats(candidate, k) for k in fewer)
 
     def _simplest(self, among: Sequence[int]) -> int:
         """The simplest one of those whose complexity pays (Pareto front) that none of the others beats."""
