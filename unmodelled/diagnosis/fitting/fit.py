@@ -153,8 +153,8 @@ def _result(descent: Descent, simulations: int) -> Fit:
 DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
 #: A fit has converged when an iteration lowers the loss by less, in all or as a share of it. The share is
-#: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation; a
-#: small step alone is not enough, because far from the noise standard deviations are large.
+#: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation.
+#: Such a small step alone is not enough: far from the noise, standard deviations are large.
 CONVERGED_LOSS, CONVERGED_SHARE, NEAR_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 1e-3, 0.03
 
 

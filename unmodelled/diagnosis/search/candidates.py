@@ -207,9 +207,9 @@ class Candidates:
     def named(self) -> int:
         """Return the number of the candidate to name: the simplest one that no other candidate beats.
 
-        A candidate counts only if each of its effects pays. It is not named where another one that is no more
-        complex has the lower error: it may be unbeaten only because its errors differ from those of the others
-        in all directions. Numbers of single experiments are named only if they beat the best law.
+        A candidate counts only if each of its effects pays. It is not named where another one that is no
+        more complex has the lower error: it may be unbeaten only because its errors differ from those of the
+        others in both directions. Numbers of single experiments are named only if they beat the best law.
         """
         sound = [k for k in range(len(self.fits)) if self._is_sound(k)]
         law = self._simplest([k for k in sound if not self.own[k]])
