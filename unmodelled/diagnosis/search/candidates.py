@@ -15,6 +15,7 @@ from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
 from unmodelled.effects.added import Added
+from unmodelled.effects.place import Place
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -89,6 +90,11 @@ class Candidates:
     def fits(self) -> tuple[FittedHypothesis, ...]:
         """Return the fitted hypotheses."""
         return tuple(prediction.fitted for prediction in self.predictions)
+
+    @cached_property
+    def _keys(self) -> list[frozenset[tuple[str, str, Place]]]:
+        """Family, variant and place of every effect, by candidate."""
+        return [f.hypothesis.key for f in self.fits]
 
     @cached_property
     def _by_output(self) -> Array:
@@ -218,9 +224,8 @@ class Candidates:
 
     def _is_sound(self, candidate: int) -> bool:
         """Whether each effect pays: a candidate beats those with one of its effects less that are fitted."""
-        keys = [f.hypothesis.key for f in self.fits]
-        own = keys[candidate]
-        fewer = [k for k, key in enumerate(keys) if key < own and len(key) == len(own) - 1]
+        own, count = self._keys[candidate], self.effects[candidate]
+        fewer = [k for k, key in enumerate(self._keys) if key < own and self.effects[k] == count - 1]
         return all(self.beats(candidate, k) for k in fewer)
 
     def _simplest(self, among: Sequence[int]) -> int:

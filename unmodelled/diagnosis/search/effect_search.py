@@ -130,7 +130,9 @@ class EffectSearch:
         self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
         candidates = self.candidates
         mine = np.flatnonzero(candidates.own).tolist()
-        best = min(mine, key=lambda k: float(candidates.remaining[k]), default=candidates.named())
+        if not mine:
+            return
+        best = min(mine, key=lambda k: float(candidates.remaining[k]))
         room = candidates.effects[best] < MOST_EFFECTS
         if room and candidates.is_material(best, list(self.found).index(named.hypothesis.key)):
             self._grow(candidates.fits[best])
