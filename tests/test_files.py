@@ -163,6 +163,28 @@ def test_a_run_that_loses_the_place_removes_the_folder_it_moved_aside(
     assert [p.name for p in tmp_path.iterdir()] == ["winner"]
 
 
+def test_a_run_whose_folder_is_taken_at_once_removes_the_one_before(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another run moves the new folder aside in the same moment, to put its own there."""
+    out, rename, calls = tmp_path / "out", Path.replace, []
+
+    def raced(path: Path, target: Path) -> Path:
+        calls.append(path)
+        done = rename(path, target)
+        if len(calls) == 2:
+            rename(out, tmp_path / "taken")
+        return done
+
+    for name in ("old", "new"):
+        with replacing_folder(out) as folder:
+            write_json(folder / "who.json", name)
+            if name == "new":
+                monkeypatch.setattr(Path, "replace", raced)
+    assert [p.name for p in tmp_path.iterdir()] == ["taken"]
+    assert read_json(tmp_path / "taken" / "who.json") == "new"
+
+
 #: Writes a folder of twenty equal files and one file, again and again, with another number every time.
 FOREVER = """
 import sys

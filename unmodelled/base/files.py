@@ -112,21 +112,22 @@ def put_folder(new: Path, path: Path) -> None:
     check_replaceable(path)
     mark(new, path)
     old = _temporary(path)
-    taken = False  # by another run, whose folder may itself be on its way out when one looks
+    superseded = False  # noted, not looked up: what took the old one's place may itself be on its way out
     try:
         with suppress(FileNotFoundError):
             path.replace(old)
         new.replace(path)
+        superseded = True
         if (old / RECORD).exists():
             (old / RECORD).replace(path / RECORD)
     except BaseException:  # an interruption, too
         try:
             old.replace(path)
         except OSError as error:
-            taken = error.errno in (errno.ENOTEMPTY, errno.EEXIST)
+            superseded = superseded or error.errno in (errno.ENOTEMPTY, errno.EEXIST)
         raise
     finally:
-        if taken or path.exists():
+        if superseded or path.exists():
             shutil.rmtree(old, ignore_errors=True)
 
 
