@@ -69,4 +69,4 @@ def _scales(system: System) -> Scales:
     names = [*(s.name for s in system.states), *(i.name for i in system.inputs), *system.signals]
     ports = {port.name: 1.0 for port in system.ports}
     outputs = {output.name: one for output in system.outputs}
-    return Scales(dict.fromkeys(names, one), outputs, ports, ports, 1e-3, 4.0)
+    return Scales(dict.fromkeys(names, one), outputs, ports, ports, 1e-3, 4.0, dict.fromkeys(ports, one))

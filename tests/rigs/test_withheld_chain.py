@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pipeline.rigs.withheld.campaign import write
-from pipeline.rigs.withheld.cases import Planted
+from pipeline.rigs.withheld.cases import Case, Planted
 from pipeline.rigs.withheld.chain.campaign import MATERIAL, write_measured
 from pipeline.rigs.withheld.chain.case import VALIDATION, MeasuredCase
 from pipeline.rigs.withheld.chain.clock import Clock
@@ -24,7 +24,7 @@ from pipeline.rigs.withheld.chain.part import Readings
 from pipeline.rigs.withheld.chain.shares import shares
 from pipeline.rigs.withheld.chain.speed import DifferencedSpeed, PositionOnly, differenced
 from pipeline.rigs.withheld.chain.varying_friction import VaryingFriction
-from pipeline.rigs.withheld.drawing import FAMILIES, cases
+from pipeline.rigs.withheld.drawing import FAMILIES
 from pipeline.rigs.withheld.effects.effect import Plan
 from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.pendulum import Pendulum
@@ -170,7 +170,7 @@ def test_kinds_of_cases() -> None:
 
 def test_cases_without_a_chain_keep_their_bytes(tmp_path: Path) -> None:
     """The digest was computed before there were measurement chains."""
-    case = cases("single", 0)[0]
+    case = Case("slider_crank", (Planted("linear_spring", "slider"),), 0.508, 544154749)
     write(case, tmp_path / "case", replace(case.plan(), samples=300))
     digest = hashlib.sha256()
     for path in sorted((tmp_path / "case").rglob("*")):

@@ -1,8 +1,8 @@
 """Law of an effect in local names, with its numbers and its memory.
 
-Local names are x, v and a (position, velocity and acceleration of a port), u (logged input), y (output
-without the effect) or p (parameter), besides t and the names that the law declares. Texts are expressions of
-the grammar of system files.
+Local names are x, v, a and l (position, velocity, acceleration and load of a port), u (logged input), y
+(output without the effect) or p (parameter), besides t and the names that the law declares. Texts are
+expressions of the grammar of system files.
 """
 
 from __future__ import annotations

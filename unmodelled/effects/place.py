@@ -9,6 +9,7 @@ from typing import Literal
 
 import sympy as sp
 
+from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.systems import units
@@ -124,6 +125,9 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
         if name is not None:
             unit = states.get(name) or _motion_unit(local, effort)
             found[local] = _quantity(system, name, system.expression(name), unit, scales.of[name])
+    if (carried := load(system, port)) is not None:
+        text, expression = carried
+        found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
     if is_inertial(system, port):
         rms = mobility * size
         unit, spread = _motion_unit("a", effort), Spread(-rms, rms, rms)

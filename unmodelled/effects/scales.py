@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.effects.load import load
 from unmodelled.effects.motion import mobility
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
@@ -80,6 +81,7 @@ class Scales:
         mobility: largest magnitude of the derivative of the port's acceleration by its effort, by port.
         period: sampling period in s.
         duration: duration of the longest experiment in s.
+        loads: range of the load (`load`) of each port that has one.
     """
 
     of: Mapping[str, Spread]
@@ -88,6 +90,7 @@ class Scales:
     mobility: Mapping[str, float]
     period: float
     duration: float
+    loads: Mapping[str, Spread] = field(default_factory=dict)
 
     @classmethod
     def measured(
@@ -115,6 +118,8 @@ class Scales:
         outputs = samples.values(o.expression for o in system.outputs)
         sizes = {name: Spread.of(column) for name, column in zip(names, columns, strict=True)}
         sizes |= {name: Spread.of(column) for name, column in zip(system.signals, signals, strict=True)}
+        carried = {p.name: found[1] for p in system.ports if (found := load(system, p)) is not None}
+        loads = samples.values(carried.values())
         return cls(
             of=sizes,
             outputs={o.name: Spread.of(y) for o, y in zip(system.outputs, outputs, strict=True)},
@@ -122,6 +127,7 @@ class Scales:
             mobility=samples.mobilities(),
             period=period,
             duration=period * float(np.diff(offsets).max() - 1),
+            loads={name: Spread.of(row) for name, row in zip(carried, loads, strict=True)},
         )
 
 

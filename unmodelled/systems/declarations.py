@@ -239,9 +239,9 @@ def _table(found: Declarations, name: str, node: Node) -> None:
 
 
 def _port(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("effort", "unit"), ("position", "velocity", "law"))
+    entries = node.fields(("effort", "unit"), ("position", "velocity", "law", "load"))
     checked_name(name, node)
     effort = found.names.add(entries["effort"].text(), "effort", entries["effort"])
     unit = found.units[effort] = _unit(entries["unit"])
-    position, velocity = (entries[k].text() if k in entries else None for k in ("position", "velocity"))
-    found.ports.append(Port(name, effort, unit.text, position, velocity))
+    named = {k: entries[k].text() for k in ("position", "velocity", "load") if k in entries}
+    found.ports.append(Port(name, effort, unit.text, **named))

@@ -135,6 +135,8 @@ class Port:
         position: name of the state or signal that is the port's position; default None.
         velocity: name of the state or signal that is the port's velocity; default None.
         law: known part of the effort in terms of states, inputs and parameters; default None.
+        load: name of the state, input or signal that is the effort which the gear or screw at the port
+            carries, in the unit of the effort; default None.
     """
 
     name: str
@@ -143,6 +145,7 @@ class Port:
     position: str | None = None
     velocity: str | None = None
     law: sp.Expr | None = None
+    load: str | None = None
 
     @property
     def coordinates(self) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -228,20 +228,24 @@ class _Equations:
                 f"effort {port.effort!r} of port {port.name!r} appears in no dynamics: add it where it acts"
             )
         refused = self._without_efforts()
-        for key in ("position", "velocity"):
+        motions = [*(s.name for s in self.declared.states), *self._entries("signals")]
+        inputs = [i.name for i in self.declared.inputs]
+        for key, more in {"position": [], "velocity": [], "load": inputs}.items():
             if key in node.entries():
-                self._check_motion(node.entries()[key], refused)
+                what = "an input, a state or a signal" if key == "load" else "a state or a signal"
+                self._check_named(node.entries()[key], [*motions, *more], what, refused)
+        if port.load is not None:
+            self._check_unit(node.entries()["load"], self.values[port.load], self.declared.units[port.effort])
         self._check_power(port, node)
         if "law" not in node.entries():
             return port
         law = self._evaluated(node.entries()["law"], refused, self.declared.units[port.effort])
         return replace(port, law=law.expression)
 
-    def _check_motion(self, node: Node, refused: dict[str, str]) -> None:
-        motions = [*(s.name for s in self.declared.states), *self._entries("signals")]
+    def _check_named(self, node: Node, known: Sequence[str], what: str, refused: dict[str, str]) -> None:
         name = node.text()
-        if name not in motions:
-            raise node.wrong(f"must be a state or a signal, got {shown(name)}{closest(name, motions)}")
+        if name not in known:
+            raise node.wrong(f"must be {what}, got {shown(name)}{closest(name, known)}")
         if name in refused:
             raise node.wrong(refused[name])
 

@@ -120,6 +120,8 @@ class _Text:
             entries["position"] = port.position
         if port.velocity is not None:
             entries["velocity"] = port.velocity
+        if port.load is not None:
+            entries["load"] = port.load
         if port.law is not None:
             entries["law"] = self._expression(f"ports.{port.name}.law", port.law)
         return entries

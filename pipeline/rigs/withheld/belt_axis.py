@@ -85,12 +85,16 @@ class BeltAxis(Machine):
         response[row] = -1.0 / mass
         return Port(q[row], v[row], response, -response[row])
 
+    def load(self, name: str, u: Array) -> Array:
+        return np.asarray(self.kf * u if name == "motor" else 0.0 * u)
+
     plantable = (
         P("viscous_friction", "rail", lambda a, *_: friction.EyringDrag(10.0 * a, 1.5), local=True),
         P("viscous_friction", "motor", lambda a, *_: friction.EyringDrag(10.0 * a, 1.5)),
         P("coulomb_friction", "rail", lambda a, *_: friction.Coulomb(6.0 * a), local=True),
         P("coulomb_friction", "motor", lambda a, *_: friction.ArctanFriction(6.0 * a, 0.002), local=True),
         P("stribeck_friction", "rail", lambda a, *_: friction.TustinFriction(4.0 * a, 10.0 * a, 0.06)),
+        P("load_friction", "motor", lambda a, *_: friction.GearFriction(min(0.15 * a, 0.5), 2.0)),
         P("quadratic_drag", "rail", lambda a, *_: friction.Windage(10.0 * a, 0.05)),
         P("position_dependent_friction", "rail", lambda a, *_: friction.TightSpot(16.0 * a, 0.03, 0.03)),
         P("hysteresis", "rail", lambda a, *_: friction.MaxwellSlip(8.0 * a, 0.015)),

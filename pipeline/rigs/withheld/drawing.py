@@ -19,6 +19,7 @@ FAMILIES = frozenset(
         "viscous_friction",
         "coulomb_friction",
         "stribeck_friction",
+        "load_friction",
         "quadratic_drag",
         "position_dependent_friction",
         "hysteresis",

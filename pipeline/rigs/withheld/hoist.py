@@ -70,10 +70,14 @@ class Hoist(Machine):
         mobility = 1.0 / (self.M + c["m"])
         return Port(q[0], v[0], -mobility[None], mobility)
 
+    def load(self, name: str, u: Array) -> Array:
+        return np.asarray(self.kf * u)
+
     plantable = (
         P("coulomb_friction", "rail", lambda a, *_: friction.Coulomb(5.0 * a), local=True),
         P("stribeck_friction", "rail",
           lambda a, *_: friction.LorentzFriction(3.0 * a, 9.0 * a, 0.05), local=True),
+        P("load_friction", "rail", lambda a, *_: friction.GearFriction(min(0.12 * a, 0.4), 4.0), local=True),
         P("quadratic_drag", "rail", lambda a, *_: friction.Windage(20.0 * a, 0.05), local=True),
         P("position_dependent_friction", "rail",
           lambda a, *_: friction.TightSpot(14.0 * a, 0.52, 0.04), local=True),

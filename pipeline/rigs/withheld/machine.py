@@ -143,3 +143,15 @@ class Machine(ABC):
             v: velocities, shape (d, n).
             c: operating point of every run by factor, each of shape (n,).
         """
+
+    def load(self, name: str, u: Array) -> Array:
+        """Return the force or torque of the drive at a port; the default is a port without a drive.
+
+        Args:
+            name: name of the port.
+            u: input that acts on the machine, shape (n,).
+
+        Returns:
+            Force or torque, SI unit of the port, shape (n,).
+        """
+        return np.zeros_like(u)

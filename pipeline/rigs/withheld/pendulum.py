@@ -72,9 +72,13 @@ class Pendulum(Machine):
         mobility = np.full_like(q, 1.0 / self.J)
         return Port(q[0], v[0], -mobility, mobility[0])
 
+    def load(self, name: str, u: Array) -> Array:
+        return np.asarray(u)
+
     plantable = (
         P("coulomb_friction", "joint", lambda a, *_: friction.Coulomb(0.03 * a), local=True),
         P("stribeck_friction", "joint", lambda a, *_: friction.TustinFriction(0.02 * a, 0.06 * a, 0.3)),
+        P("load_friction", "joint", lambda a, *_: friction.GearFriction(min(0.15 * a, 0.5), 0.02)),
         P("quadratic_drag", "joint", lambda a, *_: friction.Windage(0.004 * a, 0.5), local=True),
         P("position_dependent_friction", "joint", lambda a, *_: friction.TightSpot(0.08 * a, 0.25, 0.2)),
         P("hysteresis", "joint", lambda a, *_: friction.MaxwellSlip(0.06 * a, 0.2)),

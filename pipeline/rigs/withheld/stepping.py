@@ -144,6 +144,6 @@ def _step(
     # of the velocity, too, the value in the middle, by the last increment: projected ones are in it
     last, v = v, v + dt * machine.acceleration(middle, 1.5 * v - 0.5 * before, u, plan.conditions)
     for name, force in forces:
-        port = machine.port(name, middle, v, plan.conditions)
+        port = machine.port(name, middle, v, plan.conditions)._replace(load=machine.load(name, u))
         v = v + port.response * force.impulse(dt, t, port)
     return middle + 0.5 * dt * v, v, last

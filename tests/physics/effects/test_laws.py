@@ -47,9 +47,10 @@ def test_friction_never_adds_power(case: Case) -> None:
     effort = numpy_system_function(added.system, [extra(added)], efforts_zero=True)
     rng = np.random.default_rng(3)
     x = rng.uniform(-1.5, 1.5, (500, len(added.system.states)))
+    u = rng.uniform(-1.0, 1.0, (500, 1))
     for seed in range(5):
         c = np.ones((500, len(added.system.operating_point)))
-        power = effort(0.0, x, np.zeros((500, 1)), np.empty(0), drawn(added, seed), c)[:, 0] * x[:, 1]
+        power = effort(0.0, x, u, np.empty(0), drawn(added, seed), c)[:, 0] * x[:, 1]
         assert power.min() >= 0.0
         assert power.max() > 0.0
 

@@ -130,6 +130,12 @@ from tests.physics.system.hoist import (
         (" - F_rail)/M", ")/M", "effort 'F_rail' of port 'rail' appears in no dynamics"),
         ("position: x", "position: u", "ports.rail.position: must be a state or a signal, got 'u'"),
         ("velocity: v}", "velocity: w}", "ports.rail.velocity: must be a state or a signal, got 'w'"),
+        (
+            "velocity: v}",
+            "velocity: v, load: F}",
+            "ports.rail.load: must be an input, a state or a signal, got",
+        ),
+        ("velocity: v}", "velocity: v, load: v}", "ports.rail.load: unit must be N, got m/s"),
         ("velocity: v}", "velocity: v, law: b*v + F_rail}", "law: the effort 'F_rail' is not allowed here"),
         ("unit: m} ", "unit: m, expression: x + F_rail} ", "expression: the effort 'F_rail' is not allowed"),
         ("effort: F_rail, ", "", "ports.rail: the key 'effort' is missing"),

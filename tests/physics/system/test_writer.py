@@ -48,7 +48,7 @@ signals:
   a: where(x > 0, F_s, -F_s)/m
   mu: diff(F_s, x)
 ports:
-  rail: {effort: F_rail, unit: N, position: x, velocity: v, law: 'clip(k*x, -1, 1) + F_s'}
+  rail: {effort: F_rail, unit: N, position: x, velocity: v, load: F_s, law: 'clip(k*x, -1, 1) + F_s'}
   other: {effort: F_other, unit: N, velocity: v, law: 0}
   rest: {effort: F_rest, unit: N}
 tables:

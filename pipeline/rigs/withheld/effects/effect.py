@@ -22,12 +22,14 @@ class Port(NamedTuple):
         response: change of the machine's d velocities per unit of impulse taken out of the port, shape (d,
             n).
         mobility: decrease of the port's own velocity per unit of impulse, shape (n,).
+        load: force or torque of the drive at the port, shape (n,); default none.
     """
 
     position: Array
     velocity: Array
     response: Array
     mobility: Array
+    load: Array | float = 0.0
 
 
 @dataclass(frozen=True)

@@ -130,6 +130,22 @@ class TightSpot(DryFriction):
 
 
 @dataclass
+class GearFriction(DryFriction):
+    """Dry friction of a preloaded gear: its limit grows with the force between the teeth.
+
+    Attributes:
+        share: limit per force of the drive, at large forces.
+        preload: force between the teeth without a drive, SI unit of the port.
+    """
+
+    share: float
+    preload: float
+
+    def limit(self, port: Port) -> Array:
+        return np.asarray(self.share * np.hypot(port.load, self.preload))
+
+
+@dataclass
 class RubbingArc(DryFriction):
     """Dry friction over one half of every turn.
 

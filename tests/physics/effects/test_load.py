@@ -1,0 +1,54 @@
+"""The load of a port: what the file names, or the effort of the inputs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from unmodelled.effects.library import effects
+from unmodelled.effects.load import load
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+SYSTEMS = Path(__file__).parents[3] / "systems"
+
+
+def system(name: str) -> System:
+    return read_system(SYSTEMS / name)
+
+
+@pytest.mark.parametrize(
+    ("file", "port", "text"),
+    [
+        ("withheld/hoist.yaml", "rail", "kf*u"),
+        ("withheld/belt_axis.yaml", "motor", "i*kf"),
+        ("withheld/pendulum.yaml", "joint", "torque"),
+        ("xl330/load_withheld.yaml", "horn", "tau_m"),
+        ("so101/friction_withheld.yaml", "joint", "min(max(k_p*(goal - q), -tau_max), tau_max)"),
+    ],
+)
+def test_the_load_is_the_effort_of_the_inputs(file: str, port: str, text: str) -> None:
+    known = system(file)
+    found = load(known, known.port(port))
+    assert found is not None and found[0] == text
+    assert found[1].free_symbols & {*known.u}
+
+
+def test_terms_without_inputs_are_no_load_and_signs_do_not_matter() -> None:
+    hoist = system("withheld/hoist.yaml")
+    turned = replace(hoist, dynamics=tuple(-f for f in hoist.dynamics))
+    for known in (hoist, turned):
+        found = load(known, known.port("rail"))
+        assert found is not None and found[1] == sp.Mul(*sp.symbols("kf u", real=True))
+
+
+def test_a_port_that_no_input_drives_has_no_load_unless_the_file_names_one() -> None:
+    axis = system("withheld/belt_axis.yaml")
+    rail = axis.port("rail")
+    assert load(axis, rail) is None
+    tried = {place.name for e in effects() if e.family == "load_friction" for place in e.places(axis)}
+    assert tried == {"motor"}
+    assert load(axis, replace(rail, load="x_c")) == ("x_c", sp.Symbol("x_c", real=True))

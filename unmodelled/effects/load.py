@@ -1,0 +1,56 @@
+"""Load of a port: the effort that its gear or screw carries, with which the friction there grows."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from unmodelled.effects.motion import acceleration, mobility
+from unmodelled.systems.model import Port, System, symbol
+from unmodelled.systems.printing import printed
+
+
+def load(system: System, port: Port) -> tuple[str, sp.Expr] | None:
+    """Return the load of a port: what the port names as its load, or else the effort of the inputs on it.
+
+    Args:
+        system: system of the port.
+        port: port to look at.
+
+    Returns:
+        Load as text in names of the system file and as expression, in the unit of the effort. None if the
+        port names none and no input acts on it, or if its mass depends on the state.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> hoist = read_system(Path("systems/withheld/hoist.yaml"))
+        >>> load(hoist, hoist.port("rail"))
+        ('kf*u', kf*u)
+    """
+    if port.load is not None:
+        return port.load, system.expression(port.load)
+    drive = _drive(system, port)
+    if drive == 0:
+        return None
+    known = next((name for name, signal in system.signals.items() if signal == drive), None)
+    return known or _text(system, drive), drive
+
+
+def _drive(system: System, port: Port) -> sp.Expr:
+    """Sum of the terms with inputs in the balance of efforts at a port."""
+    zero = {symbol(p.effort): sp.S.Zero for p in system.ports}
+    beta = mobility(system, port)
+    if beta == 0 or not beta.free_symbols <= {*system.p, *system.c}:
+        return sp.S.Zero
+    free = acceleration(system, port, [f.xreplace(zero) for f in system.dynamics])
+    # of -1/(M + m) the inverse is written -M - m, and does not cancel
+    rates = sp.Add.make_args(free)
+    balance = min([r / -beta for r in rates], [-(r / beta) for r in rates], key=sp.count_ops)
+    terms = [term for part in balance for term in sp.Add.make_args(part)]
+    return sp.Add(*(term for term in terms if term.free_symbols & {*system.u}))
+
+
+def _text(system: System, expression: sp.Expr) -> str:
+    names = [str(s) for s in (*system.x, *system.u, *system.p, *system.c)]
+    text = printed(expression, names, [table.name for table in system.tables])
+    return f"({text})" if isinstance(expression, sp.Add) else text
