@@ -15,13 +15,19 @@ from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
 #: System files; the law of an effect is shown for the first system that has a place for it.
-EXAMPLES = ("systems/withheld/hoist.yaml", "systems/pendulum.yaml")
+EXAMPLES = (
+    "systems/withheld/hoist.yaml",
+    "systems/pendulum.yaml",
+    "systems/cascaded_tanks/overflow_withheld.yaml",
+    "tests/physics/effects/room.yaml",
+)
 HEAD = """# Effects
 
 This page lists the effects that a model may leave out: {count} laws in {families} families. `diagnose` tries
 each law at every suitable place. The laws are shown for a hoist that moves along `x` with the speed `v`, is
 driven by `u` and has a port `rail` (`systems/withheld/hoist.yaml`); laws that do not suit the hoist are shown
-for a pendulum. If the data cannot distinguish several laws, the law with the lowest complexity is named. A
+for a pendulum, for a vessel with the level `h_1`, or for a room with the temperature `T`. If the data cannot
+distinguish several laws, the law with the lowest complexity is named. A
 law without a variant is the basic form of its family.
 
 """

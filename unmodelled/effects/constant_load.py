@@ -13,6 +13,7 @@ class ConstantLoad(PortEffect):
     family = "constant_load"
     complexity = 1.0
     power = "stored"
+    domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
         return Law("F_0", {"F_0": signed("1", at.effort)})

@@ -85,6 +85,7 @@ class LoadDrift(PortEffect):
     family = "drift"
     variant = "load"
     complexity = 2.4
+    domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
         return Law("F_r*t", {"F_r": signed("t", at.effort / at.duration)})
@@ -96,6 +97,7 @@ class LoadDriftByOrder(PortEffect):
     family = "drift"
     variant = "load_by_order"
     complexity = 2.6
+    domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
         return Law(

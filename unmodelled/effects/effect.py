@@ -10,7 +10,7 @@ from unmodelled.effects.attach import attached
 from unmodelled.effects.law import Law
 from unmodelled.effects.place import Place, Site, site
 from unmodelled.effects.scales import Scales
-from unmodelled.systems.model import Port, System
+from unmodelled.systems.model import Domain, Port, System
 
 #: What an effort does with the power that it takes out of the system: it loses it at every moment, or over a
 #: cycle of its position, or gives all of it back over a cycle.
@@ -84,10 +84,12 @@ class PortEffect(LawEffect):
     Attributes:
         needs: coordinates that the port must have; default none.
         power: whether the effort loses or stores energy; None (default) if that depends on the motion.
+        domains: kinds of ports (see `Port`) that the law makes sense for; default those of mechanics.
     """
 
     needs: ClassVar[tuple[Literal["position", "velocity"], ...]] = ()
     power: ClassVar[Power | None] = None
+    domains: ClassVar[tuple[Domain, ...]] = ("power",)
 
     def suits(self, system: System, port: Port) -> bool:
         """Return whether the effect can act on a port.
@@ -99,7 +101,8 @@ class PortEffect(LawEffect):
         Returns:
             True if the port has all that the law needs.
         """
-        return all(getattr(port, coordinate) is not None for coordinate in self.needs)
+        has_all = all(getattr(port, coordinate) is not None for coordinate in self.needs)
+        return has_all and port.domain in self.domains
 
     def places(self, system: System) -> tuple[Place, ...]:
         return tuple(Place("port", port.name) for port in system.ports if self.suits(system, port))

@@ -130,9 +130,15 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
         found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
     if is_inertial(system, port):
         rms = mobility * size
-        unit, spread = _motion_unit("a", effort), Spread(-rms, rms, rms)
+        unit, spread = _acceleration_unit(effort, found["v"]), Spread(-rms, rms, rms)
         found["a"] = _quantity(system, "a", sp.Dummy("a", real=True), unit, spread)
     return Site(system, place, port.unit, effort, found, size, scales.period, scales.duration, mobility)
+
+
+def _acceleration_unit(effort: Dimension | None, v: SiteQuantity) -> str:
+    if effort is None or v.dimension is None or units.times(effort, v.dimension) == parse_unit("W").dimension:
+        return _motion_unit("a", effort)
+    return units.describe(units.times(v.dimension, units.power(SECOND, Fraction(-1))))
 
 
 def _motion_unit(local: str, effort: Dimension | None) -> str:

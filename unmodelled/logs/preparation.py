@@ -42,7 +42,7 @@ def prepare(system: System, logs: Logs) -> Logs:
         raise BadInput(f"system {system.name}: inputs, outputs or operating point are not those of the logs")
     acting = with_delays(system, logs)
     x, measured, notes = _states(system, acting)
-    every = tuple(dict.fromkeys([*acting.notes, *notes]))
+    every = tuple(dict.fromkeys([*acting.notes, *system.notes, *notes]))
     return replace(acting, states=wanted[2], x=x, measured=measured, notes=every)
 
 

@@ -10,7 +10,7 @@ from unmodelled.base.errors import Faults
 from unmodelled.systems import units
 from unmodelled.systems.characteristics import read_table
 from unmodelled.systems.document import Node
-from unmodelled.systems.model import Constant, Input, Output, Parameter, Port, State, symbol
+from unmodelled.systems.model import Constant, Domain, Input, Output, Parameter, Port, State, symbol
 from unmodelled.systems.operations import RESERVED
 from unmodelled.systems.syntax import shown
 from unmodelled.systems.tables import Table
@@ -239,9 +239,23 @@ def _table(found: Declarations, name: str, node: Node) -> None:
 
 
 def _port(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("effort", "unit"), ("position", "velocity", "law", "load"))
+    entries = node.fields(("effort", "unit"), ("position", "velocity", "law", "load", "kind"))
     checked_name(name, node)
     effort = found.names.add(entries["effort"].text(), "effort", entries["effort"])
     unit = found.units[effort] = _unit(entries["unit"])
     named = {k: entries[k].text() for k in ("position", "velocity", "load") if k in entries}
-    found.ports.append(Port(name, effort, unit.text, **named))
+    found.ports.append(Port(name, effort, unit.text, **named, kind=_domain(entries)))
+
+
+def _domain(entries: dict[str, Node]) -> Domain | None:
+    match entries["kind"].text() if "kind" in entries else None:
+        case None:
+            return None
+        case "power":
+            return "power"
+        case "balance" if "velocity" in entries:
+            raise entries["velocity"].wrong("a balance has no velocity: remove this key, or kind: balance")
+        case "balance":
+            return "balance"
+        case written:
+            raise entries["kind"].wrong(f"must be power or balance, got {shown(str(written))}")

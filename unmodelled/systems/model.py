@@ -5,13 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import sympy as sp
 
+from unmodelled.systems import units
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.tables import Table
+from unmodelled.systems.units import parse_unit
 
 TIME = sp.Symbol("t", real=True)
+#: What a port stands for: see `Port`.
+Domain = Literal["power", "balance"]
+_MECHANICAL = tuple(parse_unit(unit).dimension for unit in ("N", "N m"))
+_WATT = parse_unit("W").dimension
 
 
 def symbol(name: str) -> sp.Symbol:
@@ -137,6 +144,8 @@ class Port:
         law: known part of the effort in terms of states, inputs and parameters; default None.
         load: name of the state, input or signal that is the effort which the gear or screw at the port
             carries, in the unit of the effort; default None.
+        kind: "power" if effort times velocity is a power; "balance" if the effort is what leaves a balance of
+            heat, fluid or charge per time, and the position is its level; default None: see `domain`.
     """
 
     name: str
@@ -146,6 +155,19 @@ class Port:
     velocity: str | None = None
     law: sp.Expr | None = None
     load: str | None = None
+    kind: Domain | None = None
+
+    @property
+    def domain(self) -> Domain:
+        """Kind of the port: the one given, or else power for a port with a velocity, a force or a torque."""
+        if self.kind is not None:
+            return self.kind
+        return "power" if self.mechanical or self.velocity is not None else "balance"
+
+    @property
+    def mechanical(self) -> bool:
+        """Whether the effort is a force or a torque, or has no unit."""
+        return parse_unit(self.unit).dimension in (*_MECHANICAL, units.ONE)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -221,6 +243,22 @@ class System:
         rates = [f"  {s.name}' = {rate}" for s, rate in zip(self.states, self.dynamics, strict=True)]
         lines = [f"{name}: {'; '.join(each)}" for name, each in entries.items() if each]
         return "\n".join([f"system {self.name}", *lines, "dynamics:", *rates])
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on ports whose effort makes no power with their velocity."""
+        rates = {state.name: state.unit for state in self.states}
+        found = []
+        for port in self.ports:
+            if port.velocity not in rates or port.domain != "power":
+                continue
+            power = units.times(parse_unit(port.unit).dimension, parse_unit(rates[port.velocity]).dimension)
+            if power not in (_WATT, units.ONE):
+                found.append(
+                    f"ports.{port.name}: effort times velocity is in {units.describe(power)}, which is "
+                    "no power in W: the laws of mechanics are tried as they are"
+                )
+        return tuple(found)
 
     @property
     def place(self) -> str:

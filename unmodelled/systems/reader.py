@@ -253,6 +253,9 @@ class _Equations:
         if port.velocity is None:
             return
         rate = self.values[port.velocity].quantity.settled
+        states = {s.name for s in self.declared.states}
+        if not port.mechanical and {*port.coordinates} <= states:
+            return  # a note of the system: the units of all that laws read are known
         power = quantities.product(self.values[port.effort].quantity, Quantity(rate) if rate else UNKNOWN)
         if power.settled not in (None, units.parse_unit("W").dimension):
             got = units.describe(power.settled)

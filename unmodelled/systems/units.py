@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import re
 import tokenize
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import product
 
 import pint
 
@@ -17,6 +19,8 @@ Dimension = tuple[Fraction, ...]
 _BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 _NAMES = ("mass", "length", "time", "current", "temperature", "substance", "luminosity")
 _NAMED = ("N", "N m", "W", "Pa", "V", "C", "ohm", "F", "H", "Wb", "T", "N m s", "N s/m", "N/m")
+#: Named units that people divide and multiply by others.
+_COMPOSED = ("N", "W", "V", "ohm")
 
 ONE: Dimension = (Fraction(0),) * len(_BASE)
 SECOND: Dimension = tuple(Fraction(int(name == "s")) for name in _BASE)
@@ -137,21 +141,36 @@ def describe(dimension: Dimension) -> str:
         dimension: exponents of kg, m, s, A, K, mol and cd.
 
     Returns:
-        Named unit such as N if there is one, otherwise a product of base units.
+        Named unit such as N if there is one, otherwise a product of base units; one
+        of three and more is written with a named unit and one base unit if it can be.
 
     Examples:
         >>> describe(parse_unit("kg m/s^2").dimension)
         'N'
         >>> describe(parse_unit("m/s^2").dimension)
         'm/s^2'
+        >>> describe(parse_unit("m^0.5/s").dimension)
+        'm^0.5/s'
+        >>> describe(parse_unit("kg m^2/(s^3 K)").dimension)
+        'W/K'
     """
     if dimension == ONE:
         return "1"
-    named = {_dimension(name): name for name in reversed(_NAMED)}
-    if dimension in named:
-        return named[dimension]
-    above = [_raised(b, e) for b, e in zip(_BASE, dimension, strict=True) if e > 0]
-    below = [_raised(b, -e) for b, e in zip(_BASE, dimension, strict=True) if e < 0]
+    exact = {_dimension(name): name for name in reversed(_NAMED)}
+    if dimension in exact:
+        return exact[dimension]
+    spelled = [dict(zip(_BASE, dimension, strict=True))]
+    if sum(e != 0 for e in dimension) > 2:
+        for name, e in product(_COMPOSED, (1, -1, 2, -2)):
+            rest = times(dimension, power(_dimension(name), Fraction(-e)))
+            if sum(e != 0 for e in rest) < 2:
+                spelled.append({name: Fraction(e), **dict(zip(_BASE, rest, strict=True))})
+    return _written(min(spelled, key=lambda exponents: sum(1 + abs(e) for e in exponents.values() if e)))
+
+
+def _written(exponents: Mapping[str, Fraction]) -> str:
+    above = [_raised(name, e) for name, e in exponents.items() if e > 0]
+    below = [_raised(name, -e) for name, e in exponents.items() if e < 0]
     bottom = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
     return (" ".join(above) or "1") + (f"/{bottom}" if below else "")
 
@@ -159,4 +178,5 @@ def describe(dimension: Dimension) -> str:
 def _raised(name: str, exponent: Fraction) -> str:
     if exponent == 1:
         return name
-    return f"{name}^{exponent}" if exponent.denominator == 1 else f"{name}^({exponent})"
+    exact = Fraction(f"{float(exponent):g}") == exponent
+    return f"{name}^{float(exponent):g}" if exact else f"{name}^({exponent})"

@@ -122,6 +122,8 @@ class _Text:
             entries["velocity"] = port.velocity
         if port.load is not None:
             entries["load"] = port.load
+        if port.kind is not None:
+            entries["kind"] = port.kind
         if port.law is not None:
             entries["law"] = self._expression(f"ports.{port.name}.law", port.law)
         return entries

@@ -28,6 +28,9 @@ FILES = {
     "stage": Path(__file__).with_name("stage.yaml"),
     "pendulum": SYSTEMS / "pendulum.yaml",
     "slider_crank": SYSTEMS / "slider_crank.yaml",
+    "tanks": SYSTEMS / "cascaded_tanks" / "overflow_withheld.yaml",
+    "volts": SYSTEMS / "silverbox" / "hardening_withheld.yaml",
+    "room": Path(__file__).with_name("room.yaml"),
 }
 #: Parameters of a system that effects on parameters are tried on.
 FEW = 2

@@ -96,7 +96,7 @@ from tests.physics.system.hoist import (
             "  v: F_m - b*v - F_rail - 9.81",
             "dynamics.v: unit must be m/s^2, got N",
         ),
-        ("(F_m - b*v - F_rail)/M", "(F_m - b*x - F_rail)/M", "units differ: 'F_m' is in N, 'b*x' in kg m/s"),
+        ("(F_m - b*v - F_rail)/M", "(F_m - b*x - F_rail)/M", "units differ: 'F_m' is in N, 'b*x' in N s"),
         ("unit: N, position: x, velocity: v}", "unit: N, velocity: x}", "must be a power, in W, got N m"),
         ("column: v, unit: m/s}", "column: v, unit: m/s, expression: b*v}", "unit must be m/s, got N"),
         ("velocity: v}", "velocity: v, law: M*v}", "ports.rail.law: unit must be N, got"),
@@ -130,6 +130,8 @@ from tests.physics.system.hoist import (
         (" - F_rail)/M", ")/M", "effort 'F_rail' of port 'rail' appears in no dynamics"),
         ("position: x", "position: u", "ports.rail.position: must be a state or a signal, got 'u'"),
         ("velocity: v}", "velocity: w}", "ports.rail.velocity: must be a state or a signal, got 'w'"),
+        ("velocity: v}", "kind: balance, velocity: v}", "a balance has no velocity: remove this key"),
+        ("velocity: v}", "kind: heat}", "ports.rail.kind: must be power or balance, got 'heat'"),
         (
             "velocity: v}",
             "velocity: v, load: F}",

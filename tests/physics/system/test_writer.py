@@ -50,7 +50,7 @@ signals:
 ports:
   rail: {effort: F_rail, unit: N, position: x, velocity: v, load: F_s, law: 'clip(k*x, -1, 1) + F_s'}
   other: {effort: F_other, unit: N, velocity: v, law: 0}
-  rest: {effort: F_rest, unit: N}
+  rest: {effort: F_rest, unit: N, position: x, kind: balance}
 tables:
   spring: {file: s.csv, x: 'deflection [m]', y: force}
   cam: {file: s.csv, x: force, y: 'deflection [m]', kind: linear}

@@ -1,0 +1,29 @@
+"""Base class of the effects at a port that balances heat, fluid or charge."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from unmodelled.effects.effect import PortEffect
+from unmodelled.systems.model import Port, System
+from unmodelled.systems.units import parse_unit
+
+_KELVIN = parse_unit("K").dimension
+
+
+class BalanceEffect(PortEffect):
+    """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge.
+
+    Attributes:
+        warm: whether the law is one of temperatures (True), of all other levels (False), or of both (None,
+            the default).
+    """
+
+    needs = ("position",)
+    domains = ("balance",)
+    warm: ClassVar[bool | None] = None
+
+    def suits(self, system: System, port: Port) -> bool:
+        units = {state.name: state.unit for state in system.states}
+        is_warm = parse_unit(units.get(str(port.position), "")).dimension == _KELVIN
+        return super().suits(system, port) and self.warm in (None, is_warm)

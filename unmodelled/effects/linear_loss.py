@@ -1,0 +1,33 @@
+"""Loss in proportion to a level: heat through a wall, a leak, a leakage current."""
+
+from __future__ import annotations
+
+from unmodelled.effects.balance import BalanceEffect
+from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class LinearLoss(BalanceEffect):
+    """Loss in proportion to the level."""
+
+    family = "linear_loss"
+    complexity = 1.0
+
+    def law(self, at: Site) -> Law:
+        return Law("k*x", {"k": positive("x", at.effort / at["x"].rms)})
+
+
+class LossToSurroundings(BalanceEffect):
+    """Exchange in proportion to the difference from the level of the surroundings."""
+
+    family = "linear_loss"
+    variant = "to_surroundings"
+    complexity = 2.0
+
+    def law(self, at: Site) -> Law:
+        low, high, half = at["x"].low, at["x"].high, at["x"].half
+        grid = (low - 2.0 * half, low, at["x"].middle, high)
+        amplitudes = {"k": positive("(x - x_a)", at.effort / half)}
+        return Law(
+            "k*(x - x_a)", amplitudes, {"x_a": Shape("x", grid, (low - 20.0 * half, high + 20.0 * half))}
+        )

@@ -1,0 +1,33 @@
+"""Overflow: what leaves above a level."""
+
+from __future__ import annotations
+
+from unmodelled.effects.balance import BalanceEffect
+from unmodelled.effects.grids import inside
+from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class Overflow(BalanceEffect):
+    """Flow in proportion to the level above a threshold, as through a valve that opens."""
+
+    family = "overflow"
+    complexity = 2.0
+    warm = False
+    #: Exponent of the level above the threshold.
+    exponent = ""
+
+    def law(self, at: Site) -> Law:
+        low, high, half = at["x"].low, at["x"].high, at["x"].half
+        adds = f"max(x - x_o, 0){self.exponent}"
+        size = half ** float(self.exponent.strip("*") or 1.0)
+        shapes = {"x_o": Shape("x", inside(low, high, 6), (low - half, high))}
+        return Law(f"k*{adds}", {"k": positive(adds, at.effort / size)}, shapes)
+
+
+class Weir(Overflow):
+    """Flow over the edge of a vessel: it grows with the power 1.5 of the level above the edge (Poleni)."""
+
+    variant = "weir"
+    complexity = 2.2
+    exponent = "**1.5"

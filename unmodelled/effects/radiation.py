@@ -1,0 +1,22 @@
+"""Heat radiation."""
+
+from __future__ import annotations
+
+from unmodelled.effects.balance import BalanceEffect
+from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.place import Site
+
+
+class Radiation(BalanceEffect):
+    """Heat that a body radiates to its surroundings (Stefan and Boltzmann); only where the level is in K."""
+
+    family = "radiation"
+    complexity = 2.2
+    warm = True
+
+    def law(self, at: Site) -> Law:
+        low, high, half = at["x"].low, at["x"].high, at["x"].half
+        grid = tuple(max(level, 0.0) for level in (low - 2.0 * half, low, at["x"].middle))
+        shapes = {"x_a": Shape("x", tuple(dict.fromkeys(grid)), (0.0, high + 20.0 * half))}
+        size = at.effort / max(at["x"].rms ** 3 * half, 1e-12)
+        return Law("k*(x**4 - x_a**4)", {"k": positive("(x**4 - x_a**4)", size)}, shapes)
