@@ -88,6 +88,8 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         name = _NAMES.get(expr.func, expr.func.__name__)
         if name not in FUNCTIONS:
             raise ValueError(f"a system file has no function {name!r}")
+        if expr.func is f.minimum and expr.args[0].func is f.maximum:
+            return f"clip({self.stringify((*expr.args[0].args, expr.args[1]), ', ')})"
         arguments = expr.args[:1] if expr.func is sp.Heaviside else expr.args
         return f"{name}({self.stringify(arguments, ', ')})"
 

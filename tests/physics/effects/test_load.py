@@ -27,7 +27,7 @@ def system(name: str) -> System:
         ("withheld/belt_axis.yaml", "motor", "i*kf"),
         ("withheld/pendulum.yaml", "joint", "torque"),
         ("xl330/load_withheld.yaml", "horn", "tau_m"),
-        ("so101/friction_withheld.yaml", "joint", "min(max(k_p*(goal - q), -tau_max), tau_max)"),
+        ("so101/friction_withheld.yaml", "joint", "clip(k_p*(goal - q), -tau_max, tau_max)"),
     ],
 )
 def test_the_load_is_the_effort_of_the_inputs(file: str, port: str, text: str) -> None:
