@@ -1,4 +1,4 @@
-"""A small machine in which any effect of the library can be planted, and its logs."""
+"""Small machines in which any effect of the library can be planted, and their logs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from unmodelled.systems.numeric import numpy_system_function
 Array = NDArray[np.float64]
 
 PERIOD, RUNS, SAMPLES, SUBSTEPS = 0.005, 4, 240, 4
-#: N m, the effort that is planted at the joint; rad and rad/s, the noise of angle and speed.
+#: SI, the effort that is planted at the port; the noise of angle and speed, or of the level.
 EFFORT, NOISE = 0.15, (2e-5, 2e-4)
 #: rad/s, of the torque in the first and the last run. A stop must be reached in several runs: what one run
 #: alone shows is not confirmed by the others.
@@ -43,17 +43,45 @@ parameters:
 ports: {joint: {effort: tau, unit: N m, position: theta, velocity: omega}}
 dynamics: {theta: omega, omega: (torque - b*omega - mgl*sin(theta) - tau)/J}
 """
+#: A balance; nothing of it is measured but its level.
+VESSEL = """
+schema: system/1
+name: vessel
+states: {h: {unit: m}}
+inputs: {flow: {unit: m^3/s}}
+outputs: {h: {unit: m}}
+parameters:
+  k: {value: 1.0, unit: m^2/s}
+  q_in: {value: 1.5, unit: m^3/s}
+  A: {value: 0.3, unit: m^2, identify: true, bounds: [0.1, 1]}
+ports: {bottom: {effort: q, unit: m^3/s, position: h}}
+dynamics: {h: (q_in + flow - k*h - q)/A}
+"""
+ROOM = """
+schema: system/1
+name: room
+states: {T: {unit: K}}
+inputs: {P: {unit: W}}
+outputs: {T: {unit: K}}
+parameters:
+  k: {value: 1.0, unit: W/K}
+  P_0: {value: 1.5, unit: W}
+  C: {value: 0.3, unit: W s/K, identify: true, bounds: [0.1, 1]}
+ports: {air: {effort: q, unit: W, position: T}}
+dynamics: {T: (P_0 + P - k*T - q)/C}
+"""
 
 
 def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
     """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it."""
-    known = pendulum(folder, text=TEXT)
+    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM))
+    known = next(machine for machine in machines if effect.places(machine))
     rates = AT_STOPS if effect.family == "end_stop" else RATES
     _write(folder / "logs", known, {}, ids, rates)
     logs = read_logs(folder / "logs", known)
     sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
     place = effect.places(known)[0]
-    added = effect.add(known, place, replace(sizes, effort={"joint": EFFORT}))
+    added = effect.add(known, place, replace(sizes, effort={known.ports[0].name: EFFORT}))
     own = {name: added.scales[name] * np.array(OWN) for name in added.per_experiment}
     columns = {name: column(logs.experiments) for name, column in added.columns.items()}
     grown = in_columns(with_numbers(added.system, [added], _numbers(added)), own)
@@ -91,7 +119,7 @@ def _write(
             o.name: np.interp(t - o.delay, t, y[:, k, j]) + NOISE[j] * rng.standard_normal(SAMPLES)
             for j, o in enumerate(true.outputs)
         }
-        pd.DataFrame({"t": t, **shown, "torque": u[:, k]}).to_csv(folder / f"run{k}.csv", index=False)
+        pd.DataFrame({"t": t, **shown, true.inputs[0].name: u[:, k]}).to_csv(folder / f"run{k}.csv", index=False)
     table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(RUNS)]})
     table.to_csv(folder / "experiments.csv", index=False)
 
