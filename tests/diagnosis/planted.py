@@ -119,7 +119,9 @@ def _write(
             o.name: np.interp(t - o.delay, t, y[:, k, j]) + NOISE[j] * rng.standard_normal(SAMPLES)
             for j, o in enumerate(true.outputs)
         }
-        pd.DataFrame({"t": t, **shown, true.inputs[0].name: u[:, k]}).to_csv(folder / f"run{k}.csv", index=False)
+        pd.DataFrame({"t": t, **shown, true.inputs[0].name: u[:, k]}).to_csv(
+            folder / f"run{k}.csv", index=False
+        )
     table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(RUNS)]})
     table.to_csv(folder / "experiments.csv", index=False)
 
