@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import sympy as sp
 
 from unmodelled.effects.motion import acceleration, mobility
@@ -18,7 +20,8 @@ def load(system: System, port: Port) -> tuple[str, sp.Expr] | None:
 
     Returns:
         Load as text in names of the system file and as expression, in the unit of the effort. None if the
-        port names none and no input acts on it, or if its mass depends on the state.
+        port names none and no input acts on it, if its mass depends on the state, or if a system file has no
+        words for the effort, as for the slope of a table.
 
     Examples:
         >>> from pathlib import Path
@@ -33,7 +36,9 @@ def load(system: System, port: Port) -> tuple[str, sp.Expr] | None:
     if drive == 0:
         return None
     known = next((name for name, signal in system.signals.items() if signal == drive), None)
-    return known or _text(system, drive), drive
+    with suppress(ValueError):
+        return known or _text(system, drive), drive
+    return None
 
 
 def _drive(system: System, port: Port) -> sp.Expr:

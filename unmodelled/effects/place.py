@@ -125,7 +125,7 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
         if name is not None:
             unit = states.get(name) or _motion_unit(local, effort)
             found[local] = _quantity(system, name, system.expression(name), unit, scales.of[name])
-    if (carried := load(system, port)) is not None:
+    if port.name in scales.loads and (carried := load(system, port)) is not None:
         text, expression = carried
         found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
     if is_inertial(system, port):

@@ -52,3 +52,15 @@ def test_a_port_that_no_input_drives_has_no_load_unless_the_file_names_one() -> 
     tried = {place.name for e in effects() if e.family == "load_friction" for place in e.places(axis)}
     assert tried == {"motor"}
     assert load(axis, replace(rail, load="x_c")) == ("x_c", sp.Symbol("x_c", real=True))
+
+
+def test_a_load_that_no_file_can_write_is_none(tmp_path: Path) -> None:
+    (tmp_path / "map.csv").write_text("x,y\n0,0\n1,1\n2,4\n3,9\n")
+    text = (SYSTEMS / "withheld" / "hoist.yaml").read_text()
+    assert "kf*u" in text
+    path = tmp_path / "hoist.yaml"
+    path.write_text(
+        text.replace("kf*u", "kf*u*diff(map(x/1.0), x)*1.0") + "tables:\n  map: {file: map.csv, x: x, y: y}\n"
+    )
+    known = read_system(path)
+    assert load(known, known.port("rail")) is None
