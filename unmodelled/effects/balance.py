@@ -8,8 +8,6 @@ from unmodelled.effects.effect import PortEffect
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
-_KELVIN = parse_unit("K").dimension
-
 
 class BalanceEffect(PortEffect):
     """Loss of a balance per time as a function of its level, which is a temperature, a depth or a charge.
@@ -25,5 +23,5 @@ class BalanceEffect(PortEffect):
 
     def suits(self, system: System, port: Port) -> bool:
         units = {state.name: state.unit for state in system.states}
-        is_warm = parse_unit(units.get(str(port.position), "")).dimension == _KELVIN
+        is_warm = parse_unit(units.get(str(port.position), "")).dimension == parse_unit("K").dimension
         return super().suits(system, port) and self.warm in (None, is_warm)

@@ -1,4 +1,4 @@
-"""Starting values of shapes that several families share."""
+"""Starting values of shapes, and a curve, that several families share."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 
-from unmodelled.effects.law import Fixed, Shape, neat
+from unmodelled.effects.law import Fixed, Law, Shape, neat, signed
 from unmodelled.effects.place import Site
 
 #: Of the rms speed: the least at which dry friction is fully there, whatever the data.
@@ -112,3 +112,24 @@ def waves(at: Site, most: int, whole: bool = False) -> tuple[float, ...]:
     first = 2 if whole and not angle else 1
     finest = pi / (2.0 * at["v"].rms * at.period) if "v" in at else most * step
     return tuple(step * k for k in range(first, most + 1) if k == first or step * k <= finest)
+
+
+def polynomial(at: Site, letter: str, order: int) -> Law:
+    """Return the law of any smooth function of position: a polynomial about the middle of the travel.
+
+    Args:
+        at: port with a position.
+        letter: letter of the coefficients, such as "F" for F_0, F_1 and so on.
+        order: highest power.
+
+    Returns:
+        Law that is continued linearly beyond the data.
+    """
+    s = "((x - x_m)/x_r)"
+    powers = {f"{letter}_{k}": "1" if k == 0 else s if k == 1 else f"{s}**{k}" for k in range(order + 1)}
+    return Law(
+        " + ".join(name if power == "1" else f"{name}*{power}" for name, power in powers.items()),
+        {name: signed(power, at.effort) for name, power in powers.items()},
+        fixed={"x_m": Fixed("x", at["x"].middle), "x_r": Fixed("x", at["x"].half)},
+        fitted_along="x",
+    )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Amplitude, Law
@@ -24,10 +22,6 @@ class OfLoad(PortEffect):
 
     def suits(self, system: System, port: Port) -> bool:
         return super().suits(system, port) and load(system, port) is not None
-
-    @abstractmethod
-    def law(self, at: Site) -> Law:
-        pass
 
 
 def _of_load(at: Site, adds: str) -> Amplitude:

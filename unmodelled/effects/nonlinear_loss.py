@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from unmodelled.effects.balance import BalanceEffect
-from unmodelled.effects.law import Fixed, Law, signed
+from unmodelled.effects.grids import polynomial
+from unmodelled.effects.law import Law
 from unmodelled.effects.place import Site
 
 
@@ -14,8 +15,4 @@ class NonlinearLoss(BalanceEffect):
     complexity = 3.5
 
     def law(self, at: Site) -> Law:
-        s = "((x - x_m)/x_r)"
-        powers = {"q_0": "1", "q_1": s, "q_2": f"{s}**2", "q_3": f"{s}**3"}
-        amplitudes = {name: signed(power, at.effort) for name, power in powers.items()}
-        fixed = {"x_m": Fixed("x", at["x"].middle), "x_r": Fixed("x", at["x"].half)}
-        return Law(f"q_0 + q_1*{s} + q_2*{s}**2 + q_3*{s}**3", amplitudes, fixed=fixed, fitted_along="x")
+        return polynomial(at, "q", 3)

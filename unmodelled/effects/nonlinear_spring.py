@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 
 from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.grids import geometric, inside
+from unmodelled.effects.grids import geometric, inside, polynomial
 from unmodelled.effects.law import Fixed, Law, Shape, positive, signed
 from unmodelled.effects.place import Site
 
@@ -35,14 +35,7 @@ class PolynomialSpring(_Spring):
     complexity = 4.0
 
     def law(self, at: Site) -> Law:
-        s = "((x - x_m)/x_r)"
-        powers = {f"F_{k}": "1" if k == 0 else s if k == 1 else f"{s}**{k}" for k in range(5)}
-        return Law(
-            " + ".join(name if power == "1" else f"{name}*{power}" for name, power in powers.items()),
-            {name: signed(power, at.effort) for name, power in powers.items()},
-            fixed={"x_m": Fixed("x", at["x"].middle), "x_r": Fixed("x", at["x"].half)},
-            fitted_along="x",
-        )
+        return polynomial(at, "F", 4)
 
 
 class _OneSided(_Spring):

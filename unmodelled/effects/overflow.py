@@ -15,14 +15,13 @@ class Overflow(BalanceEffect):
     complexity = 2.0
     warm = False
     #: Exponent of the level above the threshold.
-    exponent = ""
+    exponent = 1.0
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half
-        adds = f"max(x - x_o, 0){self.exponent}"
-        size = half ** float(self.exponent.strip("*") or 1.0)
+        adds = "max(x - x_o, 0)" if self.exponent == 1.0 else f"max(x - x_o, 0)**{self.exponent:g}"
         shapes = {"x_o": Shape("x", inside(low, high, 6), (low - half, high))}
-        return Law(f"k*{adds}", {"k": positive(adds, at.effort / size)}, shapes)
+        return Law(f"k*{adds}", {"k": positive(adds, at.effort / half**self.exponent)}, shapes)
 
 
 class Weir(Overflow):
@@ -30,4 +29,4 @@ class Weir(Overflow):
 
     variant = "weir"
     complexity = 2.2
-    exponent = "**1.5"
+    exponent = 1.5

@@ -17,8 +17,6 @@ from unmodelled.systems.units import parse_unit
 TIME = sp.Symbol("t", real=True)
 #: What a port stands for: see `Port`.
 Domain = Literal["power", "balance"]
-_MECHANICAL = tuple(parse_unit(unit).dimension for unit in ("N", "N m"))
-_WATT = parse_unit("W").dimension
 
 
 def symbol(name: str) -> sp.Symbol:
@@ -167,7 +165,7 @@ class Port:
     @property
     def mechanical(self) -> bool:
         """Whether the effort is a force or a torque, or has no unit."""
-        return parse_unit(self.unit).dimension in (*_MECHANICAL, units.ONE)
+        return parse_unit(self.unit).dimension in {parse_unit(unit).dimension for unit in ("N", "N m", "1")}
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -253,7 +251,7 @@ class System:
             if port.velocity not in rates or port.domain != "power":
                 continue
             power = units.times(parse_unit(port.unit).dimension, parse_unit(rates[port.velocity]).dimension)
-            if power not in (_WATT, units.ONE):
+            if power not in (parse_unit("W").dimension, units.ONE):
                 found.append(
                     f"ports.{port.name}: effort times velocity is in {units.describe(power)}, which is "
                     "no power in W: the laws of mechanics are tried as they are"
