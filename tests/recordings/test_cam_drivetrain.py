@@ -140,8 +140,9 @@ def test_the_system_files_fit_the_bench(store: Path, tmp_path: Path) -> None:
     left = {}
     for path in sorted(SYSTEMS.glob("*_withheld.yaml")):
         system = read_system(path)
-        # T_s and omega_s together describe a small friction, so that a fit creeps along a valley
         found = fit_parameters(Simulation(system, Recording.of(read_logs(tmp_path / "logs", system), 0.1)))
+        # T_s and omega_s of the complete model together describe a small friction: its fit creeps
+        assert found.converged or path.stem == "nothing_withheld"
         left[path.stem] = found.gap.value
         if path.stem == "nothing_withheld":
             assert found.values["b_1"] == pytest.approx(12.0, rel=0.1)

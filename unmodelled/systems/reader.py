@@ -229,11 +229,14 @@ class _Equations:
             )
         refused = self._without_efforts()
         motions = [*(s.name for s in self.declared.states), *self._entries("signals")]
-        inputs = [i.name for i in self.declared.inputs]
-        for key, more in {"position": [], "velocity": [], "load": inputs}.items():
+        carried = [*motions, *(i.name for i in self.declared.inputs)]
+        for key, known, what in (
+            ("position", motions, "a state or a signal"),
+            ("velocity", motions, "a state or a signal"),
+            ("load", carried, "an input, a state or a signal"),
+        ):
             if key in node.entries():
-                what = "an input, a state or a signal" if key == "load" else "a state or a signal"
-                self._check_named(node.entries()[key], [*motions, *more], what, refused)
+                self._check_named(node.entries()[key], known, what, refused)
         if port.load is not None:
             self._check_unit(node.entries()["load"], self.values[port.load], self.declared.units[port.effort])
         self._check_power(port, node)
