@@ -127,7 +127,7 @@ def _write(
 
 
 def _path(system: System, u: Array, c: Array) -> Array:
-    """(samples, runs, states) by Runge and Kutta's method, inputs straight between samples, from rest."""
+    """(samples, runs, states) by Runge and Kutta's method, inputs straight between samples."""
     rates = numpy_system_function(system, list(system.closed), efforts_zero=True)
     p, h = np.array(system.values), 1.0 / SUBSTEPS
     # in samples, where the inputs are straight from one to the next
@@ -137,7 +137,10 @@ def _path(system: System, u: Array, c: Array) -> Array:
     def slope(k: int, x: Array) -> Array:
         return PERIOD * np.asarray(rates(PERIOD * fine[k], x, torque[k], np.empty(0), p, c))
 
-    x = np.tile([state.initial for state in system.states], (RUNS, 1))
+    initial = numpy_system_function(system, [state.initial for state in system.states], efforts_zero=True)
+    x = np.zeros((RUNS, len(system.states)))
+    for _ in range(2):  # what the library adds may start at the states of the machine
+        x = np.asarray(initial(0.0, x, torque[0], np.empty(0), p, c))
     path = [x]
     for k in range(0, len(fine) - 1, 2):
         k1 = slope(k, x)

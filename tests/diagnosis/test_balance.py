@@ -1,4 +1,4 @@
-"""Planted losses of a house and of a tank: named, with their numbers."""
+"""Planted losses and stores of a house, a tank and a battery: named, with their numbers."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.typing import NDArray
 
 import unmodelled
+
+Array = NDArray[np.float64]
 
 HOUSE = """
 schema: system/1
@@ -44,25 +47,46 @@ ports:
 dynamics:
   h: (q_in - k*sqrt(max(h, 0)) - q)/A
 """
+BATTERY = """
+schema: system/1
+name: battery
+states:
+  v: {unit: V}
+inputs:
+  i: {unit: A}
+outputs:
+  U: {unit: V, expression: v - R*i}
+parameters:
+  C: {value: 4.0e+3, unit: F, identify: true, bounds: [1.0e+3, 2.0e+4]}
+  R: {value: 0.02, unit: ohm, identify: true, bounds: [0.005, 0.1]}
+ports:
+  cell: {effort: i_x, unit: A, position: v}
+dynamics:
+  v: (-i - i_x)/C
+"""
 RUNS, SAMPLES = 8, 300
 
 
 def logs(
     folder: Path, names: tuple[str, str], period: float, levels: list[float], start: tuple[float, float],
-    rate: Callable[[float, float], float], noise: float,
+    rate: Callable[..., list[float]], noise: float, stores: int = 0, series: float = 0.0,
 ) -> Path:  # fmt: skip
-    """A folder of runs with steps of the input, integrated in ten substeps per sample."""
+    """A folder of runs with steps of the input, integrated in ten substeps per sample.
+
+    The states of `rate` are the level and `stores` others that start at it; `series` times the input is
+    taken from what is logged.
+    """
     rng, rows = np.random.default_rng(0), []
     folder.mkdir()
     for run in range(RUNS):
         u = np.repeat(rng.choice(levels, SAMPLES // 30), 30)
-        x = [float(rng.uniform(*start))]
+        x = [np.full(1 + stores, rng.uniform(*start))]
         for value in u[:-1]:
-            level = x[-1]
+            state = x[-1]
             for _ in range(10):
-                level += 0.1 * period * rate(level, float(value))
-            x.append(level)
-        seen = np.array(x) + noise * rng.standard_normal(SAMPLES)
+                state = state + 0.1 * period * np.array(rate(*state, float(value)))
+            x.append(state)
+        seen = np.array(x)[:, 0] - series * u + noise * rng.standard_normal(SAMPLES)
         table = {"t": period * np.arange(SAMPLES), names[0]: u, names[1]: seen}
         pd.DataFrame(table).to_csv(folder / f"run{run}.csv", index=False)
         rows.append({"id": f"run{run}", "file": f"run{run}.csv"})
@@ -79,7 +103,7 @@ def diagnosed(folder: Path, system: str, recorded: Path) -> unmodelled.Answer:
 def test_the_heat_that_a_house_loses_to_its_surroundings(tmp_path: Path) -> None:
     recorded = logs(
         *(tmp_path / "logs", ("P", "T"), 120.0, [0.0, 1500.0, 3000.0, 4500.0], (285.0, 297.0)),
-        lambda T, P: (P - 120.0 * (T - 278.0)) / 2.0e6,
+        lambda T, P: [(P - 120.0 * (T - 278.0)) / 2.0e6],
         0.02,
     )
     answer = diagnosed(tmp_path, HOUSE, recorded)
@@ -93,7 +117,7 @@ def test_the_heat_that_a_house_loses_to_its_surroundings(tmp_path: Path) -> None
 def test_the_overflow_of_a_tank(tmp_path: Path) -> None:
     recorded = logs(
         *(tmp_path / "logs", ("q_in", "h"), 1.0, [0.0, 0.01, 0.02, 0.03, 0.05], (0.3, 1.0)),
-        lambda h, q: (q - 0.02 * max(h, 0.0) ** 0.5 - 0.3 * max(h - 1.2, 0.0) ** 1.5) / 0.5,
+        lambda h, q: [(q - 0.02 * max(h, 0.0) ** 0.5 - 0.3 * max(h - 1.2, 0.0) ** 1.5) / 0.5],
         0.001,
     )
     answer = diagnosed(tmp_path, TANK, recorded)
@@ -101,3 +125,34 @@ def test_the_overflow_of_a_tank(tmp_path: Path) -> None:
     assert (answer.effects[0].family, answer.effects[0].port) == ("overflow", "vessel")
     assert answer.effects[0].parameters["x_o"]["value"] == pytest.approx(1.2, abs=0.06)
     assert answer.effects[0].shrink > 0.9
+
+
+def test_a_house_with_walls_that_store_heat(tmp_path: Path) -> None:
+    """Two effects at one port: what leaves the house, and what its walls take and return."""
+    recorded = logs(
+        *(tmp_path / "logs", ("P", "T"), 120.0, [0.0, 1500.0, 3000.0, 4500.0], (285.0, 297.0)),
+        lambda T, wall, P: [
+            (P - 400.0 * (T - wall) - 60.0 * (T - 278.0)) / 8.0e5,
+            400.0 * (T - wall) / 6.0e6,
+        ],
+        *(0.02, 1),
+    )
+    answer = diagnosed(tmp_path, HOUSE, recorded)
+    found = {effect.family: [n["value"] for n in effect.parameters.values()] for effect in answer.effects}
+    assert set(found) == {"storage", "linear_loss"}
+    assert found["storage"] == pytest.approx([400.0, 6.0e6 / 400.0], rel=0.03)
+    assert found["linear_loss"] == pytest.approx([60.0, 278.0], rel=0.1)
+
+
+def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
+    """The voltage at the terminals shows the charge beside the drop at a resistance that is fitted."""
+    recorded = logs(
+        *(tmp_path / "logs", ("i", "U"), 1.0, [-10.0, 0.0, 0.0, 5.0, 10.0, 20.0], (3.5, 3.7)),
+        lambda v, slow, i: [(-i - 60.0 * (v - slow)) / 3.0e3, 60.0 * (v - slow) / 6.0e3],
+        *(0.0005, 1, 0.015),
+    )
+    answer = diagnosed(tmp_path, BATTERY, recorded)
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "storage", "cell")
+    assert effect.parameters["tau_n"]["value"] == pytest.approx(100.0, rel=0.1)
+    assert answer.parameters["identified"].to_list() == pytest.approx([3000.0, 0.015], rel=0.02)

@@ -36,7 +36,7 @@ def motor(
     shown = outputs if outputs is not None else [Output("theta", "rad", "angle", theta)]
     system = System(
         name="motor",
-        states=(State("theta", "rad"), State("omega", "rad/s"), State("i", "A", initial=0.5)),
+        states=(State("theta", "rad"), State("omega", "rad/s"), State("i", "A", initial=sp.Float(0.5))),
         inputs=(Input("V", "V", "voltage", input_delay),),
         outputs=tuple(shown),
         operating_point=(Constant("m", "kg"),),

@@ -10,11 +10,11 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from tests.measurements.systems import J, L, R, k, m, motor, omega, run, theta, write_folder
+from tests.measurements.systems import J, L, R, i, k, m, motor, omega, run, theta, write_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.functions import sgn
-from unmodelled.systems.model import Output, System
+from unmodelled.systems.model import Output, State, System, symbol
 
 ANGLE = Output("theta", "rad", "angle", theta)
 SPEED = Output("omega", "rad/s", "speed", omega)
@@ -24,8 +24,8 @@ def test_outputs_are_read_and_velocities_differentiated(tmp_path: Path) -> None:
     logs = read_logs(write_folder(tmp_path, {"a": run(), "b": run(300)}), motor([ANGLE]))
     assert logs.measured == (True, True, False)
     np.testing.assert_array_equal(logs.x[:, 0], logs.y[:, 0])
-    for i, n in enumerate((400, 300)):
-        np.testing.assert_allclose(logs.x[logs.rows(i), 1], run(n)["speed"], atol=1e-3)
+    for row, n in enumerate((400, 300)):
+        np.testing.assert_allclose(logs.x[logs.rows(row), 1], run(n)["speed"], atol=1e-3)
     assert any(
         n.startswith("omega was estimated from theta by smoothing differentiation over") for n in logs.notes
     )
@@ -59,17 +59,31 @@ def test_other_sensors_are_not_inverted(tmp_path: Path, expression: sp.Expr) -> 
     np.testing.assert_array_equal(logs.x[:, 0], run()["angle"])
 
 
+def test_a_reading_beside_an_input_is_inverted(tmp_path: Path) -> None:
+    """The voltage at the terminals shows the current beside a part that the input drives, delayed alike."""
+    system = motor(inductance=0.05)
+    (voltage,) = system.u
+    terminal = Output("U", "A", "U", 2 * i + 0.5 * voltage + m, delay=0.004)
+    log = run()
+    shown = np.cos(log["t"])
+    log["U"] = np.concatenate([[np.nan] * 2, (2 * shown + 0.5 * log["voltage"] + 0.5)[:-2]])
+    log["U"][:2] = log["U"][2]
+    logs = read_logs(write_folder(tmp_path, {"a": log}), motor([ANGLE, terminal]))
+    np.testing.assert_allclose(logs.x[:-2, 2], shown[:-2], atol=1e-9)
+    assert logs.measured == (True, True, True)
+
+
 def test_an_output_shows_the_past(tmp_path: Path) -> None:
     late = replace(ANGLE, delay=0.011)
     logs = read_logs(write_folder(tmp_path, {"a": run(), "b": run()}), motor([late]))
     ahead = 0.011 + run()["t"]
     inside = slice(0, 390)
-    for i in range(2):
-        x = logs.x[logs.rows(i)]
+    for run_index in range(2):
+        x = logs.x[logs.rows(run_index)]
         np.testing.assert_allclose(x[inside, 0], (np.sin(3.0 * ahead) + 0.1 * ahead)[inside], atol=1e-6)
         np.testing.assert_allclose(x[inside, 1], (3.0 * np.cos(3.0 * ahead) + 0.1)[inside], atol=1e-3)
         np.testing.assert_array_equal(x[-5:, :2], x[-5:-4, :2].repeat(5, axis=0))
-        np.testing.assert_array_equal(logs.y[logs.rows(i), 0], run()["angle"])
+        np.testing.assert_array_equal(logs.y[logs.rows(run_index), 0], run()["angle"])
     assert "what theta shows is held over the last 0.011 s, its delay" in logs.notes
 
 
@@ -95,6 +109,34 @@ def test_a_hidden_state_is_integrated(tmp_path: Path, inductance: float) -> None
     np.testing.assert_allclose(logs.x[200:, 2], logs.x[:100, 2], atol=1e-12)
     assert logs.x[0, 2] == 0.5
     assert "i: no output shows it, integrated from the start of each experiment" in logs.notes
+
+
+def started(initial: sp.Expr, other: sp.Expr = sp.S.Zero) -> System:
+    """The motor whose current starts at `initial`, with a second hidden state that starts at `other`."""
+    system = motor([ANGLE, SPEED])
+    current = replace(system.states[2], initial=initial)
+    heat = State("H", "A", other)
+    return replace(
+        system,
+        states=(*system.states[:2], current, heat),
+        dynamics=(*system.dynamics, sp.S.Zero),
+    )
+
+
+def test_a_hidden_state_starts_where_its_expression_says(tmp_path: Path) -> None:
+    """Of measured states, inputs, parameters, the operating point and another hidden state."""
+    log = {**run(), "angle": run()["angle"] + 0.7}
+    folder = write_folder(tmp_path, {"a": log})
+    (voltage,) = motor().u
+    logs = read_logs(folder, started(voltage / R + theta - m, 2 * i + omega))
+    assert logs.x[0, 2] == pytest.approx(log["voltage"][0] / 2.0 + 0.7 - 0.5)
+    assert logs.x[-1, 3] == pytest.approx(2 * logs.x[0, 2] + log["speed"][0])
+
+
+def test_hidden_states_that_start_at_each_other_are_refused(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path, {"a": run()})
+    with pytest.raises(BadInput, match=r"states.i.initial: depends on i, which no output shows, in a circle"):
+        read_logs(folder, started(2 * symbol("H"), i + theta))
 
 
 def test_a_known_law_acts_on_hidden_states(tmp_path: Path) -> None:

@@ -137,7 +137,7 @@ def known_shift(system: System, theta: np.ndarray, row: Any, t: np.ndarray, curr
     found = solve_ivp(
         lambda at, x: rates(at, x, [np.interp(at, t, current)], *rest),
         (0.0, t[-1]),
-        [state.initial for state in system.states[:3]] + [0.999 * row.omega_m, 0.0],
+        [float(state.initial) for state in system.states[:3]] + [0.999 * row.omega_m, 0.0],
         "RK45",
         events=met,
         rtol=1e-6,

@@ -20,5 +20,5 @@ class ActuatorLag(ActuatorEffect):
             "u_f, T_u*d(u_f)/dt = u - u_f",
             {"c_u": share("u_f - u")},
             {"T_u": Shape("t", grid, (0.5 * at.period, at.duration))},
-            memory={"u_f": Memory("u", "(u - u_f)/T_u")},
+            memory={"u_f": Memory("u", "(u - u_f)/T_u", start="u")},
         )

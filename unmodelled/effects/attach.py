@@ -139,10 +139,14 @@ class _Parts:
         """Return the system with the law."""
         words = self.words
         memory = {
-            State(words.names[n], words.units[n]): (words.value(m.rate).expression, words.text(m.rate))
+            State(words.names[n], words.units[n], words.value(m.start).expression): (
+                words.value(m.rate).expression,
+                words.text(m.rate),
+            )
             for n, m in self.law.memory.items()
         }
-        grown = with_states(self._placed(), memory)
+        starts = {words.names[n]: words.text(m.start) for n, m in self.law.memory.items() if m.start != "0"}
+        grown = with_states(self._placed(), memory, starts)
         constants = (Constant(name, "1") for name in self.columns)
         return replace(
             grown,

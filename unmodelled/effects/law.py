@@ -145,15 +145,17 @@ class Slope:
 
 @dataclass(frozen=True)
 class Memory:
-    """State that the effect adds; zero at the start of an experiment.
+    """State that the effect adds.
 
     Attributes:
         like: expression in local names that has the same unit.
         rate: time derivative, as an expression.
+        start: value at the start of an experiment, as an expression; default zero.
     """
 
     like: str
     rate: str
+    start: str = "0"
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ def substituted(system: System, name: str, signals: Signals) -> System:
     text = {place: renamed(written, {name: last}) for place, written in system.text.items()}
     grown = replace(
         system,
+        states=tuple(replace(s, initial=changed(s.initial)) for s in system.states),
         signals={**before, **{n: e for n, (e, _) in signals.items()}, **after},
         outputs=tuple(replace(o, expression=changed(o.expression)) for o in system.outputs),
         ports=tuple(p if p.law is None else replace(p, law=changed(p.law)) for p in system.ports),
@@ -91,12 +92,15 @@ def with_output(system: System, name: str, more: sp.Expr, written: str) -> Syste
     return replace(system, outputs=tuple(outputs), text=text)
 
 
-def with_states(system: System, states: Mapping[State, tuple[sp.Expr, str]]) -> System:
+def with_states(
+    system: System, states: Mapping[State, tuple[sp.Expr, str]], starts: Mapping[str, str]
+) -> System:
     """Return the system with additional states.
 
     Args:
         system: system to change.
         states: time derivative of each new state, as expression and as text.
+        starts: initial value of new states as text, by name, where it is no number.
 
     Returns:
         System with the new states after its own ones.
@@ -108,5 +112,9 @@ def with_states(system: System, states: Mapping[State, tuple[sp.Expr, str]]) -> 
         states=(*system.states, *states),
         dynamics=(*system.dynamics, *rates),
         events=tuple(events),
-        text={**system.text, **{f"dynamics.{s.name}": text for s, (_, text) in states.items()}},
+        text={
+            **system.text,
+            **{f"dynamics.{s.name}": text for s, (_, text) in states.items()},
+            **{f"states.{name}.initial": text for name, text in starts.items()},
+        },
     )

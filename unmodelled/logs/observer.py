@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
 from unmodelled.systems.model import System
@@ -25,11 +26,11 @@ class Observer:
 
     Attributes:
         program: program of the register machine whose outputs are the hidden states.
-        initial: values at the start of every experiment, shape (hidden states,), in their units.
+        initial: program whose outputs are the hidden states at the start of every experiment.
     """
 
     program: Program
-    initial: Array
+    initial: Program
 
     @classmethod
     def of(cls, system: System, hidden: Sequence[int]) -> Observer:
@@ -38,14 +39,32 @@ class Observer:
         Args:
             system: system with the known laws of its ports.
             hidden: indices of the states that no output shows.
+
+        Raises:
+            BadInput: when the initial values of hidden states depend on each other in a circle.
         """
         shown = [system.x[k] for k in hidden]
+        starts = [system.states[k].initial for k in hidden]
+        for _ in hidden:
+            starts = [start.xreplace(dict(zip(shown, starts, strict=True))) for start in starts]
+        for name, start in zip(shown, starts, strict=True):
+            if start.free_symbols & set(shown):
+                unknown = " and ".join(sorted(map(str, start.free_symbols & set(shown))))
+                raise BadInput(
+                    f"{system.place}: states.{name}.initial: depends on {unknown}, which no output shows, in "
+                    "a circle: give one of them as a number"
+                )
         imposed = [x for x in system.x if x not in shown]
         rates = [system.dynamics[k] for k in hidden]
         equations = replace(
             Equations.of(system, shown), states=shown, inputs=(*system.u, *imposed), rates=rates
         )
-        return cls(assembled(equations), np.array([system.states[k].initial for k in hidden]))
+        return cls(assembled(equations), assembled(replace(equations, observed=starts)))
+
+    @property
+    def parameters(self) -> Indices:
+        """Indices of the parameters that the hidden states depend on, shape (such parameters,)."""
+        return np.union1d(self.program.parameters, self.initial.parameters)
 
     def states(
         self, windows: Windows, at: tuple[Indices, Indices], p: Array, c: Array, period: float
@@ -64,7 +83,11 @@ class Observer:
         Returns:
             States, shape (rows, sets, hidden states), SI; not finite where the integration diverges.
         """
-        x0 = np.broadcast_to(self.initial, (len(windows.start), p.shape[1], len(self.initial)))
+        owner, rows = windows.owner, windows.start[:, None] + windows.shift
+        unknown = np.zeros(self.initial.sizes.states)
+        x0 = self.initial.evaluate(
+            windows.t[windows.start][:, None], unknown, windows.u[rows], p[owner], c[owner][:, None]
+        )
         for substeps in SUBSTEPS:
             how = Integration(period, "rk4", substeps, hold=1.0)
             z = free_run(self.program, windows, p, c, x0, how)[at[0], :, at[1]]

@@ -132,10 +132,13 @@ class _Gains:
         self.system, self.logs = system, logs
 
     def _values(self, reading: Reading) -> Array:
-        """Gain and offset in every experiment, (experiments, 2)."""
-        zeros = np.zeros((1, len(self.system.x))), np.zeros((1, len(self.system.u))), np.empty(0)
-        function = numpy_system_function(self.system, [reading.gain, reading.offset], efforts_zero=True)
-        return function(0.0, *zeros, np.array(self.system.values), self.logs.c)
+        """Gain and offset at the times that the samples show, (samples, 2)."""
+        system, logs = self.system, self.logs
+        late = [system.outputs[reading.output].delay] * logs.u.shape[1]
+        u = delayed(logs.u, logs.offsets, logs.period, late, "linear")
+        function = numpy_system_function(system, [reading.gain, reading.offset], efforts_zero=True)
+        x, none = np.zeros((1, len(system.x))), np.empty(0)
+        return function(0.0, x, u, none, np.array(system.values), logs.c[logs.owner])
 
     def usable(self, reading: Reading) -> bool:
         """Whether the output can be solved for the state in every experiment."""
@@ -149,7 +152,7 @@ class _Gains:
         y = self.logs.y[:, reading.output]
         if reading.plain:
             return y
-        values = np.broadcast_to(self._values(reading), (len(self.logs), 2))[self.logs.owner]
+        values = self._values(reading)
         return np.asarray((y - values[:, 1]) / values[:, 0])
 
 
@@ -174,5 +177,5 @@ def _integrated(system: System, hidden: Sequence[int], logs: Logs, x: Array) -> 
     where = f"experiment {logs.ids[logs.owner[row]]} at t = {sample[row] * logs.period:.4g} s"
     raise BadInput(
         f"system {system.name}: dynamics.{state.name} diverges in {where} when it is integrated from its "
-        f"initial value {state.initial:g}"
+        f"initial value {state.initial}"
     )

@@ -18,7 +18,7 @@ class Reading:
         state: index of the state.
         output: index of the output.
         gain: factor in front of the state, in terms of parameters and constants of the operating point.
-        offset: constant beside it, in the same terms.
+        offset: summand beside it, in the same terms and inputs.
         slope: True where the state is the time derivative of what the output shows.
     """
 
@@ -52,18 +52,19 @@ def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True)
     for k, shown in list(found.items()):
         if system.dynamics[k] in system.x:
             v = system.x.index(system.dynamics[k])
-            found.setdefault(v, Reading(v, shown.output, shown.gain, sp.S.Zero, slope=True))
+            if not shown.offset.free_symbols & set(system.u):
+                found.setdefault(v, Reading(v, shown.output, shown.gain, sp.S.Zero, slope=True))
     return tuple(found[k] for k in sorted(found))
 
 
 def _reading(system: System, j: int) -> Reading | None:
     expression = system.outputs[j].expression
     seen = expression.free_symbols & set(system.x)
-    if len(seen) != 1 or not expression.free_symbols <= {*seen, *system.p, *system.c}:
+    if len(seen) != 1 or not expression.free_symbols <= {*seen, *system.u, *system.p, *system.c}:
         return None
     (state,) = seen
     gain = sp.diff(expression, state)
     offset = sp.expand(expression - gain * state)
-    if gain.has(state) or offset.has(state):
+    if gain.has(state, *system.u) or offset.has(state):
         return None
     return Reading(system.x.index(state), j, gain, offset)

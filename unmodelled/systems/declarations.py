@@ -18,6 +18,8 @@ from unmodelled.systems.units import Unit
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}", re.ASCII)
 _LOG_COLUMNS = ("id", "file", "group")
+#: Optional keys of a number that can be fitted.
+_FITTED = ("identify", "bounds")
 
 
 @dataclass
@@ -79,7 +81,7 @@ class Declarations:
     """Declarations of a system file, in its order; outputs and ports do not have their expressions yet.
 
     Attributes:
-        states: declared states.
+        states: declared states, without initial values that are written as text.
         inputs: declared inputs.
         outputs: declared outputs; each expression is the symbol of the output's name.
         operating_point: declared constants of single experiments.
@@ -172,8 +174,14 @@ def _state(found: Declarations, name: str, node: Node) -> None:
     entries = node.fields(("unit",), ("initial",))
     found.names.add(name, "state", node)
     unit = found.units[name] = _unit(entries["unit"])
-    initial = entries["initial"].number() if "initial" in entries else 0.0
-    found.states.append(State(name, unit.text, initial))
+    initial = entries.get("initial")
+    if initial is None or isinstance(initial.content, str):
+        found.states.append(State(name, unit.text))
+        return
+    fitted = found.names.add(f"{name}_0", "parameter", initial)
+    found.units[fitted] = unit
+    found.parameters.append(_number(fitted, unit, initial.fields(("value",), _FITTED)))
+    found.states.append(State(name, unit.text, symbol(fitted)))
 
 
 def _input(found: Declarations, name: str, node: Node) -> None:
@@ -221,16 +229,20 @@ def _constant(found: Declarations, name: str, node: Node) -> None:
 
 
 def _parameter(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("value", "unit"), ("identify", "bounds"))
+    entries = node.fields(("value", "unit"), _FITTED)
     found.names.add(name, "parameter", node)
     unit = found.units[name] = _unit(entries["unit"])
+    found.parameters.append(_number(name, unit, entries))
+
+
+def _number(name: str, unit: Unit, entries: dict[str, Node]) -> Parameter:
     value = entries["value"].number()
     identify = entries["identify"].boolean() if "identify" in entries else False
     bounds = entries["bounds"].pair() if "bounds" in entries else None
     if bounds is not None and not bounds[0] <= value <= bounds[1]:
         low, high = bounds
         raise entries["bounds"].wrong(f"must contain the value {value:g}, got [{low:g}, {high:g}]")
-    found.parameters.append(Parameter(name, unit.text, value, identify, bounds))
+    return Parameter(name, unit.text, value, identify, bounds)
 
 
 def _table(found: Declarations, name: str, node: Node) -> None:

@@ -104,13 +104,18 @@ class Node:
             raise self.wrong(f"must be a text, got {self._kind()}")
         return self.content
 
+    @property
+    def is_number(self) -> bool:
+        """Whether the content is written as a number."""
+        return isinstance(self.content, str) and _NUMBER.fullmatch(self.content) is not None
+
     def number(self) -> float:
         """Return the content as a finite number.
 
         Raises:
             BadInput: if the content is not a finite number.
         """
-        if not isinstance(self.content, str) or not _NUMBER.fullmatch(self.content):
+        if not isinstance(self.content, str) or not self.is_number:
             raise self.wrong(f"must be a number, got {self._kind()}")
         value = float(self.content)
         if not math.isfinite(value):

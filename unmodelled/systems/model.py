@@ -38,13 +38,13 @@ class State:
     Attributes:
         name: name in the system file.
         unit: SI unit, as written.
-        initial: value at the start of a simulation, in `unit`, for a state that no output measures; default
-            0.
+        initial: value at the start of an experiment, in `unit`, for a state that no output measures: an
+            expression of inputs, parameters, constants and measured states at that time; default 0.
     """
 
     name: str
     unit: str
-    initial: float = 0.0
+    initial: sp.Expr = sp.S.Zero
 
 
 @dataclass(frozen=True)

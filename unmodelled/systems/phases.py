@@ -61,7 +61,7 @@ def event_times(
     Examples:
         >>> from unmodelled.systems.model import State, symbol
         >>> landing = Event("landing", symbol("x"))
-        >>> state, rate = State("x", "m", 1.0), sp.Integer(-2)
+        >>> state, rate = State("x", "m"), sp.Integer(-2)
         >>> fall = System("fall", (state,), (), (), (), (), (), (), {}, (rate,), {}, (landing,))
         >>> runs = Experiments(np.zeros((1, 11, 0)), 0.1, np.zeros((1, 0)), np.array([[1.0]]))
         >>> event_times(fall, "landing", [], np.zeros((1, 0)), runs, 0.1).round(6).tolist()

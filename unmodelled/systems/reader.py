@@ -13,7 +13,7 @@ from unmodelled.base.errors import Faults, closest
 from unmodelled.systems import grammar, quantities, syntax, units
 from unmodelled.systems.declarations import Declarations, checked_name, read_declarations
 from unmodelled.systems.document import Node, load_yaml
-from unmodelled.systems.model import Event, Output, Port, System, symbol
+from unmodelled.systems.model import Event, Output, Port, State, System, symbol
 from unmodelled.systems.quantities import UNKNOWN, Quantity
 from unmodelled.systems.scope import Scope, Value
 from unmodelled.systems.syntax import shown
@@ -81,6 +81,7 @@ class _Equations:
         self.faults.check()
         dynamics = self._dynamics()
         outputs = self._each(self._output, [(output,) for output in declared.outputs])
+        states = self._each(self._state, [(state,) for state in declared.states])
         self.faults.check()
         ports = self._each(self._port, [(port, dynamics) for port in declared.ports])
         events = [(name, node, dynamics) for name, node in self._entries("events").items()]
@@ -88,7 +89,7 @@ class _Equations:
         self.faults.check()
         return System(
             name,
-            tuple(declared.states),
+            states,
             tuple(declared.inputs),
             outputs,
             tuple(declared.operating_point),
@@ -210,6 +211,18 @@ class _Equations:
                 effort = min(efforts[s] for s in inside)
                 refused[name] = f"{name!r} depends on the effort {effort!r}, which is not allowed here"
         return refused
+
+    def _state(self, state: State) -> State:
+        written = self._entries("states")[state.name].entries().get("initial")
+        if written is None:
+            return state
+        if not isinstance(written.content, str):
+            self.text[written.place] = str(state.initial)
+            return state
+        if written.is_number:
+            return replace(state, initial=sp.Float(written.number()))
+        known = self._evaluated(written, self._without_efforts(), self.declared.units[state.name])
+        return replace(state, initial=known.expression)
 
     def _output(self, output: Output) -> Output:
         node = self._entries("outputs")[output.name]

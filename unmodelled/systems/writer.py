@@ -73,7 +73,7 @@ class _Text:
         system = self.system
         states = [s.name for s in system.states]
         sections = {
-            "states": {s.name: _braces(_state(s)) for s in system.states},
+            "states": {s.name: _braces(self._state(s)) for s in system.states},
             "inputs": {u.name: _braces(_signal(u.unit, u.column, u.delay)) for u in system.inputs},
             "outputs": {y.name: _braces(self._output(y)) for y in system.outputs},
             "operating_point": {c.name: _braces(_constant(c)) for c in system.operating_point},
@@ -106,6 +106,13 @@ class _Text:
             return bool(parse(written, self.scope, "") == expression)
         except BadInput:
             return False
+
+    def _state(self, state: State) -> dict[str, str]:
+        entries = {"unit": _quoted(state.unit)}
+        place = f"states.{state.name}.initial"
+        if place in self.system.text or not state.initial.is_number:
+            return entries | {"initial": self._expression(place, state.initial)}
+        return entries | {"initial": repr(float(state.initial))} if state.initial else entries
 
     def _output(self, output: Output) -> dict[str, str]:
         entries = _signal(output.unit, output.column, output.delay)
@@ -148,11 +155,6 @@ def _quoted(text: str) -> str:
 
 def _braces(entries: Mapping[str, str]) -> str:
     return "{" + ", ".join(f"{key}: {value}" for key, value in entries.items()) + "}"
-
-
-def _state(state: State) -> dict[str, str]:
-    entries = {"unit": _quoted(state.unit)}
-    return entries | {"initial": repr(float(state.initial))} if state.initial else entries
 
 
 def _signal(unit: str, column: str, delay: float) -> dict[str, str]:

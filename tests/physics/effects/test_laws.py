@@ -165,7 +165,7 @@ def test_a_simulation_that_leaves_the_data_stays_finite_however_the_curve_falls_
     added = case.added
     falling = {name: -added.scales[name] for name in added.amplitudes}
     system = with_numbers(added.system, [added], falling)
-    far = replace(system.states[0], initial=3.0 * added.system.parameters[-3].value)
+    far = replace(system.states[0], initial=sp.Float(3.0) * added.system.parameters[-3].value)
     thrown = replace(added, system=replace(system, states=(far, *system.states[1:])))
     path = simulated(thrown, np.array([system.values]), 1.0)
     assert np.isfinite(path).all() and np.abs(path[..., 0]).max() < 1e4
@@ -190,7 +190,8 @@ def simulated(added: Added, p: Array, seconds: float) -> Array:
     grown, h = added.system, PERIOD / 2
     rates = numpy_system_function(grown, list(grown.closed), efforts_zero=True)
     c = np.ones(len(grown.operating_point))
-    z = np.tile([s.initial for s in grown.states], (len(p), 1))
+    start = numpy_system_function(grown, [s.initial for s in grown.states], efforts_zero=True)
+    z = start(0.0, np.zeros((len(p), len(grown.states))), np.zeros(1), np.empty(0), p, c)
     path = []
     for t in h * np.arange(round(seconds / h)):
         z = _step(lambda s, m: rates(s, m, np.array([np.sin(11.0 * s)]), np.empty(0), p, c), t, z, h)

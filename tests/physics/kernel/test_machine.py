@@ -65,7 +65,7 @@ def assert_same(system: System, seed: int, size: Array | float = 1.0, samples: i
 @pytest.mark.parametrize("name", NAMES)
 def test_system_files(name: str) -> None:
     system = built_in(name)
-    size = np.array([max(abs(state.initial), 1.0) for state in system.states])
+    size = np.array([max(abs(float(state.initial)), 1.0) for state in system.states])
     assert_same(system, 0, size)
 
 

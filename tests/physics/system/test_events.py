@@ -177,7 +177,7 @@ def test_the_clutch_is_that_of_appendix_3_8(name: str) -> None:
     # at rest without current nothing moves
     rest = {**value, p: value[p_rest], w: 0, s: 0, u: 0}
     assert [f.subs(rest) for f in (dp, dw, ds)] == [0, 0, 0]
-    assert [state.initial for state in system.states[:3]] == [float(value[p_rest]), 0.0, 0.0]
+    assert [float(state.initial) for state in system.states[:3]] == [float(value[p_rest]), 0.0, 0.0]
 
 
 @pytest.mark.parametrize("name", ["clutch", "clutch_sharp"])

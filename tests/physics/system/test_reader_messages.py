@@ -77,7 +77,23 @@ from tests.physics.system.hoist import (
         ("identify: true", "identfy: true", "unknown key 'identfy'; did you mean 'identify'?"),
         ("unit: V, column: u", "unit: V, column: u, delay: early", "inputs.u.delay: must be a number"),
         ("column: v, unit: m/s", "column: v, unit: m/s, delay: -0.1", "v.delay: must not be negative"),
-        ("  v: {unit: m/s} ", "  v: {unit: m/s, initial: fast} ", "states.v.initial: must be a number"),
+        ("  v: {unit: m/s} ", "  v: {unit: m/s, initial: fast} ", "states.v.initial: unknown symbol 'fast'"),
+        ("  v: {unit: m/s} ", "  v: {unit: m/s, initial: x} ", "states.v.initial: unit must be m/s, got m"),
+        (
+            "  v: {unit: m/s} ",
+            "  v: {unit: m/s, initial: v + F_rail/b} ",
+            "the effort 'F_rail' is not allowed",
+        ),
+        (
+            "  v: {unit: m/s} ",
+            "  v: {unit: m/s, initial: {valeu: 1}} ",
+            "v.initial.valeu: unknown key 'valeu'; did",
+        ),
+        (
+            "  v: {unit: m/s} ",
+            "  v: {unit: m/s, initial: {identify: true}} ",
+            "v.initial: the key 'value' is missing",
+        ),
         ("column: u}", "column: t}", "other than the time t"),
         ("column: v, unit", "column: x, unit", "the column 'x' is already an output"),
         # units

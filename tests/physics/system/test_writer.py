@@ -124,7 +124,7 @@ def test_an_identified_law_with_memory_is_written_back(tmp_path: Path) -> None:
     port = replace(system.ports[0], law=law)
     changed = replace(
         system,
-        states=(*system.states, State("z", "rad/s", 0.5)),
+        states=(*system.states, State("z", "rad/s", sp.Float(0.5))),
         ports=(port,),
         inputs=(replace(system.inputs[0], delay=0.01),),
         outputs=(*system.outputs, Output("speed", "rad/s", "w", omega + z)),
@@ -137,6 +137,28 @@ def test_an_identified_law_with_memory_is_written_back(tmp_path: Path) -> None:
     at = {omega: 1.7, z: 0.3, symbol("b"): 0.2}
     assert float(back.ports[0].law.subs(at) - law.subs(at)) == pytest.approx(0.0, abs=1e-12)
     assert set(back.text) - set(system.text) == {"ports.joint.law", "outputs.speed.expression", "dynamics.z"}
+
+
+def test_initial_values_survive(tmp_path: Path) -> None:
+    """A number, an expression and a number that is identified."""
+    path = tmp_path / "tank.yaml"
+    path.write_text(
+        "schema: system/1\nname: tank\nstates:\n  h: {unit: m, initial: 0.5}\n"
+        "  s: {unit: m, initial: 2*h + 0.1}\n"
+        "  z: {unit: m, initial: {value: 1, identify: true, bounds: [0, 2]}}\n"
+        "inputs:\noutputs:\n  h: {unit: m}\ndynamics: {h: 0, s: 0, z: 0}\n"
+    )
+    system = read_system(path)
+    number, expression, fitted = (state.initial for state in system.states)
+    assert (float(number), expression) == (0.5, 2 * symbol("h") + 0.1)
+    assert fitted == symbol("z_0")
+    (parameter,) = system.parameters
+    assert (parameter.name, parameter.unit, parameter.value, parameter.identify, parameter.bounds) == (
+        "z_0", "m", 1.0, True, (0.0, 2.0),
+    )  # fmt: skip
+    back = again(system.with_values({"z_0": 1.5}), tmp_path)
+    assert [state.initial for state in back.states] == [number, expression, fitted]
+    assert back.parameters == (replace(parameter, value=1.5),)
 
 
 def test_a_text_that_no_longer_says_the_same_is_not_written(tmp_path: Path) -> None:

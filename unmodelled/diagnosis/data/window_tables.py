@@ -76,10 +76,14 @@ class WindowTableReader:
         if self.columns:
             different = values[:, :, self.columns]
             _, first, member = np.unique(different, axis=1, return_index=True, return_inverse=True)
-        some = values[:, first]
-        each = zip(self.delays(some[0]), self.gains(some).swapaxes(0, 1), strict=True)
+        some, owner = values[:, first], recording.logs.owner
         u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
-        x = np.stack([self._states(delays, gains, recording) for delays, gains in each])
+        x = np.stack(
+            [
+                self._states(delays, self.gains(some[owner, k], u[k], self.c[owner]), recording)
+                for k, delays in enumerate(self.delays(some[0]))
+            ]
+        )
         return WindowTables(u, x, member.ravel())
 
     def delays(self, values: Array) -> Array:
@@ -103,23 +107,22 @@ class WindowTableReader:
         delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
-    def gains(self, values: Array) -> Array:
+    def gains(self, values: Array, u: Array, c: Array) -> Array:
         """Return gain and offset of the measured states.
 
         Args:
-            values: parameter sets, shape (experiments, sets, numbers).
+            values: parameter sets, shape (samples, numbers).
+            u: inputs, shape (samples, inputs).
+            c: operating points, shape (samples, constants).
 
         Returns:
-            Gain and offset, shape (experiments, sets, readings, 2).
+            Gain and offset, shape (samples, readings, 2).
         """
-        shape = (*values.shape[:2], len(self.readings), 2)
+        shape = (len(values), len(self.readings), 2)
         if all(reading.plain for reading in self.readings):
             return np.broadcast_to([1.0, 0.0], shape)
-        system = self.system
-        p = values[:, :, : len(system.parameters)]
-        zeros = np.zeros(len(system.states)), np.zeros(len(system.inputs))
-        found = self._gains.evaluate(np.zeros(1), *zeros, p, self.c[:, None])
-        return found.reshape(shape)
+        p, x = values[:, : len(self.system.parameters)], np.zeros(len(self.system.states))
+        return self._gains.evaluate(np.zeros(1), x, u, p, c).reshape(shape)
 
     @cached_property
     def _gains(self) -> Program:
@@ -127,10 +130,10 @@ class WindowTableReader:
         return Program.of(self.system, expressions)
 
     def _states(self, delays: Array, gains: Array, recording: Recording) -> Array:
-        sensors, owner = recording.sensors, recording.logs.owner
-        x = np.empty((len(owner), len(self.readings)))
+        sensors = recording.sensors
+        x = np.empty((len(gains), len(self.readings)))
         for k, reading in enumerate(self.readings):
             read = sensors.slope if reading.slope else sensors.shown
             values = read(reading.output, float(delays[reading.output]))
-            x[:, k] = values if reading.plain else (values - gains[owner, k, 1]) / gains[owner, k, 0]
+            x[:, k] = values if reading.plain else (values - gains[:, k, 1]) / gains[:, k, 0]
         return x

@@ -26,8 +26,9 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
         Standard deviations, shape (windows, measured states), SI.
     """
     recording, reader = simulation.recording, simulation.reader
-    everywhere = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))
-    sigma = 1.0 / np.abs(reader.gains(everywhere))[recording.owner, 0, :, 0]
+    each, c = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))[:, 0], simulation.c
+    owner, u = recording.owner, recording.logs.u[recording.start]
+    sigma = 1.0 / np.abs(reader.gains(each[owner], u, c[owner])[:, :, 0])
     for k, r in enumerate(reader.readings):
         errors = recording.sensors.slope_error(r.output)[recording.start] if r.slope else None
         sigma[:, k] *= recording.noise[r.output] if errors is None else errors

@@ -177,7 +177,7 @@ class Simulation:
         record, logs = self.recording, self.recording.logs
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        numbers = np.column_stack([*p[:, :, self._observer.program.parameters], tables.member])
+        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
         at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]

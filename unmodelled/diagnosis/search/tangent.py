@@ -86,15 +86,16 @@ class Tangent:
             bounds: bounds of their coefficients, shape (2, n).
         """
         count, unknowns, first = len(self.r), self.unknowns, self.shared
+        size = int(np.prod(self.r.shape[1:]))
         columns = np.concatenate([self.own_slopes[:, :first], slopes], axis=1) * self.root[:, None]
         starts = self.own_slopes[:, first:] * self.root[:, None]
         limits = np.stack(unknowns.bounds) - self.z
         shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
         low, high = np.concatenate([shared, bounds], axis=1)
         return Products.of(
-            columns.reshape(count, columns.shape[1], -1),
-            (self.r * self.root).reshape(count, -1),
-            starts.reshape(count, starts.shape[1], -1),
+            columns.reshape(count, columns.shape[1], size),
+            (self.r * self.root).reshape(count, size),
+            starts.reshape(count, starts.shape[1], size),
             self.moved,
             self.recording.owner,
             (low, high),
