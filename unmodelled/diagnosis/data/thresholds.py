@@ -15,6 +15,7 @@ _HORIZONS = "chosen on measured machines (rule_changes.md)"
 _NO_FAULT = "none of the faults of 17 logs changes at half and at twice the value (decision 10)"
 _NO_PLACE = "no channel, region or factor of 3 diagnoses changes at half and at twice the value (decision 10)"
 _NO_REMARK = "decides no verdict"
+_NO_DECISION = "none of 10 decisions changes at half and at twice the value (decision 10)"
 _UNMEASURED = "not measured"
 
 
@@ -141,22 +142,64 @@ class Thresholds:
     fewest_per_level: int = _threshold(2, "experiments", _JUDGEMENT, _UNMEASURED)
 
     # Complexity of a candidate
-    local_complexity: float = _threshold(1.5, "units of complexity", _DEVELOPMENT, _UNMEASURED)
-    known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _UNMEASURED)
+    local_complexity: float = _threshold(1.5, "units of complexity", _DEVELOPMENT, _NO_DECISION)
+    known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _NO_DECISION)
 
     # Comparison of candidates
-    level: float = _threshold(0.95, "probability", "usual level of tests and intervals", _UNMEASURED)
-    material_share: float = _threshold(0.05, "share of the known physics' error", _JUDGEMENT, _UNMEASURED)
-    further_rest: float = _threshold(0.3, "share of the error", "half of the squared error", _UNMEASURED)
-    exchanged_rest: float = _threshold(0.1, "share of the error", "a fifth of the squared error", _UNMEASURED)
-    negligible_error: float = _threshold(0.01, "share of the error of persistence", _JUDGEMENT, _UNMEASURED)
-    unexplained_gap: float = _threshold(0.1, "share of the error of persistence", _JUDGEMENT, _UNMEASURED)
-    least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _UNMEASURED)
-    alike_errors: float = _threshold(2.0, "standard errors", "about 95 %", _UNMEASURED)
+    level: float = _threshold(
+        0.95,
+        "probability",
+        "usual level of tests and intervals",
+        "0.475: verdict of 1 of 10 decisions, effect of another one; 0.975: none",
+    )
+    material_share: float = _threshold(
+        0.05,
+        "share of the known physics' error",
+        _JUDGEMENT,
+        "half: none of 10 decisions; twice: verdict of 1",
+    )
+    further_rest: float = _threshold(
+        0.3,
+        "share of the error",
+        "half of the squared error",
+        "half: other effects in 1 of 10 decisions; twice: in 1",
+    )
+    exchanged_rest: float = _threshold(
+        0.1,
+        "share of the error",
+        "a fifth of the squared error",
+        "half: none of 10 decisions; twice: another effect in 1",
+    )
+    negligible_error: float = _threshold(
+        0.01,
+        "share of the error of persistence",
+        _JUDGEMENT,
+        "half: verdict of 1 of 10 decisions; twice: other effects in 2",
+    )
+    unexplained_gap: float = _threshold(
+        0.1,
+        "share of the error of persistence",
+        _JUDGEMENT,
+        "half: none of 10 decisions; twice: verdict of 1",
+    )
+    least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _NO_DECISION)
+    alike_errors: float = _threshold(
+        2.0,
+        "standard errors",
+        "about 95 %",
+        "half: fewer indistinguishable effects in 3 of 10 decisions; twice: none",
+    )
 
     # Effects that cannot be told apart
-    same_complexity: float = _threshold(0.6, "units of complexity", _DEVELOPMENT, _UNMEASURED)
-    most_equal: int = _threshold(3, "candidates", _JUDGEMENT, _UNMEASURED)
+    same_complexity: float = _threshold(
+        0.6,
+        "units of complexity",
+        _DEVELOPMENT,
+        "half: other indistinguishable effects in 2 of 10 decisions; twice: in 2",
+    )
+    most_equal: int = _threshold(
+        3, "candidates", _JUDGEMENT, "half: fewer indistinguishable effects in 2 of 10 decisions; twice: none"
+    )
 
     # Numbers that make no sense, and numbers that the logs do not determine
     at_bound_share: float = _threshold(1e-3, "share of the bound", _JUDGEMENT, _NO_REMARK)
