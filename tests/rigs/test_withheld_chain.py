@@ -160,12 +160,12 @@ def test_kinds_of_cases() -> None:
     assert {case.effects[0].family for case in singles[: len(FAMILIES)]} == FAMILIES
     assert all(3 <= len(case.effects) <= 4 for case in measured_cases("several", 20, 2000))
     assert len(measured_cases("pair", 30, 2000)) == 30
-    assert not {case.effects[0].family for case in measured_cases("outside", 20, 2000)} & FAMILIES
+    assert not {case.effects[0].family for case in measured_cases("outside", 16, 2000)} & FAMILIES
     assert (
         measured_cases("several", 5, 1) == measured_cases("several", 5, 1) != measured_cases("several", 5, 2)
     )
-    with pytest.raises(BadInput, match=r"counts\.outside: must be 1 to 20"):
-        measured_cases("outside", 21, 0)
+    with pytest.raises(BadInput, match=r"counts\.outside: must be 1 to 16"):
+        measured_cases("outside", 17, 0)
 
 
 def test_cases_without_a_chain_keep_their_bytes(tmp_path: Path) -> None:

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-
+from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric, relaxation
-from unmodelled.effects.law import Amplitude, Fixed, Law, Memory, Shape, positive
-from unmodelled.effects.motion import is_inertial
+from unmodelled.effects.law import Fixed, Law, Memory, Shape, positive
 from unmodelled.effects.place import Site
-from unmodelled.systems.model import Port, System
 
-#: Of the mass that the port feels: the most that can hide behind the play.
-_MOST = 0.95
 #: Contact frequency, in radians per sample.
 _CONTACT = 0.3
-
-
 #: Starting values of the play: a mass that hits its stops at the wrong moments explains nothing.
 _FEW, _MANY = 6, 40
 
@@ -51,50 +44,25 @@ class FrictionBehindPlay(PortEffect):
         )
 
 
-class _MassBehindPlay(PortEffect):
-    """Mass m_b behind play of 2*delta: r is its distance from the port, v_b its speed.
-
-    The contact is a spring of frequency omega_b with half its critical damping.
-    """
+class _BehindPlay(BodyBehind):
+    """Body with play of 2*delta, whose stops are springs of frequency omega_b and damping ratio 0.5."""
 
     family = "backlash"
-    needs = ("position", "velocity")
-    pushed = "omega_b**2*(clip(r, -delta, delta) - r) + omega_b*(abs(r) > delta)*(v - v_b)"
+    pushed = "omega_b**2*(x - x_b - clip(x - x_b, -delta, delta)) + omega_b*(abs(x - x_b) > delta)*(v - v_b)"
 
-    @abstractmethod
-    def effort(self, mass: float) -> tuple[str, Amplitude]:
-        """Return the effort on the port, as text and as amplitude; `mass` is the mass that the port feels."""
-
-    def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and is_inertial(system, port)
-
-    def law(self, at: Site) -> Law:
-        text, amplitude = self.effort(1.0 / at.mobility)
-        return Law(
-            f"{text}, d(v_b)/dt = {self.pushed}, d(r)/dt = v_b - v",
-            {"m_b": amplitude},
-            {"delta": _gap(at, _MANY)},
-            {"omega_b": Fixed("1/t", _CONTACT / at.period)},
-            {"r": Memory("x", "v_b - v"), "v_b": Memory("v", self.pushed)},
-        )
+    def connection(self, at: Site) -> tuple[dict[str, Shape], dict[str, Fixed]]:
+        return {"delta": _gap(at, _MANY)}, {"omega_b": Fixed("1/t", _CONTACT / at.period)}
 
 
-class MassBehindPlay(_MassBehindPlay):
+class MassBehindPlay(PartBehind, _BehindPlay):
     """Part of the known mass that is connected to the port with play."""
 
     variant = "mass"
     complexity = 4.0
 
-    def effort(self, mass: float) -> tuple[str, Amplitude]:
-        amplitude = Amplitude(f"{self.pushed} - a", 0.1 * mass, (0.0, _MOST * mass))
-        return "m_b*(d(v_b)/dt - d(v)/dt)", amplitude
 
-
-class LoadBehindPlay(_MassBehindPlay):
+class LoadBehindPlay(LoadBehind, _BehindPlay):
     """Additional mass that is connected to the port with play."""
 
     variant = "load"
     complexity = 4.2
-
-    def effort(self, mass: float) -> tuple[str, Amplitude]:
-        return "m_b*d(v_b)/dt", positive(self.pushed, 0.1 * mass)

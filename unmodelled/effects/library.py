@@ -26,7 +26,8 @@ def effects() -> tuple[Effect, ...]:
     """
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
-    found = [kind() for kind in _below(Effect) if not inspect.isabstract(kind)]
+    kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
+    found = [kind() for kind in kinds if not inspect.isabstract(kind)]
     return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
 
 

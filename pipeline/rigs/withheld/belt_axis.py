@@ -122,7 +122,7 @@ class BeltAxis(Machine):
           lambda a, plan, _: changing.FadingDrive(min(0.25 * a, 0.6), 12.0, plan.begin)),
         P("drift", "rail", lambda a, plan, _: changing.WarmingBearing(18.0 * a, 10.0, plan.begin)),
         P("scatter", "rail", lambda a, plan, rng: changing.scattered_damping(8.0 * a, -12.0, plan.runs, rng)),
-        P("resonance", "rail", lambda a, *_: play.Resonator("m_c", min(1.0 * a, 3.0), 8.0, 0.02)),
+        P("flexible_transmission", "rail", lambda a, *_: play.Resonator("m_c", min(1.0 * a, 3.0), 8.0, 0.02)),
         P("sticky_valve", "actuator:i", lambda a, *_: foreign.StickyValve(0.8 * a)),
         P("heated_motor", "actuator:i", lambda a, *_: foreign.HeatedMotor(0.012 * a, 0.6),
           (("drift", "actuator:i"), ("actuator_gain", "actuator:i"))),

@@ -30,6 +30,7 @@ FAMILIES = frozenset(
         "gravity_load",
         "torque_ripple",
         "backlash",
+        "flexible_transmission",
         "inertia_error",
         "actuator_gain",
         "actuator_offset",

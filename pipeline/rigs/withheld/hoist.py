@@ -110,5 +110,5 @@ class Hoist(Machine):
           lambda a, plan, _: foreign.HeatedFriction((2.0 + 4.0 * plan.conditions["m"]) * a, 2.0, 3.0),
           (("coulomb_friction", "rail"), ("drift", "rail"))),
         P("sticky_valve", "actuator:u", lambda a, *_: foreign.StickyValve(0.8 * a)),
-        P("resonance", "rail", lambda a, *_: play.Resonator("M", min(1.8 * a, 6.0), 8.0, 0.02)),
+        P("flexible_transmission", "rail", lambda a, *_: play.Resonator("M", min(1.8 * a, 6.0), 8.0, 0.02)),
     )  # fmt: skip

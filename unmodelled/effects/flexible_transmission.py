@@ -1,0 +1,42 @@
+"""Flexible transmission: a shaft, belt or joint that twists between a port and the body that it moves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
+from unmodelled.effects.grids import geometric
+from unmodelled.effects.law import Fixed, Shape
+from unmodelled.effects.place import Site
+
+#: Periods of the slowest frequency from which a fit starts, in the longest experiment.
+_CYCLES = 4.0
+#: Damping ratios from which a fit starts, and the range of all.
+_RATIOS, _ALL_RATIOS = (0.05,), (1e-4, 2.0)
+
+
+class _OnSpring(BodyBehind):
+    family = "flexible_transmission"
+    pushed = "omega_f**2*(x - x_b) + 2*zeta*omega_f*(v - v_b)"
+
+    def connection(self, at: Site) -> tuple[dict[str, Shape], dict[str, Fixed]]:
+        slowest, fastest = 2.0 * np.pi * _CYCLES / at.duration, 1.0 / at.period
+        frequencies = geometric(slowest, fastest, 28)
+        return {
+            "omega_f": Shape("1/t", frequencies, (0.5 * slowest, fastest)),
+            "zeta": Shape("1", _RATIOS, _ALL_RATIOS),
+        }, {}
+
+
+class PartOnSpring(PartBehind, _OnSpring):
+    """Part of the known mass on a spring with damping, such as the load behind an elastic shaft."""
+
+    variant = "part"
+    complexity = 3.5
+
+
+class LoadOnSpring(LoadBehind, _OnSpring):
+    """Additional mass on a spring with damping."""
+
+    variant = "load"
+    complexity = 3.7
