@@ -25,8 +25,8 @@ PERIOD, RUNS, SAMPLES, SUBSTEPS = 0.005, 4, 240, 4
 #: SI, the effort that is planted at the port; the noise of angle and speed, or of the level.
 EFFORT, NOISE = 0.15, (2e-5, 2e-4)
 #: rad/s, of the torque in the first and the last run. A stop must be reached in several runs: what one run
-#: alone shows is not confirmed by the others.
-RATES, AT_STOPS = (3.0, 8.0), (5.0, 7.0)
+#: alone shows is not confirmed by the others. A spring twists where the motion is as fast as its resonance.
+RATES, OTHER_RATES = (3.0, 8.0), {"end_stop": (5.0, 7.0), "flexible_transmission": (12.0, 25.0)}
 #: Of each run, a number of its own, in its plausible size; in no order, or it would be a drift.
 OWN = (1.2, -3.0, 4.5, -1.5)
 IDS = tuple(f"run{k}" for k in range(RUNS))
@@ -76,7 +76,7 @@ def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
     """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it."""
     machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM))
     known = next(machine for machine in machines if effect.places(machine))
-    rates = AT_STOPS if effect.family == "end_stop" else RATES
+    rates = OTHER_RATES.get(effect.family, RATES)
     _write(folder / "logs", known, {}, ids, rates)
     logs = read_logs(folder / "logs", known)
     sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
