@@ -13,6 +13,12 @@ FOLDER = Path(__file__).parents[2] / "docs" / "notebooks"
 #: Notebook -> patterns of what its text says that the outputs show.
 SHOWN = {
     "own_machine": [r"coulomb_friction .*at rail", r"F_c = 6\.[12]\d* N", r"with dry friction +0\.000[2-9]"],
+    "balances": [
+        r"storage at air(.|\n)*k_air = (399|40[01])(\.\d)? W/K",
+        r"storage at cell(.|\n)*tau_n = (99|10[01])(\.\d)? s",
+        r"input_delay at actuator:T_in(.|\n)*T_d_T_in = 7\.[45]\d* s",
+        r"input m acts 0\.\d+ s later",
+    ],
     "hybrid_model": [r"b is absorbed by the network", r"hybrid model, held out +0\.0[0-4]"],
     "uncertain_parameters": [r"mu_1 = 0\.\d+ is identified", r"sigma_1 = 0\.\d+ is identified"],
 }
