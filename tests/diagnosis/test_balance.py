@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,27 @@ ports:
   air: {effort: q, unit: W, position: T}
 dynamics:
   T: (P - q)/C
+"""
+#: The store is in the file; the temperature at which it starts is not known.
+WALLED = """
+schema: system/1
+name: walled_house
+states:
+  T: {unit: K}
+  T_w: {unit: K, initial: {value: 290, identify: true, bounds: [270, 310], per_experiment: true}}
+inputs:
+  P: {unit: W}
+outputs:
+  T: {unit: K}
+parameters:
+  C: {value: 9.0e+5, unit: J/K, identify: true, bounds: [5.0e+5, 2.0e+6]}
+  C_w: {value: 6.0e+6, unit: J/K}
+  k_w: {value: 400, unit: W/K}
+ports:
+  air: {effort: q, unit: W, position: T}
+dynamics:
+  T: (P - k_w*(T - T_w) - q)/C
+  T_w: k_w*(T - T_w)/C_w
 """
 TANK = """
 schema: system/1
@@ -70,17 +91,18 @@ RUNS, SAMPLES = 8, 300
 def logs(
     folder: Path, names: tuple[str, str], period: float, levels: list[float], start: tuple[float, float],
     rate: Callable[..., list[float]], noise: float, stores: int = 0, series: float = 0.0,
+    below: Sequence[float] = (0.0,) * RUNS,
 ) -> Path:  # fmt: skip
     """A folder of runs with steps of the input, integrated in ten substeps per sample.
 
-    The states of `rate` are the level and `stores` others that start at it; `series` times the input is
-    taken from what is logged.
+    The states of `rate` are the level and `stores` others, which start `below` it in every run; `series`
+    times the input is taken from what is logged.
     """
     rng, rows = np.random.default_rng(0), []
     folder.mkdir()
     for run in range(RUNS):
         u = np.repeat(rng.choice(levels, SAMPLES // 30), 30)
-        x = [np.full(1 + stores, rng.uniform(*start))]
+        x = [rng.uniform(*start) - below[run] * (np.arange(1 + stores) > 0)]
         for value in u[:-1]:
             state = x[-1]
             for _ in range(10):
@@ -156,3 +178,27 @@ def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
     assert (answer.verdict, effect.family, effect.port) == ("effect", "storage", "cell")
     assert effect.parameters["tau_n"]["value"] == pytest.approx(100.0, rel=0.1)
     assert answer.parameters["identified"].to_list() == pytest.approx([3000.0, 0.015], rel=0.02)
+
+
+def test_walls_that_start_every_experiment_at_a_temperature_of_their_own(tmp_path: Path) -> None:
+    """The start of a state that nothing measures is fitted in every experiment, and is no finding."""
+    recorded = logs(
+        *(tmp_path / "logs", ("P", "T"), 120.0, [0.0, 1500.0, 3000.0, 4500.0], (285.0, 297.0)),
+        lambda T, wall, P: [
+            (P - 400.0 * (T - wall) - 60.0 * (T - 278.0)) / 8.0e5,
+            400.0 * (T - wall) / 6.0e6,
+        ],
+        *(0.02, 1),
+        below=[1.0, -4.0, 3.0, 0.0, -2.0, 5.0, 2.0, -1.0],
+    )
+    answer = diagnosed(tmp_path, WALLED, recorded)
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "linear_loss", "air")
+    assert effect.parameters["k"]["value"] == pytest.approx(60.0, rel=0.1)
+    (start,) = (c for c in answer.system.operating_point if c.name == "T_w_0")
+    first = {run: float(pd.read_csv(recorded / f"{run}.csv")["T"].iloc[0]) for run in start.values}
+    found = [first[run] - value for run, value in start.values.items()]
+    assert found == pytest.approx([1.0, -4.0, 3.0, 0.0, -2.0, 5.0, 2.0, -1.0], abs=0.3)
+    assert list(answer.parameters["name"]) == ["C"]
+    again = unmodelled.simulate(answer.system, unmodelled.read_logs(recorded, answer.system))
+    assert again.value < 0.02

@@ -126,5 +126,6 @@ class ParameterEffect(LawEffect):
     """Parameter that is not constant; parameters marked as uncertain in the file are tried first."""
 
     def places(self, system: System) -> tuple[Place, ...]:
-        ordered = sorted(system.parameters, key=lambda parameter: not parameter.identify)
+        constant = (parameter for parameter in system.parameters if not parameter.per_experiment)
+        ordered = sorted(constant, key=lambda parameter: not parameter.identify)
         return tuple(Place("parameter", parameter.name) for parameter in ordered)

@@ -19,7 +19,7 @@ from unmodelled.systems.units import Unit
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}", re.ASCII)
 _LOG_COLUMNS = ("id", "file", "group")
 #: Optional keys of a number that can be fitted.
-_FITTED = ("identify", "bounds")
+_FITTED = ("identify", "bounds", "per_experiment")
 
 
 @dataclass
@@ -242,7 +242,10 @@ def _number(name: str, unit: Unit, entries: dict[str, Node]) -> Parameter:
     if bounds is not None and not bounds[0] <= value <= bounds[1]:
         low, high = bounds
         raise entries["bounds"].wrong(f"must contain the value {value:g}, got [{low:g}, {high:g}]")
-    return Parameter(name, unit.text, value, identify, bounds)
+    per_experiment = entries["per_experiment"].boolean() if "per_experiment" in entries else False
+    if per_experiment and not identify:
+        raise entries["per_experiment"].wrong("such a number is fitted: add identify: true")
+    return Parameter(name, unit.text, value, identify, bounds, per_experiment)
 
 
 def _table(found: Declarations, name: str, node: Node) -> None:

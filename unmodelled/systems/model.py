@@ -110,6 +110,8 @@ class Parameter:
         value: nominal value, in `unit`.
         identify: whether the parameter is uncertain and may be fitted; default False.
         bounds: lowest and highest plausible value, in `unit`; default None.
+        per_experiment: whether every experiment has a value of its own, for the unknown start of a state that
+            no output measures; default False.
     """
 
     name: str
@@ -117,6 +119,7 @@ class Parameter:
     value: float
     identify: bool = False
     bounds: tuple[float, float] | None = None
+    per_experiment: bool = False
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -340,8 +343,8 @@ class System:
 
     @property
     def uncertain(self) -> tuple[str, ...]:
-        """Names of the parameters that the file marks with `identify`."""
-        return tuple(p.name for p in self.parameters if p.identify)
+        """Names of the parameters that the file marks with `identify`, and that all experiments share."""
+        return tuple(p.name for p in self.parameters if p.identify and not p.per_experiment)
 
     def with_values(self, values: Mapping[str, float]) -> System:
         """Return the system with other values of some parameters.

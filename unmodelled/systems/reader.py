@@ -87,7 +87,7 @@ class _Equations:
         events = [(name, node, dynamics) for name, node in self._entries("events").items()]
         found = self._each(self._event, events)
         self.faults.check()
-        return System(
+        system = System(
             name,
             states,
             tuple(declared.inputs),
@@ -101,6 +101,22 @@ class _Equations:
             self.text,
             found,
         )
+        self._check_starts(system)
+        return system
+
+    def _check_starts(self, system: System) -> None:
+        """Refuse numbers of single experiments anywhere but in initial values."""
+        read = [*system.dynamics, *(output.expression for output in system.outputs)]
+        read += [port.law for port in system.ports if port.law is not None]
+        read += [rate for event in system.events for rate in (event.expression, *(event.then or ()))]
+        names = {s for expression in read for s in expression.free_symbols}
+        for parameter in system.parameters:
+            if parameter.per_experiment and symbol(parameter.name) in names:
+                written = self._entries("parameters").get(parameter.name)
+                node = written or self._entries("states")[parameter.name.removesuffix("_0")]
+                raise node.wrong(
+                    f"only initial values may use {parameter.name!r}, which every experiment has for itself"
+                )
 
     def _each(self, read: Callable[..., T], entries: Iterable[tuple[Any, ...]]) -> tuple[T, ...]:
         """Read all entries, and collect the faults of each."""

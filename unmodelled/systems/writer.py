@@ -174,6 +174,8 @@ def _parameter(parameter: Parameter) -> dict[str, str]:
     entries = {"value": repr(float(parameter.value)), "unit": _quoted(parameter.unit)}
     if parameter.identify:
         entries["identify"] = "true"
+    if parameter.per_experiment:
+        entries["per_experiment"] = "true"
     if parameter.bounds is not None:
         low, high = parameter.bounds
         entries["bounds"] = f"[{float(low)!r}, {float(high)!r}]"

@@ -94,6 +94,16 @@ from tests.physics.system.hoist import (
             "  v: {unit: m/s, initial: {identify: true}} ",
             "v.initial: the key 'value' is missing",
         ),
+        (
+            "identify: true",
+            "identify: true, per_experiment: true",
+            "parameters.b: only initial values may use 'b', which every experiment has for itself",
+        ),
+        (
+            "  v: {unit: m/s} ",
+            "  v: {unit: m/s, initial: {value: 0, per_experiment: true}} ",
+            "v.initial.per_experiment: such a number is fitted: add identify: true",
+        ),
         ("column: u}", "column: t}", "other than the time t"),
         ("column: v, unit", "column: x, unit", "the column 'x' is already an output"),
         # units

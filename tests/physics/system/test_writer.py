@@ -145,7 +145,7 @@ def test_initial_values_survive(tmp_path: Path) -> None:
     path.write_text(
         "schema: system/1\nname: tank\nstates:\n  h: {unit: m, initial: 0.5}\n"
         "  s: {unit: m, initial: 2*h + 0.1}\n"
-        "  z: {unit: m, initial: {value: 1, identify: true, bounds: [0, 2]}}\n"
+        "  z: {unit: m, initial: {value: 1, identify: true, bounds: [0, 2], per_experiment: true}}\n"
         "inputs:\noutputs:\n  h: {unit: m}\ndynamics: {h: 0, s: 0, z: 0}\n"
     )
     system = read_system(path)

@@ -148,7 +148,9 @@ def _told(
         interval=_interval(steps, 0, len(steps) - 1, seed),
         held_out=study.held_out,
         parameters={
-            p.name: _estimate(chosen, p.name, p.unit, p.value) for p in study.system.parameters if p.identify
+            p.name: _estimate(chosen, p.name, p.unit, p.value)
+            for p in study.system.parameters
+            if p.name in study.system.uncertain
         },
         comparison=_compared(decision),
         notes=(*_notes(study, chosen), *_about(given), *_about(augmented)),

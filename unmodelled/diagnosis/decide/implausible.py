@@ -35,8 +35,9 @@ def implausible(prediction: LeftOut) -> tuple[Remark, ...]:
         Remarks on the uncertain parameters first, then on the effects in their order.
     """
     fitted = prediction.fitted
-    efforts, parameters = Efforts(fitted), fitted.hypothesis.study.system.parameters
-    remarks = [remark for p in parameters if p.identify for remark in _known(prediction, p)]
+    efforts, system = Efforts(fitted), fitted.hypothesis.study.system
+    uncertain = [p for p in system.parameters if p.name in system.uncertain]
+    remarks = [remark for p in uncertain for remark in _known(prediction, p)]
     remarks += _common_factor(efforts)
     for added in fitted.hypothesis.effects:
         found = [r for remarks_of in (_bounds, _effort, _mass, _gain) for r in remarks_of(efforts, added)]
@@ -210,7 +211,8 @@ def _zero(prediction: LeftOut, added: Added) -> Iterator[Remark]:
 def _common_factor(efforts: Efforts) -> Iterator[Remark]:
     """Uncertain parameters at one multiple of their given values, as a wrong scale of an input does it."""
     fitted, limits = efforts.fitted, efforts.fitted.hypothesis.study.thresholds
-    given = {p.name: p.value for p in fitted.hypothesis.study.system.parameters if p.identify and p.value}
+    system = fitted.hypothesis.study.system
+    given = {p.name: p.value for p in system.parameters if p.name in system.uncertain and p.value}
     ratios = {n: fitted.fit.values[n] / v for n, v in given.items() if not at_bound(fitted, n)}
     off = {n: r for n, r in ratios.items() if r > 0.0 and abs(r - 1.0) > limits.common_factor_change}
     for first in off.values():

@@ -18,7 +18,7 @@ from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
 from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 
 Array = NDArray[np.float64]
 
@@ -63,11 +63,16 @@ class Fit:
     converged: bool
     normal: NormalEquations
 
+    @property
+    def every(self) -> Start:
+        """Return all fitted numbers by name, own ones by name and id, SI."""
+        return {**self.values, **self.own}
+
 
 def fit_parameters(
     simulation: Simulation,
     unknowns: Sequence[Unknown] | None = None,
-    starts: Sequence[Mapping[str, float]] = ({},),
+    starts: Sequence[Start] = ({},),
     iterations: int = 30,
     substeps: int | None = None,
 ) -> Fit:
@@ -76,7 +81,7 @@ def fit_parameters(
     Args:
         simulation: system and windows.
         unknowns: numbers to fit, default the uncertain parameters of the system.
-        starts: initial values by name, default those of the system. Of several, the one with the lowest loss
+        starts: initial values, default those of the system. Of several, the one with the lowest loss
             after some iterations on some of the windows is continued.
         iterations: largest number of iterations, default 30.
         substeps: integration steps per sample, default as many as the first of `starts` needs.
@@ -102,7 +107,7 @@ def _uncertain(simulation: Simulation) -> tuple[Unknown, ...]:
 
 
 def _start(
-    simulation: Simulation, each: tuple[Unknown, ...], starts: Sequence[Mapping[str, float]], substeps: int
+    simulation: Simulation, each: tuple[Unknown, ...], starts: Sequence[Start], substeps: int
 ) -> tuple[Array, int]:
     """The best of some starts after some iterations, and how many sets of numbers that took."""
     if len(starts) == 1:

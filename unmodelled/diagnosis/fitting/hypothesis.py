@@ -15,7 +15,7 @@ from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
-from unmodelled.diagnosis.fitting.unknowns import Unknown, Unknowns
+from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 from unmodelled.effects.added import Added
 from unmodelled.effects.columns import extended
 from unmodelled.effects.effect import Effect
@@ -199,7 +199,7 @@ class FittedHypothesis:
         cls,
         hypothesis: Hypothesis,
         recording: Recording,
-        starts: Sequence[Mapping[str, float]] = ({},),
+        starts: Sequence[Start] = ({},),
         iterations: int = 30,
         substeps: int | None = None,
     ) -> FittedHypothesis:
@@ -208,13 +208,18 @@ class FittedHypothesis:
         Args:
             hypothesis: the known physics with effects.
             recording: windows to fit.
-            starts: initial values by name; of several, the best one is continued.
+            starts: initial values; of several, the best one is continued.
             iterations: largest number of iterations, default 30.
             substeps: integration steps per sample, default as many as the first of `starts` needs.
         """
         simulation = hypothesis.simulation(recording)
         found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps)
         return cls(hypothesis, recording, found)
+
+    @property
+    def is_own(self) -> bool:
+        """Return whether an effect has numbers of single experiments."""
+        return any(effect.per_experiment for effect in self.hypothesis.effects)
 
     @cached_property
     def unknowns(self) -> Unknowns:
@@ -230,14 +235,7 @@ class FittedHypothesis:
         Returns:
             Vector, shape (entries,).
         """
-        runs = sorted(unknowns.simulation.recording.runs)
-        ids = [unknowns.simulation.recording.logs.ids[i] for i in runs]
-        values = [
-            value
-            for u in unknowns.each
-            for value in ([self.fit.own[u.name][i] for i in ids] if u.own else [self.fit.values[u.name]])
-        ]
-        return np.array(values) / unknowns.scale
+        return unknowns.vector(self.fit.every)
 
     def moved(self, recording: Recording) -> tuple[Array, Array]:
         """Return corrections of the initial states and their noise.

@@ -119,7 +119,7 @@ class LeftOut:
         All parts of such an experiment leave it out as a whole.
         """
         runs = len(np.unique(self.fitted.recording.owner))
-        return runs if self.fitted.fit.own else len(self.values)
+        return runs if self.fitted.is_own else len(self.values)
 
     def score(self, runs: Sequence[int] | None = None) -> Array:
         """Return the mean over outputs of `scores`.
@@ -230,9 +230,12 @@ def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
     """Vectors (parts, entries) of fits without each part."""
     unknowns, normal = fitted.unknowns, fitted.fit.normal
     owner = unknowns.simulation.recording.owner
-    switch, own = _shared_amplitudes(fitted), np.array([unknowns.each[k].own for k in unknowns.unknown], bool)
+    each = [unknowns.each[k] for k in unknowns.unknown]
+    start = np.array([u.start for u in each], bool)
+    switch, own = _shared_amplitudes(fitted), np.array([u.own for u in each], bool) & ~start
     curvature, gradient, _ = normal.reduced()
-    whole = np.diag(normal.summed(curvature, gradient)[0])
+    H = normal.summed(curvature, gradient)[0]
+    whole, follow = np.diag(H), -np.linalg.pinv(H[np.ix_(start, start)]) @ H[np.ix_(start, ~start)]
     everything, _ = normal.step(LEAST_DAMPING, z, unknowns.bounds)
     found = []
     for k in range(int(part.max()) + 1):
@@ -247,6 +250,8 @@ def _values(fitted: FittedHypothesis, part: Indices, z: Array) -> Array:
             H, g = normal.summed(curvature * rest[:, None, None], gradient * rest[:, None])
             seen = own & (np.diag(H) > UNKNOWN_SHARE * whole)
             step[seen] = -(g + H @ step)[seen] / np.diag(H)[seen]
+        # where hidden states start is fitted to the predicted experiment, as the measured states are
+        step[start] = follow @ step[~start]
         there = np.clip(z + step, *unknowns.bounds)
         left = np.diag(some.summed(curvature[others], gradient[others])[0])
         there[switch & (left < UNKNOWN_SHARE * whole)] = 0.0

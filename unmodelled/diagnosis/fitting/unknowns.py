@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 
+#: Values by name, SI, of a number that differs between experiments by name and id.
+Start = Mapping[str, float | Mapping[str, float]]
+
+
 @dataclass(frozen=True)
 class Unknown:
     """A number that is fitted.
@@ -26,6 +30,8 @@ class Unknown:
         high: upper bound, SI.
         scale: plausible size, SI.
         own: whether every experiment has a value of its own, default False.
+        start: whether a state that no output measures starts there. Such a number is no finding: it is fitted
+            to the experiment that is predicted, as the measured initial states are; default False.
         prior: standard deviation of the prior around zero, SI, default inf (no prior).
     """
 
@@ -34,6 +40,7 @@ class Unknown:
     high: float
     scale: float
     own: bool = False
+    start: bool = False
     prior: float = np.inf
 
     @classmethod
@@ -45,7 +52,8 @@ class Unknown:
         """
         low, high = parameter.limits
         width = high - low if np.isfinite(high - low) else 1.0
-        return cls(parameter.name, low, high, abs(parameter.value) or 0.1 * width)
+        own = parameter.per_experiment
+        return cls(parameter.name, low, high, abs(parameter.value) or 0.1 * width, own, start=own)
 
     def bound(self, value: float, share: float) -> float | None:
         """Return the bound that a value has reached, None where it is within the bounds.
@@ -108,18 +116,28 @@ class Unknowns:
         prior = np.array([self.each[k].prior for k in self.unknown])
         return np.asarray((self.scale / prior) ** 2)
 
-    def vector(self, start: Mapping[str, float]) -> Array:
+    def vector(self, start: Start) -> Array:
         """Return the vector of given values, within the bounds.
 
         Args:
-            start: values by name, SI; those of the system where a name is missing.
+            start: values by name, or by name and id of the experiment, SI; those of the system where a name
+                is missing.
 
         Returns:
             Vector, shape (entries,).
         """
-        known = dict(zip(self.simulation.names, self.simulation.values.tolist(), strict=True)) | dict(start)
-        values = np.array([known[u.name] for u in self.each])
-        return np.clip(values[self.unknown] / self.scale, *self.bounds)
+        given = dict(zip(self.simulation.names, self.simulation.values.tolist(), strict=True))
+        known: Start = {**given, **start}
+        recording = self.simulation.recording
+        ids = [recording.logs.ids[i] for i in sorted(recording.runs)]
+        values: list[float] = []
+        for unknown in self.each:
+            value = known[unknown.name]
+            if isinstance(value, Mapping):
+                values += [value[i] for i in ids]
+            else:
+                values += [value] * (len(ids) if unknown.own else 1)
+        return np.clip(np.array(values) / self.scale, *self.bounds)
 
     def numbers(self, z: Array) -> Array:
         """Return the parameter sets of vectors.

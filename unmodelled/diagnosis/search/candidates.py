@@ -137,7 +137,7 @@ class Candidates:
     @cached_property
     def own(self) -> NDArray[np.bool_]:
         """Return which candidates, shape (candidates,), have numbers of single experiments."""
-        return np.array([bool(f.fit.own) for f in self.fits])
+        return np.array([f.is_own for f in self.fits])
 
     def gain(self, before: int, after: int) -> Comparison:
         """Compare the predictions of two candidates.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +11,7 @@ from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
+from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.effects.added import Added
@@ -138,7 +139,7 @@ class EffectSearch:
             self._grow(candidates.fits[best])
             self._remove()
 
-    def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Mapping[str, float]]]:
+    def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Start]]:
         """Rank candidates by left-out predictions of short fits to few windows.
 
         Of the laws of a family at a place, the best and the simplest one stay.
@@ -150,7 +151,7 @@ class EffectSearch:
         for k in order:
             families.setdefault(_kind(chosen[k]), []).append(k)
         kept = {k for laws in families.values() for k in (laws[0], min(laws, key=lambda n: _cost(chosen[n])))}
-        return [(chosen[k], scouts[k].fitted.fit.values) for k in order if k in kept]
+        return [(chosen[k], scouts[k].fitted.fit.every) for k in order if k in kept]
 
     def _short(self, candidate: Screened) -> LeftOut:
         substeps = candidate.base.fit.substeps
@@ -159,7 +160,7 @@ class EffectSearch:
         )
         return self.left_out(fitted)
 
-    def fit(self, candidates: Iterable[tuple[Screened, Mapping[str, float]]]) -> None:
+    def fit(self, candidates: Iterable[tuple[Screened, Start]]) -> None:
         """Fit candidates that were not fitted yet.
 
         Args:
@@ -170,17 +171,17 @@ class EffectSearch:
             for fitted in pool.map(lambda one: self._fit(*one), new.values()):
                 self._keep(fitted)
 
-    def _fit(self, candidate: Screened, start: Mapping[str, float]) -> FittedHypothesis:
+    def _fit(self, candidate: Screened, start: Start) -> FittedHypothesis:
         substeps = candidate.base.fit.substeps
         fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, [start], substeps=substeps)
         shapes = candidate.hypothesis.effects[-1].shapes
         rough = next((name for name, values in shapes.items() if len(values) >= ROUGH), None)
         if rough is None:
             return fitted
-        values = fitted.fit.values
-        return self._again(fitted, [{**values, rough: near * values[rough]} for near in NEAR])
+        found = fitted.fit
+        return self._again(fitted, [{**found.every, rough: near * found.values[rough]} for near in NEAR])
 
-    def _again(self, fitted: FittedHypothesis, starts: Sequence[Mapping[str, float]]) -> FittedHypothesis:
+    def _again(self, fitted: FittedHypothesis, starts: Sequence[Start]) -> FittedHypothesis:
         """Fit again from other starts; return the better fit."""
         tried = FittedHypothesis.of(fitted.hypothesis, self.fitted, starts, substeps=fitted.fit.substeps)
         return tried if tried.fit.left.value < fitted.fit.left.value else fitted
@@ -193,9 +194,8 @@ class EffectSearch:
         Args:
             fitted: fitted hypothesis.
         """
-        own = bool(fitted.fit.own)
         runs = len(fitted.recording.runs)
-        return LeftOut.of(fitted, parts(fitted.recording, HALVES * runs) if own else None)
+        return LeftOut.of(fitted, parts(fitted.recording, HALVES * runs) if fitted.is_own else None)
 
     def _keep(self, fitted: FittedHypothesis) -> None:
         self.found[fitted.hypothesis.key] = self.left_out(fitted)
@@ -210,7 +210,7 @@ class EffectSearch:
         for local in [f for f in fits if f.hypothesis.effects and f.hypothesis.is_local]:
             wide = self.found.get(local.hypothesis.widened)
             if wide is not None and wide.score().mean() > self.found[local.hypothesis.key].score().mean():
-                self._keep(self._again(wide.fitted, [local.fit.values]))
+                self._keep(self._again(wide.fitted, [local.fit.every]))
 
     def _exchange(self) -> None:
         """Exchange each effect of the named candidate: it may have stood in for a later effect."""

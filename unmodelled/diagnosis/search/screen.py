@@ -21,6 +21,7 @@ from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.least_squares import Products
 from unmodelled.diagnosis.search.tangent import Tangent
 from unmodelled.effects.added import Added
@@ -101,10 +102,10 @@ class Screened:
         return self.base.hypothesis.key | {(self.effect.family, self.effect.variant, self.place)}
 
     @property
-    def starts(self) -> tuple[dict[str, float], ...]:
+    def starts(self) -> tuple[Start, ...]:
         """Return values to start a fit from, the best first."""
-        added, base = self.hypothesis.effects[-1], self.base.fit.values
-        found = [{**base, **point.start(added, amounts)} for point, amounts in self.tries]
+        added, base = self.hypothesis.effects[-1], self.base.fit.every
+        found: list[Start] = [{**base, **point.start(added, amounts)} for point, amounts in self.tries]
         if added.memory:
             # what remembers is hardly in proportion to a small amount of it
             more = [

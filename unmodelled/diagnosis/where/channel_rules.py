@@ -136,7 +136,8 @@ class Rule:
     @property
     def _loose(self) -> Array:
         """(parameters,) that what is known of the parameters before hardly counts, or they stay."""
-        values = np.array([p.value for p in self.corrections.model.system.parameters if p.identify])
+        system = self.corrections.model.system
+        values = np.array([p.value for p in system.parameters if p.name in system.uncertain])
         return (FIRM if self.pinned else 1.0) / np.where(values == 0.0, 1.0, values) ** 2
 
     @cached_property

@@ -169,7 +169,7 @@ def _with_constants(
 ) -> tuple[System, tuple[Unknown, ...]]:
     """The system with a constant at every place; these constants, and the uncertain parameters."""
     scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
-    uncertain = [Unknown.of(p) for p in system.parameters if p.identify]
+    uncertain = [Unknown.of(p) for p in system.parameters if p.name in system.uncertain]
     constants = []
     for place in places:
         added = CONSTANTS[place.kind].add(system, place, scales)
