@@ -27,11 +27,19 @@ class BodyBehind(PortEffect):
 
     @abstractmethod
     def connection(self, at: Site) -> tuple[dict[str, Shape], dict[str, Fixed]]:
-        """Return the numbers of the connection that are fitted, and those that are not."""
+        """Return the numbers of the connection that are fitted, and those that are not.
+
+        Args:
+            at: place of the effect, with the sizes of its signals.
+        """
 
     @abstractmethod
     def effort(self, mass: float) -> tuple[str, Amplitude]:
-        """Return the effort on the port, as text and as amplitude; `mass` is the mass that the port feels."""
+        """Return the effort on the port, as text and as amplitude.
+
+        Args:
+            mass: mass or moment of inertia that the port feels, SI.
+        """
 
     def suits(self, system: System, port: Port) -> bool:
         return super().suits(system, port) and is_inertial(system, port)
