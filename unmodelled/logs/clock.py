@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
 
@@ -16,6 +17,9 @@ from unmodelled.logs.table import Columns
 Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 Kind = Literal["cubic", "linear"]
+#: Numbers of samples, or all of them.
+Rows = Offsets | slice
+EVERY = slice(None)
 
 SHORTEST_LOG = 50  # samples
 LONGEST_GAP = 5.0  # sampling periods
@@ -169,6 +173,59 @@ def read_at(t: Array, values: Array, instants: Array, kind: Kind) -> Array:
     return np.asarray(CubicSpline(t, values)(held))
 
 
+@dataclass(frozen=True)
+class Splines:
+    """Cubic splines through the uniform samples of every experiment, held beyond its ends.
+
+    Attributes:
+        pieces: coefficients of the cubic that follows every sample, shape (4, samples), in powers of the
+            share of a sampling period, the highest power first.
+        offsets: first samples of the experiments, and the number of all samples, shape (experiments + 1,).
+    """
+
+    pieces: Array
+    offsets: Offsets
+
+    @classmethod
+    def of(cls, values: Array, offsets: Offsets) -> Splines:
+        """Return the splines through samples.
+
+        Args:
+            values: samples of all experiments one after the other, shape (samples,).
+            offsets: first samples of the experiments and the number of all, shape (experiments + 1,).
+        """
+        pieces = np.zeros((4, len(values)))
+        pieces[3] = values
+        for a, b in pairwise(offsets):
+            pieces[:, a : b - 1] = CubicSpline(np.arange(b - a, dtype=np.float64), values[a:b]).c
+        return cls(pieces, offsets)
+
+    def ahead(self, steps: float, rows: Rows = EVERY) -> Array:
+        """Return the values some samples later.
+
+        Args:
+            steps: number of samples, of any sign, not necessarily whole.
+            rows: samples of interest, shape (rows,), default all.
+
+        Returns:
+            Values, shape (rows,).
+
+        Examples:
+            >>> import numpy as np
+            >>> squares = Splines.of(np.arange(5.0) ** 2, np.array([0, 5]))
+            >>> squares.ahead(1.5).round(6).tolist()
+            [2.25, 6.25, 12.25, 16.0, 16.0]
+            >>> squares.ahead(-0.5, np.arange(2)).round(6).tolist()
+            [0.0, 0.25]
+        """
+        (shift, rest), rows = _whole(steps), np.arange(self.pieces.shape[1])[rows]
+        experiment = np.searchsorted(self.offsets, rows, "right") - 1
+        first, last = self.offsets[experiment], self.offsets[experiment + 1] - 1
+        cubic, square, slope, value = self.pieces[:, np.clip(rows + shift, first, last)]
+        later = ((cubic * rest + square) * rest + slope) * rest + value
+        return np.asarray(np.where(rows + shift < first, value, later))
+
+
 def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[float], kind: Kind) -> Array:
     """Return uniform samples after a delay of every column, held beyond the ends of every experiment.
 
@@ -197,13 +254,17 @@ def delayed(values: Array, offsets: Offsets, period: float, delays: Sequence[flo
 
 def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
     """Uniform samples (n,), read `steps` samples later, held beyond the ends of every experiment."""
-    shift = round(steps) if abs(steps - round(steps)) < UNIFORM else int(np.floor(steps))
-    rest = 0.0 if abs(steps - round(steps)) < UNIFORM else steps - shift
+    shift, rest = _whole(steps)
     if rest and kind == "cubic":
-        each = [values[a:b] for a, b in pairwise(offsets)]
-        times = [np.arange(len(one), dtype=np.float64) for one in each]
-        return np.concatenate([read_at(t, v, t + steps, kind) for t, v in zip(times, each, strict=True)])
+        return Splines.of(values, offsets).ahead(steps)
     first, last = (np.repeat(ends, np.diff(offsets)) for ends in (offsets[:-1], offsets[1:] - 1))
     rows = np.arange(len(values)) + shift
     before = values[np.clip(rows, first, last)]
     return np.asarray(before + rest * (values[np.clip(rows + 1, first, last)] - before) if rest else before)
+
+
+def _whole(steps: float) -> tuple[int, float]:
+    """Whole steps, and the rest of one."""
+    nearest = round(steps)
+    shift = nearest if abs(steps - nearest) < UNIFORM else int(np.floor(steps))
+    return shift, 0.0 if shift == nearest and abs(steps - nearest) < UNIFORM else steps - shift

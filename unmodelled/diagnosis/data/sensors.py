@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_coeffs
 
 from unmodelled.diagnosis.data.gap import output_scale
-from unmodelled.logs.clock import delayed
+from unmodelled.logs.clock import EVERY, Rows, Splines
 from unmodelled.logs.differentiate import ORDER, noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
 
@@ -105,6 +105,8 @@ class Sensors:
     runs: tuple[int, ...] | None = None
     slopes: dict[int, SmoothedSlope] = field(default_factory=dict, repr=False)
     _errors: dict[int, Array] = field(default_factory=dict, repr=False)
+    _slopes: dict[int, Array] = field(default_factory=dict, repr=False)
+    _splines: dict[tuple[int, bool], Splines] = field(default_factory=dict, repr=False)
 
     @cached_property
     def noise(self) -> Array:
@@ -160,29 +162,31 @@ class Sensors:
         found[self._rows] = values
         return found
 
-    def shown(self, output: int, delay: float) -> Array:
+    def shown(self, output: int, delay: float, rows: Rows = EVERY) -> Array:
         """Return an output at the time when it was measured.
 
         Args:
             output: number of the output.
             delay: time from the measurement to the logged sample, s.
+            rows: samples of interest, shape (rows,), default all.
 
         Returns:
-            Values, shape (samples,).
+            Values, shape (rows,).
         """
-        return self._earlier(self.logs.y[:, output], delay)
+        return self._earlier(output, False, delay, rows)
 
-    def slope(self, output: int, delay: float) -> Array:
+    def slope(self, output: int, delay: float, rows: Rows = EVERY) -> Array:
         """Return the smoothed derivative of `shown`, per second.
 
         Args:
             output: number of the output.
             delay: time from the measurement to the logged sample, s.
+            rows: samples of interest, shape (rows,), default all.
 
         Returns:
-            Derivative, shape (samples,).
+            Derivative, shape (rows,).
         """
-        return self._earlier(self._spread(self._smoothed(output).v), delay)
+        return self._earlier(output, True, delay, rows)
 
     def slope_error(self, output: int) -> Array:
         """Return the standard deviation of the error of `slope` without delay, per second.
@@ -204,7 +208,16 @@ class Sensors:
             self.slopes[output] = SmoothedSlope.of(logs.y[self._rows, output], self._offsets, logs.period)
         return self.slopes[output]
 
-    def _earlier(self, values: Array, delay: float) -> Array:
+    def _earlier(self, output: int, slope: bool, delay: float, rows: Rows) -> Array:
         if delay == 0.0:
-            return values
-        return delayed(values[:, None], self.logs.offsets, self.logs.period, [-delay], "cubic")[:, 0]
+            return self._logged(output, slope)[rows]
+        if (output, slope) not in self._splines:
+            self._splines[output, slope] = Splines.of(self._logged(output, slope), self.logs.offsets)
+        return self._splines[output, slope].ahead(delay / self.logs.period, rows)
+
+    def _logged(self, output: int, slope: bool) -> Array:
+        if not slope:
+            return self.logs.y[:, output]
+        if output not in self._slopes:
+            self._slopes[output] = self._spread(self._smoothed(output).v)
+        return self._slopes[output]

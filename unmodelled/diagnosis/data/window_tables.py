@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.engine.machine.program import Program
-from unmodelled.logs.clock import delayed
+from unmodelled.logs.clock import EVERY, Rows, delayed
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.readings import readings
 from unmodelled.systems.model import System
@@ -26,7 +26,7 @@ class WindowTables:
 
     Attributes:
         u: inputs, shape (tables, samples, inputs), at the time when they act.
-        x: measured states, shape (tables, samples, measured states).
+        x: measured states, shape (tables, read samples, measured states), at the samples that were asked for.
         member: table, shape (sets,), of every parameter set.
     """
 
@@ -36,7 +36,10 @@ class WindowTables:
 
     @property
     def driven(self) -> Array:
-        """Return inputs and measured states, shape (tables * samples, inputs + measured states)."""
+        """Return inputs and measured states, shape (tables * samples, inputs + measured states).
+
+        The states must have been read at all samples.
+        """
         return np.concatenate([self.u, self.x], axis=2).reshape(-1, self.u.shape[2] + self.x.shape[2])
 
     @property
@@ -65,25 +68,28 @@ class WindowTableReader:
         known = [k for k, s in enumerate(system.p) if s in symbols]
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
-    def __call__(self, values: Array, recording: Recording) -> WindowTables:
+    def __call__(self, values: Array, recording: Recording, rows: Rows = EVERY) -> WindowTables:
         """Return the tables of parameter sets.
 
         Args:
             values: parameter sets, shape (experiments, sets, numbers), SI.
             recording: windows; their logs have the inputs and outputs of the system.
+            rows: samples at which the measured states are read, shape (read samples,), default all.
         """
         first, member = np.zeros(1, np.int64), np.zeros(values.shape[1], np.int64)
         if self.columns:
             different = values[:, :, self.columns]
             _, first, member = np.unique(different, axis=1, return_index=True, return_inverse=True)
-        some, owner = values[:, first], recording.logs.owner
+        some, owner = values[:, first], recording.logs.owner[rows]
         u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
-        x = np.stack(
-            [
-                self._states(delays, self.gains(some[owner, k], u[k], self.c[owner]), recording)
-                for k, delays in enumerate(self.delays(some[0]))
-            ]
-        )
+        x = np.empty((len(first), len(owner), len(self.readings)))
+        for k, delays in enumerate(self.delays(some[0])):
+            for j, reading in enumerate(self.readings):
+                read = recording.sensors.slope if reading.slope else recording.sensors.shown
+                x[k, :, j] = read(reading.output, float(delays[reading.output]), rows)
+            if not self.plain:
+                gains = self.gains(some[owner, k], u[k, rows], self.c[owner])
+                x[k] = (x[k] - gains[:, :, 1]) / gains[:, :, 0]
         return WindowTables(u, x, member.ravel())
 
     def delays(self, values: Array) -> Array:
@@ -119,21 +125,17 @@ class WindowTableReader:
             Gain and offset, shape (samples, readings, 2).
         """
         shape = (len(values), len(self.readings), 2)
-        if all(reading.plain for reading in self.readings):
+        if self.plain:
             return np.broadcast_to([1.0, 0.0], shape)
         p, x = values[:, : len(self.system.parameters)], np.zeros(len(self.system.states))
         return self._gains.evaluate(np.zeros(1), x, u, p, c).reshape(shape)
+
+    @property
+    def plain(self) -> bool:
+        """Return whether every measured state is an output or its derivative as it is."""
+        return all(reading.plain for reading in self.readings)
 
     @cached_property
     def _gains(self) -> Program:
         expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
         return Program.of(self.system, expressions)
-
-    def _states(self, delays: Array, gains: Array, recording: Recording) -> Array:
-        sensors = recording.sensors
-        x = np.empty((len(gains), len(self.readings)))
-        for k, reading in enumerate(self.readings):
-            read = sensors.slope if reading.slope else sensors.shown
-            values = read(reading.output, float(delays[reading.output]))
-            x[:, k] = values if reading.plain else (values - gains[:, k, 1]) / gains[:, k, 0]
-        return x

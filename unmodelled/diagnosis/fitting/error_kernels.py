@@ -52,6 +52,16 @@ def forward_differences(r, largest, steps):
 
 
 @jit()
+def fill_weights(weight, count, at):
+    """Write the weights of the polynomial through `count` neighbours, at 0, 1, ..., for its value at `at`."""
+    for a in range(count):
+        weight[a] = 1.0
+        for b in range(count):
+            if b != a:
+                weight[a] *= (at - b) / (a - b)
+
+
+@jit()
 def delayed_values(y, late, steps):
     """Return the values of y a fraction of a sample earlier, by the cubic through four neighbours.
 
@@ -64,19 +74,26 @@ def delayed_values(y, late, steps):
         Values, shape (windows, sets, samples - 1, outputs), from the second sample of a window on.
     """
     found = np.full((y.shape[0], y.shape[1], y.shape[2] - 1, y.shape[3]), np.nan)
-    for w in range(y.shape[0]):
-        last = steps[w]
-        for s in range(y.shape[1]):
-            for j in range(y.shape[3]):
+    weight = np.empty(4)
+    for s in range(y.shape[1]):
+        for j in range(y.shape[3]):
+            # relative to the first of the four neighbours, which moves along except near the ends
+            whole = int(np.floor(-late[s, j])) - 1
+            fill_weights(weight, 4, -late[s, j] - whole)
+            for w in range(y.shape[0]):
+                last = steps[w]
                 for k in range(1, last + 1):
-                    at = k - late[s, j]
-                    first = max(0, min(int(np.floor(at)) - 1, last - 3))
-                    count, value = min(4, last + 1 - first), 0.0
-                    for a in range(count):
-                        weight = 1.0
-                        for b in range(count):
-                            if b != a:
-                                weight *= (at - first - b) / (a - b)
-                        value += weight * y[w, s, first + a, j]
+                    first = k + whole
+                    if 0 <= first <= last - 3:
+                        value = weight[0] * y[w, s, first, j] + weight[1] * y[w, s, first + 1, j]
+                        value += weight[2] * y[w, s, first + 2, j] + weight[3] * y[w, s, first + 3, j]
+                    else:
+                        first = max(0, min(first, last - 3))
+                        count = min(4, last + 1 - first)
+                        near = np.empty(4)
+                        fill_weights(near, count, k - late[s, j] - first)
+                        value = 0.0
+                        for a in range(count):
+                            value += near[a] * y[w, s, first + a, j]
                     found[w, s, k - 1, j] = value
     return found

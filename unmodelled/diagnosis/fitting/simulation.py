@@ -16,6 +16,7 @@ from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTab
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
+from unmodelled.logs.clock import EVERY
 from unmodelled.logs.observer import Observer
 from unmodelled.systems.model import System
 
@@ -32,7 +33,6 @@ class Runs:
             on; nan after its end, nan or inf where the simulation diverged.
         measured: measured outputs, shape (windows, sets or 1, most steps, outputs), at the same samples.
         counted: mask, shape (windows, most steps), of the samples before the end of a window.
-        later: number, shape (sets or 1, outputs), of samples by which a delay shifts the compared samples.
         first: simulated outputs, shape (windows, sets, outputs), at the first sample of a window, without
             delay.
     """
@@ -40,7 +40,6 @@ class Runs:
     y: Array
     measured: Array
     counted: NDArray[np.bool_]
-    later: Indices
     first: Array
 
     def errors(self, scale: Array) -> Array:
@@ -130,10 +129,12 @@ class Simulation:
         """
         record, sets = self.recording, values.shape[1]
         everywhere = np.broadcast_to(values, (len(record.logs), *values.shape[1:]))
-        tables = self.reader(everywhere, record)
+        # hidden states are driven by the measured ones all along an experiment
+        tables = self.reader(everywhere, record, EVERY if self.hidden else record.start)
+        starts = tables.x[:, record.start] if self.hidden else tables.x
         p = everywhere[:, :, : len(self.system.parameters)]
         x0 = np.empty((len(record.start), sets, len(self.system.states)))
-        x0[:, :, self.measured] = _of_sets(tables.x, tables.member, record.start)
+        x0[:, :, self.measured] = starts[tables.member].swapaxes(0, 1)
         if moved is not None:
             x0[:, :, self.measured] += moved
         if self.hidden:
@@ -144,30 +145,48 @@ class Simulation:
         )
         how = Integration(record.logs.period, "rk4", substeps, hold=1.0)
         y = free_run(self.equations, windows, p, self.c, x0, how)
-        return self._shown(y, self.reader.delays(values[0]) / record.logs.period)
+        return self._shown(y, values[0])
 
-    def _shown(self, y: Array, late: Array) -> Runs:
+    def later(self, values: Array) -> Indices:
+        """Return the whole samples by which delayed outputs are compared later.
+
+        Sets that hardly differ are compared at the same samples, or they would differ by their noise.
+
+        Args:
+            values: parameter sets, shape (sets, numbers), SI.
+
+        Returns:
+            Numbers of samples, shape (sets, outputs).
+
+        Raises:
+            ValueError: when a delay is negative, or longer than the recording leaves room for.
+        """
+        late, latest = self._late(values), self.recording.latest
+        if not (late.min() >= 0.0 and late.max() <= latest + WHOLE):
+            raise ValueError(f"delays must be from 0 to {latest:g} samples, got {late.tolist()}")
+        whole = np.floor(late + (0.25 if len(late) > 1 else WHOLE))
+        whole = np.minimum(whole, np.floor(latest + WHOLE))
+        return np.where(np.abs(late - late[0]) < 0.5, whole[0], whole).astype(np.int64)
+
+    def _late(self, values: Array) -> Array:
+        """Delays (sets, outputs) of the outputs, samples."""
+        return self.reader.delays(values) / self.recording.logs.period
+
+    def _shown(self, y: Array, values: Array) -> Runs:
         """Return the runs as delayed sensors show them.
 
         Args:
             y: simulated outputs, shape (windows, sets, samples, outputs).
-            late: delays, shape (sets, outputs), samples.
+            values: parameter sets, shape (sets, numbers), SI.
         """
-        record, outputs = self.recording, np.arange(y.shape[3])
-        if not late.any():
-            same = np.zeros((1, len(outputs)), np.int64)
-            return Runs(y[:, :, 1:], record.logs.y[record.rows][:, None], record.counted, same, y[:, :, 0])
-        if not (late.min() >= 0.0 and late.max() <= record.latest + WHOLE):
-            raise ValueError(f"delays must be from 0 to {record.latest:g} samples, got {late.tolist()}")
-        # sets that hardly differ are compared at the same samples, or they would differ by their noise
-        whole = np.floor(late + (0.25 if len(late) > 1 else WHOLE))
-        whole = np.minimum(whole, np.floor(record.latest + WHOLE))
-        whole = np.where(np.abs(late - late[0]) < 0.5, whole[0], whole)
-        rest = np.where(np.abs(late - whole) > WHOLE, late - whole, 0.0)
-        later = whole.astype(np.int64)
-        rows = record.rows[:, None, :, None] + later[:, None]
+        record, later = self.recording, self.later(values)
+        rest = self._late(values) - later
+        rest[np.abs(rest) <= WHOLE] = 0.0
         shown = error_kernels.delayed_values(y, rest, record.steps) if rest.any() else y[:, :, 1:]
-        return Runs(shown, record.logs.y[rows, outputs], record.counted, later, y[:, :, 0])
+        shifts = later[:1] if (later == later[0]).all() else later
+        rows = record.rows[:, None, :, None] + shifts[:, None]
+        measured = record.logs.y[rows, np.arange(y.shape[3])]
+        return Runs(shown, measured, record.counted, y[:, :, 0])
 
     def _integrated(self, tables: WindowTables, p: Array) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
@@ -188,10 +207,3 @@ class Simulation:
         """Number of an input or output -> column of its delay."""
         columns = {name: len(self.system.parameters) + k for k, name in enumerate(self.delays.values())}
         return {j: columns[name] for j, name in enumerate(names) if name in columns}
-
-
-def _of_sets(table: Array, member: Indices, rows: Indices) -> Array:
-    """Rows of the table of every set, (rows, sets, ...); one for all sets where there is only one."""
-    if len(table) == 1:
-        return np.asarray(table[0][rows][:, None])
-    return np.asarray(table[member][:, rows].swapaxes(0, 1))

@@ -37,6 +37,7 @@ class Tangent:
         self.errors = Errors(self.unknowns, sigma, base.fit.substeps)
         around = self.errors(*self.errors.around(self.z, self.moved))
         self.r = around[:, 0]
+        self.later = self.unknowns.simulation.later(self.unknowns.numbers(np.tile(self.z, (2, 1)))[0])[0]
         self.own_slopes = self.errors.slopes(self.z, around)
         self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
 
@@ -64,18 +65,20 @@ class Tangent:
         runs = simulation(values, moved, self.base.fit.substeps)
         recording, largest = self.recording, self.errors.largest
         r = error_kernels.cut_errors(runs.y, runs.measured, recording.noise, largest, recording.steps)
-        both = np.concatenate([self.r[:, None], self._aligned(r, runs.later)], axis=1)
+        later = simulation.later(values[0]) - self.later
+        both = np.concatenate([self.r[:, None], self._aligned(r, later)], axis=1)
         return np.asarray(error_kernels.forward_differences(both, largest, np.ones((len(r), len(sets)))))
 
     def _aligned(self, r: Array, later: NDArray[np.int64]) -> Array:
-        """Errors (windows, sets, most steps, outputs) where the same samples have their errors without delay:
-        the noise of other samples would explain some of theirs.
+        """Errors (windows, sets, most steps, outputs) at the samples that the fitted model is compared at.
+
+        They are `later` (sets, outputs) samples earlier; the noise of other samples explains some errors.
         """
-        found = np.array(r)
+        found, sample, counted = np.array(r), np.arange(r.shape[2]), self.recording.counted
         for k, j in zip(*np.nonzero(later), strict=True):
-            late = later[k, j]
-            found[:, k, late:, j] = np.where(self.recording.counted[:, late:], r[:, k, :-late, j], 0.0)
-            found[:, k, :late, j] = self.r[:, :late, j]
+            at = sample - later[k, j]
+            inside = (at >= 0) & (at < self.recording.steps[:, None]) & counted
+            found[:, k, :, j] = np.where(inside, r[:, k, at % len(at), j], self.r[:, :, j])
         return found
 
     def products(self, slopes: Array, bounds: Array) -> Products:
