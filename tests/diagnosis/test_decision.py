@@ -204,13 +204,13 @@ def test_numbers_of_single_experiments_are_named_only_if_they_beat_the_best_law(
     law = plain.plus(effect("coulomb_friction"), JOINT)
     damping = Place("parameter", "b")
     found = compared([plain, law, plain.plus(scatter, damping), law.plus(scatter, damping)])
-    assert found.own.tolist() == [False, False, True, True] and found.named() == 1
+    assert found.own.tolist() == [0, 0, 1, 1] and found.named() == 1
     # the friction differs from experiment to experiment: no law of the library says so
     varied = replace(bench, friction=(0.03, 0.09, 0.05, 0.08, 0.04, 0.1, 0.06, 0.07))
     known = Hypothesis.known(study(tmp_path_factory.mktemp("scatter"), varied, *FRICTION))
     friction = Place("parameter", "F_c")
     found = compared([known, known.plus(scatter, friction), known.plus(effect("constant_load"), JOINT)])
-    assert found.own.tolist() == [False, True, False] and found.named() == 1
+    assert found.own.tolist() == [0, 1, 0] and found.named() == 1
     # they must remove a share of what is left, whatever it is of the known physics' error
     assert limited(found, material_share=1e-9, further_rest=0.9).named() == 0
     # and no number of an experiment is named where all have the same friction

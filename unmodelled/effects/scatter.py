@@ -1,8 +1,8 @@
-"""Scatter of a parameter between experiments (chapter 3)."""
+"""Scatter of a parameter, or of the gain of an actuator, between experiments (chapter 3)."""
 
 from __future__ import annotations
 
-from unmodelled.effects.effect import ParameterEffect
+from unmodelled.effects.effect import ActuatorEffect, ParameterEffect
 from unmodelled.effects.law import Amplitude, Law
 from unmodelled.effects.place import Site
 
@@ -22,3 +22,17 @@ class Scatter(ParameterEffect):
         size = at["p"].rms
         amplitude = Amplitude("1", 0.1 * size, (-0.5 * size, 0.5 * size))
         return Law(f"p + {deviation}", {deviation: amplitude}, per_experiment=True)
+
+
+class GainScatter(ActuatorEffect):
+    """Gain of an actuator that differs between experiments, for example with the supply voltage.
+
+    It differs by at most half. There is one number per experiment.
+    """
+
+    family = "scatter"
+    variant = "gain"
+    complexity = 4.5
+
+    def law(self, at: Site) -> Law:
+        return Law("(1 + g)*u", {"g": Amplitude("u", 0.1, (-0.5, 0.5))}, per_experiment=True)

@@ -16,7 +16,7 @@ from unmodelled.systems.model import System
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-#: Integration steps per sampling period; the second number is taken where the first is unstable.
+#: Integration steps per sampling period; the next number is taken where one is unstable.
 SUBSTEPS = (4, 32)
 
 
@@ -27,10 +27,12 @@ class Observer:
     Attributes:
         program: program of the register machine whose outputs are the hidden states.
         initial: program whose outputs are the hidden states at the start of every experiment.
+        columns: inputs and other states, by number, that the two programs depend on.
     """
 
     program: Program
     initial: Program
+    columns: tuple[int, ...]
 
     @classmethod
     def of(cls, system: System, hidden: Sequence[int]) -> Observer:
@@ -56,10 +58,13 @@ class Observer:
                 )
         imposed = [x for x in system.x if x not in shown]
         rates = [system.dynamics[k] for k in hidden]
-        equations = replace(
-            Equations.of(system, shown), states=shown, inputs=(*system.u, *imposed), rates=rates
-        )
-        return cls(assembled(equations), assembled(replace(equations, observed=starts)))
+        equations = Equations.of(system, shown)
+        laws = [law for port in system.ports if (law := port.law) is not None]
+        needed = set[object]().union(*(e.free_symbols for e in (*rates, *starts, *laws)))
+        driving = [*system.u, *imposed]
+        columns = tuple(k for k, name in enumerate(driving) if name in needed)
+        equations = replace(equations, states=shown, inputs=[driving[k] for k in columns], rates=rates)
+        return cls(assembled(equations), assembled(replace(equations, observed=starts)), columns)
 
     @property
     def parameters(self) -> Indices:
@@ -67,7 +72,13 @@ class Observer:
         return np.union1d(self.program.parameters, self.initial.parameters)
 
     def states(
-        self, windows: Windows, at: tuple[Indices, Indices], p: Array, c: Array, period: float
+        self,
+        windows: Windows,
+        at: tuple[Indices, Indices],
+        p: Array,
+        c: Array,
+        period: float,
+        substeps: int = SUBSTEPS[0],
     ) -> Array:
         """Integrate from the initial values by the Runge-Kutta method of order four.
 
@@ -79,17 +90,19 @@ class Observer:
             p: parameters, shape (experiments, sets, parameters), SI.
             c: constants of the operating points, shape (experiments, constants), SI.
             period: sampling period, s.
+            substeps: integration steps per sampling period, default 4; more where these are unstable.
 
         Returns:
             States, shape (rows, sets, hidden states), SI; not finite where the integration diverges.
         """
+        windows = windows._replace(u=windows.u[:, self.columns])
         owner, rows = windows.owner, windows.start[:, None] + windows.shift
         unknown = np.zeros(self.initial.sizes.states)
         x0 = self.initial.evaluate(
             windows.t[windows.start][:, None], unknown, windows.u[rows], p[owner], c[owner][:, None]
         )
-        for substeps in SUBSTEPS:
-            how = Integration(period, "rk4", substeps, hold=1.0)
+        for steps in (substeps, *(more for more in SUBSTEPS if more > substeps)):
+            how = Integration(period, "rk4", steps, hold=1.0)
             z = free_run(self.program, windows, p, c, x0, how)[at[0], :, at[1]]
             if np.isfinite(z).all():
                 break

@@ -138,7 +138,7 @@ class Simulation:
         if moved is not None:
             x0[:, :, self.measured] += moved
         if self.hidden:
-            x0[:, :, self.hidden] = self._integrated(tables, p)
+            x0[:, :, self.hidden] = self._integrated(tables, p, substeps)
         windows = Windows(
             tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
@@ -188,7 +188,7 @@ class Simulation:
         measured = record.logs.y[rows, np.arange(y.shape[3])]
         return Runs(shown, measured, record.counted, y[:, :, 0])
 
-    def _integrated(self, tables: WindowTables, p: Array) -> Array:
+    def _integrated(self, tables: WindowTables, p: Array, substeps: int) -> Array:
         """Hidden states (windows, sets, hidden states) at the starts of the windows.
 
         They depend on a few of the numbers only: sets that are alike in those are integrated once.
@@ -200,7 +200,7 @@ class Simulation:
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
         at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]
-        z = self._observer.states(windows, at, p[:, different], self.c, logs.period)
+        z = self._observer.states(windows, at, p[:, different], self.c, logs.period, substeps)
         return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:

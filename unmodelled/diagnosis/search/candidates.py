@@ -135,9 +135,9 @@ class Candidates:
         return np.array([len(f.hypothesis.effects) for f in self.fits])
 
     @cached_property
-    def own(self) -> NDArray[np.bool_]:
-        """Return which candidates, shape (candidates,), have numbers of single experiments."""
-        return np.array([f.is_own for f in self.fits])
+    def own(self) -> Indices:
+        """Return the number, shape (candidates,), of effects that differ between experiments."""
+        return np.array([sum(bool(e.per_experiment) for e in f.hypothesis.effects) for f in self.fits])
 
     def gain(self, before: int, after: int) -> Comparison:
         """Compare the predictions of two candidates.
@@ -178,9 +178,10 @@ class Candidates:
 
         It is material to lower the error of an output by a share of the known physics' error, or of what is
         left: an effect at one of six joints matters to the outputs of this joint. One more effect is a claim
-        of its own and must lower what is left by more than another effect in its place. Numbers of single
-        experiments, which absorb any structure, must lower what is left. Errors below `negligible_error`
-        matter to no one: a sensor of little noise shows more than any model needs to predict.
+        of its own and must lower what is left by more than another effect in its place. Further numbers of
+        single experiments, which absorb any structure, must lower what is left. Errors below
+        `negligible_error` matter to no one: a sensor of little noise shows more than any model needs to
+        predict.
 
         Args:
             one: number of the candidate that may be better.
@@ -198,7 +199,7 @@ class Candidates:
             further = self.effects[one] > self.effects[other]
             rest = limits.further_rest if further else limits.exchanged_rest
         lower = (1.0 - after / before) / rest
-        if not self.own[one]:
+        if self.own[one] <= self.own[other]:
             lower = np.maximum(lower, (before - after) / limits.material_share)
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any())

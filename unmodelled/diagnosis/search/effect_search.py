@@ -123,21 +123,36 @@ class EffectSearch:
         self._widen()
 
     def _own(self) -> None:
-        """Add numbers of single experiments to the named candidate, and effects to the best of these."""
-        named = self._named()
-        if len(named.recording.runs) < 2:
+        """Add numbers of single experiments to the named candidate and to the known physics.
+
+        Effects and further numbers are added to candidates with such numbers as long as these are named: what
+        differs between experiments and what they have in common hide each other.
+        """
+        if len(self.fitted.runs) < 2:
             return
-        own = [s for s in self.screen(named) if s.is_own]
-        self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
-        candidates = self.candidates
-        mine = np.flatnonzero(candidates.own).tolist()
-        if not mine:
-            return
-        best = min(mine, key=lambda k: float(candidates.remaining[k]))
-        room = candidates.effects[best] < MOST_EFFECTS
-        if room and candidates.is_material(best, list(self.found).index(named.hypothesis.key)):
-            self._grow(candidates.fits[best])
+        for parent in dict.fromkeys([self._named(), self.base]):
+            self._differ(parent)
+        grown: set[Key] = set()
+        while (parent := self._varied()) is not None and parent.hypothesis.key not in grown:
+            grown.add(parent.hypothesis.key)
+            self._grow(parent)
+            self._differ(parent)
             self._remove()
+
+    def _varied(self) -> FittedHypothesis | None:
+        """The named candidate, or the best with numbers of single experiments if it is better by much."""
+        candidates = self.candidates
+        named, own = candidates.named(), candidates.own > 0
+        best = int(np.argmin(np.where(own, candidates.remaining, np.inf)))
+        if not own[named] and own[best] and candidates.is_material(best, named):
+            named = best
+        room = own[named] and candidates.effects[named] < MOST_EFFECTS
+        return candidates.fits[named] if room else None
+
+    def _differ(self, parent: FittedHypothesis) -> None:
+        """Fit the most promising numbers of single experiments on top of a fitted hypothesis."""
+        own = [s for s in self.screen(parent) if s.is_own and s.key not in self.found]
+        self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
 
     def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Start]]:
         """Rank candidates by left-out predictions of short fits to few windows.
@@ -254,7 +269,8 @@ def _broad(found: Sequence[Screened]) -> list[Screened]:
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
     """The most promising families and places, so many and two laws of each: variants of one law are alike.
 
-    An effect at one level is compared with the same effect in all experiments.
+    An effect at one level is compared with the same effect in all experiments. A delay comes along whatever
+    its gain: other numbers had to stand in for it and change by much, which no linear prediction tells.
     """
     families: dict[object, list[Screened]] = {}
     for one in found:
@@ -263,8 +279,8 @@ def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
     first = [one for laws in list(families.values())[:count] for one in laws[:2]]
     local = {_everywhere(s) for s in first if s.place.factor is not None}
     chosen = {one.key for one in first}
-    more = [s for s in found if s.place.factor is None and _everywhere(s) in local and s.key not in chosen]
-    return [*first, *more]
+    more = [s for s in found if s.place.factor is None and (_everywhere(s) in local or s.is_delay)]
+    return [*first, *(one for one in more if one.key not in chosen)]
 
 
 def _cost(screened: Screened) -> float:

@@ -102,6 +102,11 @@ class Screened:
         return self.base.hypothesis.key | {(self.effect.family, self.effect.variant, self.place)}
 
     @property
+    def is_delay(self) -> bool:
+        """Return whether the effect is a delay of an input or output."""
+        return bool(self.hypothesis.effects[-1].delays)
+
+    @property
     def starts(self) -> tuple[Start, ...]:
         """Return values to start a fit from, the best first."""
         added, base = self.hypothesis.effects[-1], self.base.fit.every
