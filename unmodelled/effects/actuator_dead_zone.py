@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Shape, share
 from unmodelled.effects.place import Site
 
 
-class _DeadZone(ActuatorEffect):
+class _DeadZone(DriveEffect):
     family = "actuator_dead_zone"
 
     @property

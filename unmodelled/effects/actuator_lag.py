@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Memory, Shape, share
 from unmodelled.effects.place import Site
 
 
-class ActuatorLag(ActuatorEffect):
+class ActuatorLag(DriveEffect):
     """First-order lag of the actuator."""
 
     family = "actuator_lag"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
-from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
 from unmodelled.effects.law import Law, Shape, share
 from unmodelled.effects.place import Site
@@ -13,7 +13,7 @@ from unmodelled.effects.place import Site
 _LIMITS, _LEAST = 6, 0.15
 
 
-class _Saturation(ActuatorEffect):
+class _Saturation(DriveEffect):
     family = "actuator_saturation"
 
     @abstractmethod

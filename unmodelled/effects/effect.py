@@ -115,6 +115,13 @@ class ActuatorEffect(LawEffect):
         return tuple(Place("actuator", item.name) for item in system.inputs)
 
 
+class DriveEffect(ActuatorEffect):
+    """Change of a set point by the drive; none lies between a measured input and the physics."""
+
+    def places(self, system: System) -> tuple[Place, ...]:
+        return tuple(Place("actuator", item.name) for item in system.inputs if item.commanded)
+
+
 class SensorEffect(LawEffect):
     """Change of an output between the physics and the log."""
 

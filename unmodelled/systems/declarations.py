@@ -185,10 +185,11 @@ def _state(found: Declarations, name: str, node: Node) -> None:
 
 
 def _input(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("unit",), ("column", "delay"))
+    entries = node.fields(("unit",), ("column", "delay", "commanded"))
     found.names.add(name, "input", node)
     unit = found.units[name] = _unit(entries["unit"])
-    found.inputs.append(Input(name, unit.text, _column(name, entries), _delay(entries)))
+    commanded = entries["commanded"].boolean() if "commanded" in entries else True
+    found.inputs.append(Input(name, unit.text, _column(name, entries), _delay(entries), commanded))
 
 
 def _output(found: Declarations, name: str, node: Node) -> None:

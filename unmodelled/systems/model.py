@@ -56,12 +56,14 @@ class Input:
         unit: SI unit, as written.
         column: column of the log.
         delay: time in s by which the input acts later than logged (earlier if negative); default 0.
+        commanded: whether the log has the set point of a drive, default True; False: what acts was measured.
     """
 
     name: str
     unit: str
     column: str
     delay: float = 0.0
+    commanded: bool = True
 
 
 @dataclass(frozen=True)

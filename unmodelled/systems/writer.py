@@ -14,7 +14,7 @@ import sympy as sp
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.systems.grammar import parse
-from unmodelled.systems.model import Constant, Event, Output, Parameter, Port, State, System, symbol
+from unmodelled.systems.model import Constant, Event, Input, Output, Parameter, Port, State, System, symbol
 from unmodelled.systems.printing import printed
 from unmodelled.systems.scope import Scope, scope_of
 from unmodelled.systems.tables import Table
@@ -74,7 +74,7 @@ class _Text:
         states = [s.name for s in system.states]
         sections = {
             "states": {s.name: _braces(self._state(s)) for s in system.states},
-            "inputs": {u.name: _braces(_signal(u.unit, u.column, u.delay)) for u in system.inputs},
+            "inputs": {u.name: _braces(_input(u)) for u in system.inputs},
             "outputs": {y.name: _braces(self._output(y)) for y in system.outputs},
             "operating_point": {c.name: _braces(_constant(c)) for c in system.operating_point},
             "parameters": {p.name: _braces(_parameter(p)) for p in system.parameters},
@@ -160,6 +160,11 @@ def _braces(entries: Mapping[str, str]) -> str:
 def _signal(unit: str, column: str, delay: float) -> dict[str, str]:
     entries = {"unit": _quoted(unit), "column": _quoted(column)}
     return entries | {"delay": repr(float(delay))} if delay else entries
+
+
+def _input(item: Input) -> dict[str, str]:
+    entries = _signal(item.unit, item.column, item.delay)
+    return entries if item.commanded else entries | {"commanded": "false"}
 
 
 def _constant(constant: Constant) -> dict[str, str]:

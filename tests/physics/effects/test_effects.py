@@ -42,6 +42,15 @@ def test_every_effect_is_tried_somewhere() -> None:
     assert not untried, f"{untried}: no system has a place for it: add one to FILES of benches.py"
 
 
+def test_no_drive_lies_between_a_measured_input_and_the_physics() -> None:
+    known = read_system(Path("systems/pendulum.yaml"))
+    item = replace(known.inputs[0], commanded=False)
+    places = {e.family: e.places(replace(known, inputs=(item,))) for e in effects()}
+    for family in ("actuator_saturation", "actuator_dead_zone", "actuator_lag"):
+        assert not places[family]
+    assert places["actuator_gain"] and places["actuator_offset"] and places["input_delay"]
+
+
 @every(EVERY)
 def test_level_zero_adds_nothing(case: Case) -> None:
     zero = {sp.Symbol(name, real=True): sp.S.Zero for name in case.added.amplitudes}

@@ -48,7 +48,9 @@ class Deviation:
         return cls(
             value=_rms(per_output),
             per_output=dict(zip(logs.outputs, per_output.tolist(), strict=True)),
-            per_experiment={logs.ids[i]: _rms(np.sqrt(total[i] / count[i])) for i in recording.runs},
+            per_experiment={
+                logs.ids[i]: _rms(np.sqrt(total[i] / count[i])) for i in recording.runs if count[i] > 0
+            },
         )
 
 

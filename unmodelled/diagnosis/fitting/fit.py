@@ -22,8 +22,9 @@ from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 
 Array = NDArray[np.float64]
 
-#: Iterations of every start before the best one is continued, and windows on which they are compared.
-SCOUTING, SCOUTED = 2, 40
+#: Iterations of every start before the best one is continued; least samples and windows on which starts are
+#: compared.
+SCOUTING, SCOUTED_SAMPLES, SCOUTED_WINDOWS = 2, 2000, 8
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,9 @@ def _start(
     """The best of some starts after some iterations, and how many sets of numbers that took."""
     if len(starts) == 1:
         return Unknowns(simulation, each).vector(starts[0]), 0
-    few = Unknowns(simulation.over(simulation.recording.thinned(SCOUTED)), each)
+    recording = simulation.recording
+    count = max(SCOUTED_WINDOWS, round(SCOUTED_SAMPLES / float(recording.steps.mean())))
+    few = Unknowns(simulation.over(recording.thinned(count)), each)
     scouts = begin(few, [few.vector(start) for start in starts], substeps)
     for _ in range(SCOUTING):
         iterate(scouts)

@@ -133,10 +133,10 @@ class EffectSearch:
         for parent in dict.fromkeys([self._named(), self.base]):
             self._differ(parent)
         grown: set[Key] = set()
-        while (parent := self._varied()) is not None and parent.hypothesis.key not in grown:
-            grown.add(parent.hypothesis.key)
-            self._grow(parent)
-            self._differ(parent)
+        while (varied := self._varied()) is not None and varied.hypothesis.key not in grown:
+            grown.add(varied.hypothesis.key)
+            self._grow(varied)
+            self._differ(varied)
             self._remove()
 
     def _varied(self) -> FittedHypothesis | None:
