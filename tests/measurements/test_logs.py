@@ -18,6 +18,8 @@ from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import Output
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.writer import write_system
 
 BOTH = [Output("theta", "rad", "angle", theta), Output("omega", "rad/s", "speed", omega)]
 
@@ -52,6 +54,33 @@ def test_formats_and_columns(tmp_path: Path, suffix: str) -> None:
     assert logs.experiments["group"].tolist() == ["g", "b"]
     assert logs.provenance == {"data": "measured", "description": "log folder logs"}
     np.testing.assert_array_equal(logs.y[logs.rows(1), 1], run(300)["speed"])
+
+
+def test_columns_in_other_units_are_converted(tmp_path: Path) -> None:
+    text = (
+        "schema: system/1\nname: oven\nstates:\n  T: {unit: K}\n  phi: {unit: rad}\n  n: {unit: rad/s}\n"
+        "inputs:\n  P: {unit: kW, column: power}\n"
+        "outputs:\n  T: {unit: degC}\n  phi: {unit: deg}\n  n: {unit: rpm}\n"
+        "parameters:\n  C: {value: 2000, unit: J/K}\n  E: {value: 1000, unit: J}\n"
+        "dynamics: {T: P/C, phi: n, n: -n*P/E}\n"
+    )
+    (tmp_path / "oven.yaml").write_text(text)
+    known = read_system(tmp_path / "oven.yaml")
+    assert [o.unit for o in known.outputs] == ["K", "rad", "rad/s"] and known.inputs[0].unit == "W"
+    t, rng = 0.01 * np.arange(100), np.random.default_rng(0)
+    seen = {"t": t, **{name: np.cumsum(rng.normal(size=100)) for name in ("power", "T", "phi", "n")}}
+    logs = read_logs(write_folder(tmp_path / "logs", {"a": seen}), known)
+    np.testing.assert_allclose(logs.u[:, 0], 1e3 * seen["power"])
+    rpm = seen["n"] * 2.0 * np.pi / 60.0
+    np.testing.assert_allclose(logs.y.T, [seen["T"] + 273.15, np.radians(seen["phi"]), rpm])
+    frames = Logs.from_frames({"a": pd.DataFrame(seen)}, known)
+    np.testing.assert_allclose(frames.y, logs.y)
+    # what is written for a system file is read with it again
+    logs.to_hdf5(tmp_path / "logs.h5", known)
+    np.testing.assert_allclose(read_logs(tmp_path / "logs.h5", known).y, logs.y)
+    write_system(known, tmp_path / "again.yaml")
+    again = read_system(tmp_path / "again.yaml")
+    assert (again.inputs, again.outputs) == (known.inputs, known.outputs)
 
 
 def test_what_spreadsheets_write_is_read(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
 from unmodelled.logs.table import SMALLEST, Columns, Rows, check_header, check_texts, numbers
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Input, Output, System
 
 Array = NDArray[np.float64]
 
@@ -25,13 +26,30 @@ TURN = 2.0 * np.pi  # rad
 
 
 def units_of(system: System) -> dict[str, str]:
-    """Return the columns that a log of a system must have, with their units.
+    """Return the columns that a log of a system must have, with the units in which they are logged.
 
     Args:
         system: system whose inputs and outputs name the columns.
     """
-    named = {item.column: item.unit for item in system.inputs} | {o.column: o.unit for o in system.outputs}
-    return {"t": "s", **named}
+    return {"t": "s", **{s.column: s.column_unit for s in _signals(system)}}
+
+
+def _signals(system: System) -> list[Input | Output]:
+    return [*system.inputs, *system.outputs]
+
+
+def in_si(log: Columns, system: System) -> Columns:
+    """Return a log with all columns in SI units.
+
+    Args:
+        log: columns of one experiment, as logged.
+        system: system whose inputs and outputs give the units of the columns.
+    """
+    scaled = {s.column: s.logged for s in _signals(system) if s.logged is not None}
+    values = {
+        name: scaled[name].to_si(column) if name in scaled else column for name, column in log.values.items()
+    }
+    return replace(log, values=values)
 
 
 def assembled(

@@ -11,7 +11,7 @@ from typing import Any
 from unmodelled.base.errors import BadInput, Faults, nearest
 from unmodelled.base.limits import check_file
 from unmodelled.base.shapes import ORIGIN, read_shaped
-from unmodelled.logs.assembly import assembled, check_log, units_of
+from unmodelled.logs.assembly import assembled, check_log, in_si, units_of
 from unmodelled.logs.constants import logged
 from unmodelled.logs.hdf5 import Address, is_hdf5, read_campaign, read_hdf5
 from unmodelled.logs.logs import Logs
@@ -110,7 +110,7 @@ def _logs(table: Path, named: Sequence[tuple[int, str]], system: System, faults:
             if place in read or place not in packed:
                 log = read[place] if place in packed else read_columns(place.file, list(units))
                 check_log(log, system)
-                logs.append(log)
+                logs.append(in_si(log, system))
     return logs
 
 

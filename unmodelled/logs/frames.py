@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from unmodelled.base.errors import BadInput, Faults
-from unmodelled.logs.assembly import assembled, check_log, units_of
+from unmodelled.logs.assembly import assembled, check_log, in_si, units_of
 from unmodelled.logs.cells import frame_numbers
 from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
@@ -39,7 +39,7 @@ def read_frames(
         with faults.collected():
             log = _columns(Path(f"frames[{name!r}]"), frame, list(units_of(system)))
             check_log(log, system)
-            logs.append(log)
+            logs.append(in_si(log, system))
     return assembled(system, Path("experiments"), table, logs, ORIGIN, faults)
 
 

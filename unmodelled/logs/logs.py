@@ -18,7 +18,7 @@ from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Input, Output, System
 
 Array = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -206,9 +206,10 @@ class Logs:
                 f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
             )
         columns = {"t": self.t}
-        columns |= {item.column: self.y[:, j] for j, item in enumerate(system.outputs)}
-        columns |= {item.column: self.u[:, j] for j, item in enumerate(system.inputs)}
-        units = {o.column: o.unit for o in system.outputs} | {i.column: i.unit for i in system.inputs}
+        columns |= {o.column: _as_logged(o, self.y[:, j]) for j, o in enumerate(system.outputs)}
+        columns |= {i.column: _as_logged(i, self.u[:, j]) for j, i in enumerate(system.inputs)}
+        units = {o.column: o.column_unit for o in system.outputs}
+        units |= {i.column: i.column_unit for i in system.inputs}
         samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
         write_hdf5(path, self.experiments, samples, {"t": "s", **units}, self.provenance)
 
@@ -337,3 +338,8 @@ def names(system: System) -> tuple[Names, Names, Names, Names]:
         tuple(item.name for item in system.states),
         tuple(item.name for item in system.operating_point),
     )
+
+
+def _as_logged(item: Input | Output, values: Array) -> Array:
+    """Values of a signal in the unit of its column."""
+    return values if item.logged is None else item.logged.from_si(values)

@@ -158,6 +158,14 @@ def _unit(node: Node) -> Unit:
         raise node.wrong(str(error)) from None
 
 
+def _logged_unit(node: Node) -> tuple[Unit, units.LoggedUnit | None]:
+    """The SI unit of a signal, and the unit of its column if that is another one."""
+    try:
+        return units.parse_logged("" if node.content is None else node.text())
+    except ValueError as error:
+        raise node.wrong(str(error)) from None
+
+
 def _delay(entries: dict[str, Node]) -> float:
     return entries["delay"].number() if "delay" in entries else 0.0
 
@@ -187,9 +195,10 @@ def _state(found: Declarations, name: str, node: Node) -> None:
 def _input(found: Declarations, name: str, node: Node) -> None:
     entries = node.fields(("unit",), ("column", "delay", "commanded"))
     found.names.add(name, "input", node)
-    unit = found.units[name] = _unit(entries["unit"])
+    unit, logged = _logged_unit(entries["unit"])
+    found.units[name] = unit
     commanded = entries["commanded"].boolean() if "commanded" in entries else True
-    found.inputs.append(Input(name, unit.text, _column(name, entries), _delay(entries), commanded))
+    found.inputs.append(Input(name, unit.text, _column(name, entries), _delay(entries), commanded, logged))
 
 
 def _output(found: Declarations, name: str, node: Node) -> None:
@@ -200,13 +209,16 @@ def _output(found: Declarations, name: str, node: Node) -> None:
     if "expression" not in entries and name not in {s.name for s in found.states}:
         raise node.wrong("no state has this name: give an expression")
     checked_name(name, node)
-    unit = found.output_units[name] = _unit(entries["unit"])
+    unit, logged = _logged_unit(entries["unit"])
+    found.output_units[name] = unit
     column, delay = _column(name, entries), _delay(entries)
     if delay < 0:
         raise entries["delay"].wrong(f"must not be negative, got {delay:g}: a sensor cannot show the future")
+    if any(i.column == column and i.logged != logged for i in found.inputs):
+        raise entries["unit"].wrong(f"an input has the column {shown(column)} in another unit: give the same")
     if column in {o.column for o in found.outputs}:
         raise node.wrong(f"the column {shown(column)} is already an output: name another column")
-    found.outputs.append(Output(name, unit.text, column, symbol(name), delay))
+    found.outputs.append(Output(name, unit.text, column, symbol(name), delay, logged))
 
 
 def _constant(found: Declarations, name: str, node: Node) -> None:

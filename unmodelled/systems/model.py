@@ -12,7 +12,7 @@ import sympy as sp
 from unmodelled.systems import units
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.tables import Table
-from unmodelled.systems.units import parse_unit
+from unmodelled.systems.units import LoggedUnit, parse_unit
 
 TIME = sp.Symbol("t", real=True)
 #: What a port stands for: see `Port`.
@@ -57,6 +57,7 @@ class Input:
         column: column of the log.
         delay: time in s by which the input acts later than logged (earlier if negative); default 0.
         commanded: whether the log has the set point of a drive, default True; False: what acts was measured.
+        logged: unit of the column, where it is not `unit`; default None.
     """
 
     name: str
@@ -64,6 +65,12 @@ class Input:
     column: str
     delay: float = 0.0
     commanded: bool = True
+    logged: LoggedUnit | None = None
+
+    @property
+    def column_unit(self) -> str:
+        """Return the unit of the column, as written."""
+        return self.unit if self.logged is None else self.logged.text
 
 
 @dataclass(frozen=True)
@@ -76,6 +83,7 @@ class Output:
         column: column of the log.
         expression: measured quantity in terms of states, inputs, parameters and constants.
         delay: age in s of the value that the sensor reports; default 0.
+        logged: unit of the column, where it is not `unit`; default None.
     """
 
     name: str
@@ -83,6 +91,12 @@ class Output:
     column: str
     expression: sp.Expr
     delay: float = 0.0
+    logged: LoggedUnit | None = None
+
+    @property
+    def column_unit(self) -> str:
+        """Return the unit of the column, as written."""
+        return self.unit if self.logged is None else self.logged.text
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,11 @@ from fractions import Fraction
 from functools import cache
 from itertools import product
 
+import numpy as np
 import pint
+from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
 #: Exponents of kg, m, s, A, K, mol and cd.
 Dimension = tuple[Fraction, ...]
 
@@ -57,6 +60,62 @@ class Unit:
     dimension: Dimension
 
 
+@dataclass(frozen=True)
+class LoggedUnit:
+    """Unit of a column of a log that is no coherent SI unit.
+
+    Attributes:
+        text: unit as written.
+        factor: SI value of one unit, less that of zero units.
+        offset: SI value of zero units.
+    """
+
+    text: str
+    factor: float
+    offset: float
+
+    def to_si(self, values: Array) -> Array:
+        """Convert values of the column to SI units.
+
+        Args:
+            values: values as logged, any shape.
+        """
+        return self.offset + self.factor * values
+
+    def from_si(self, values: Array) -> Array:
+        """Convert values in SI units to those of the column.
+
+        Args:
+            values: values in SI units, any shape.
+        """
+        return (values - self.offset) / self.factor
+
+
+def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
+    """Parse the unit of a column of a log, which may be any unit.
+
+    Args:
+        text: unit, such as "mm", "deg", "rpm", "mA" or "degC".
+
+    Returns:
+        SI unit of the quantity, and the unit of the column; None if it is the SI unit.
+
+    Raises:
+        ValueError: if the text is not a unit.
+
+    Examples:
+        >>> unit, logged = parse_logged("rpm")
+        >>> unit.text, round(logged.factor, 4), logged.offset
+        ('rad/s', 0.1047, 0.0)
+        >>> parse_logged("mA")[0].text, parse_logged("N s/m")[1]
+        ('A', None)
+    """
+    one, zero = _in_si(text, 1.0), _in_si(text, 0.0)
+    if _is_coherent(one):
+        return Unit(text, one.dimension), None
+    return Unit(one.name, one.dimension), LoggedUnit(text, one.value - zero.value, zero.value)
+
+
 def parse_unit(text: str) -> Unit:
     """Parse a unit.
 
@@ -80,26 +139,50 @@ def parse_unit(text: str) -> Unit:
     return Unit(text, _dimension(text))
 
 
+@dataclass(frozen=True)
+class _Quantity:
+    """A number in SI units; `angle` is the name of its unit if it contains the radian."""
+
+    value: float
+    dimension: Dimension
+    angle: str = ""
+
+    @property
+    def name(self) -> str:
+        """Name of the SI unit."""
+        return self.angle or describe(self.dimension)
+
+
+def _is_coherent(one: _Quantity) -> bool:
+    return math.isclose(one.value, 1.0, rel_tol=1e-9)
+
+
 @cache
 def _dimension(text: str) -> Dimension:
+    one = _in_si(text, 1.0)
+    if not _is_coherent(one):
+        raise ValueError(f"{text!r} must be in SI units, e.g. {one.name} instead of {text}")
+    return one.dimension
+
+
+@cache
+def _in_si(text: str, value: float) -> _Quantity:
     spelled = text.strip().translate(_SPELLED).replace("Ohm", "ohm")
     if spelled in ("", "-", "1"):
-        return ONE
+        return _Quantity(value, ONE)
     if len(text) > _LONGEST or not _SHAPE.fullmatch(spelled):
         raise ValueError(f"{text[:_LONGEST]!r} is not a unit; write for instance N s/m or kg m^2")
     spelled = _RUN_TOGETHER.sub(lambda found: " ".join(filter(None, found.groups())), spelled)
     try:
-        base = _registry().Quantity(1.0, _registry().parse_units(spelled)).to_base_units()
+        base = _registry().Quantity(value, _registry().parse_units(spelled)).to_base_units()
     except pint.UndefinedUnitError as error:
         raise ValueError(f"unknown unit {str(error.args[0])!r} in {text!r}") from None
     except _MALFORMED:
         raise ValueError(f"{text!r} is not a unit; write for instance N s/m or kg m^2") from None
     exponents = {name: str(e) for name, e in base.dimensionality.items()}
     dimension = tuple(Fraction(exponents.get(f"[{name}]", "0")) for name in _NAMES)
-    if not math.isclose(base.magnitude, 1.0, rel_tol=1e-9):
-        better = describe(dimension) if dimension != ONE else f"{base.units:~}" or "1"
-        raise ValueError(f"{text!r} must be in SI units, e.g. {better} instead of {text}")
-    return dimension
+    angle = f"{base.units:~C}".replace("**", "^") if "radian" in dict(base.unit_items()) else ""
+    return _Quantity(float(base.magnitude), dimension, angle)
 
 
 @cache

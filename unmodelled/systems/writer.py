@@ -115,7 +115,7 @@ class _Text:
         return entries | {"initial": repr(float(state.initial))} if state.initial else entries
 
     def _output(self, output: Output) -> dict[str, str]:
-        entries = _signal(output.unit, output.column, output.delay)
+        entries = _signal(output)
         place = f"outputs.{output.name}.expression"
         if place in self.system.text or output.expression != symbol(output.name):
             entries["expression"] = self._expression(place, output.expression)
@@ -157,13 +157,13 @@ def _braces(entries: Mapping[str, str]) -> str:
     return "{" + ", ".join(f"{key}: {value}" for key, value in entries.items()) + "}"
 
 
-def _signal(unit: str, column: str, delay: float) -> dict[str, str]:
-    entries = {"unit": _quoted(unit), "column": _quoted(column)}
-    return entries | {"delay": repr(float(delay))} if delay else entries
+def _signal(item: Input | Output) -> dict[str, str]:
+    entries = {"unit": _quoted(item.column_unit), "column": _quoted(item.column)}
+    return entries | {"delay": repr(float(item.delay))} if item.delay else entries
 
 
 def _input(item: Input) -> dict[str, str]:
-    entries = _signal(item.unit, item.column, item.delay)
+    entries = _signal(item)
     return entries if item.commanded else entries | {"commanded": "false"}
 
 

@@ -196,7 +196,7 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, old: str, new: str, w
         ("  v: (F_m - b*v - F_rail)/M - 9.81", "  v: (F_m - b*v - F_rail)/M - z", "- z"),
         ("  F_m: kf*u", "  F_m: kf*u\n  G: F_m +", "  G:"),
         ("  kf: {value", "\tkf: {value", "\tkf"),
-        ("  x: {column: x, unit: m}", "  x:\n    column: x\n    unit: cm", "    unit: cm"),
+        ("  x: {column: x, unit: m}", "  x:\n    column: x\n    unit: cmm", "    unit: cmm"),
     ],
 )
 def test_the_line_is_the_right_one(tmp_path: Path, old: str, new: str, part: str) -> None:

@@ -55,7 +55,7 @@ def test_a_described_unit_is_that_unit(text: str) -> None:
         ("kN", "e.g. N instead of kN"),
         ("kNm", "e.g. N m instead of kNm"),
         ("deg", "e.g. rad instead of deg"),
-        ("rpm", "e.g. 1/s instead of rpm"),
+        ("rpm", "e.g. rad/s instead of rpm"),
         ("%", "must be in SI units"),
         ("g", "e.g. kg instead of g"),
         ("degC", "e.g. K instead of degC"),

@@ -45,7 +45,10 @@ PROBLEMS = (
     LogProblem(
         "sign", -1.0, "", "as if its sign were reversed", "multiplied by -1", "Reverse the sign of the column"
     ),
-    LogProblem("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180", _CONVERT),
+    LogProblem(
+        *("degrees", math.pi / 180.0, "rad", "like degrees", "multiplied by pi/180"),
+        "Write `unit: deg` (or deg/s) in the system file, or convert the column",
+    ),
     LogProblem(
         "radians", 180.0 / math.pi, "rad", "as if its unit were 57.3 rad", "multiplied by 180/pi", _CONVERT
     ),
