@@ -113,6 +113,8 @@ class BeltAxis(Machine):
           lambda a, *_: actuators.Offset(0.5 * a), (("constant_load", "motor"),)),
         P("actuator_saturation", "actuator:i", lambda a, *_: actuators.SoftSaturation(10.0 / a)),
         P("actuator_dead_zone", "actuator:i", lambda a, *_: actuators.RoundedDeadZone(0.5 * a)),
+        P("actuator_asymmetry", "actuator:i",
+          lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.2)),
         P("actuator_lag", "actuator:i", lambda a, *_: actuators.TwoPoleLag(0.006 * a)),
         P("input_delay", "actuator:i", lambda a, *_: actuators.Transport(0.0047 * a)),
         P("sensor_gain", "sensor:x_c", lambda a, *_: sensors.ScaleError(0.01 * a)),

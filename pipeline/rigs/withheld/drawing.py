@@ -36,6 +36,7 @@ FAMILIES = frozenset(
         "actuator_offset",
         "actuator_saturation",
         "actuator_dead_zone",
+        "actuator_asymmetry",
         "actuator_lag",
         "input_delay",
         "sensor_gain",

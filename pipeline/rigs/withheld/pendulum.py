@@ -96,6 +96,8 @@ class Pendulum(Machine):
           (("constant_load", "joint"),)),
         P("actuator_saturation", "actuator:torque", lambda a, *_: actuators.SoftSaturation(0.9 / a)),
         P("actuator_dead_zone", "actuator:torque", lambda a, *_: actuators.RoundedDeadZone(0.06 * a)),
+        P("actuator_asymmetry", "actuator:torque",
+          lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.02)),
         P("actuator_lag", "actuator:torque", lambda a, *_: actuators.TwoPoleLag(0.02 * a)),
         P("input_delay", "actuator:torque", lambda a, *_: actuators.Transport(0.013 * a),
           (("sensor_delay", "sensor:theta"),)),

@@ -156,6 +156,8 @@ class SliderCrank(Machine):
           lambda a, *_: actuators.Offset(0.08 * a), (("constant_load", "shaft"),)),
         P("actuator_saturation", "actuator:T", lambda a, *_: actuators.SoftSaturation(0.8 / a)),
         P("actuator_dead_zone", "actuator:T", lambda a, *_: actuators.RoundedDeadZone(0.08 * a)),
+        P("actuator_asymmetry", "actuator:T",
+          lambda a, *_: actuators.UnequalSides(min(0.15 * a, 0.5), 0.02)),
         P("actuator_lag", "actuator:T", lambda a, *_: actuators.TwoPoleLag(0.01 * a)),
         P("input_delay", "actuator:T", lambda a, *_: actuators.Transport(0.0073 * a)),
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.12 * a)),

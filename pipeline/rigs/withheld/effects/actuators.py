@@ -67,6 +67,22 @@ class RoundedDeadZone(ActuatorEffect):
 
 
 @dataclass
+class UnequalSides(ActuatorEffect):
+    """A gain that is higher for one sign of the command than for the other, with a gradual transition.
+
+    Attributes:
+        excess: relative gain error at large positive commands, opposite at large negative commands.
+        width: command scale of the transition, in the unit of the command.
+    """
+
+    excess: float
+    width: float
+
+    def applied(self, dt: float, t: float, u: Array) -> Array:
+        return np.asarray(u * (1.0 + self.excess * np.tanh(u / self.width)))
+
+
+@dataclass
 class TwoPoleLag(ActuatorEffect):
     """A second-order lag with one pole at 1 / time and one five times as fast.
 
