@@ -85,7 +85,7 @@ def relaxation(at: Site) -> Fixed:
     """Return one sampling period, the shortest time constant of a memory.
 
     Args:
-        at: port with the magnitudes of its quantities.
+        at: place with the magnitudes of its quantities.
 
     Returns:
         Fixed number in s.

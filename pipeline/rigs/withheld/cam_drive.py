@@ -139,6 +139,7 @@ class CamDrive(Machine):
         P("actuator_saturation", "actuator:duty", lambda a, *_: actuators.SoftSaturation(0.8 / a)),
         P("actuator_dead_zone", "actuator:duty", lambda a, *_: actuators.RoundedDeadZone(0.06 * a)),
         P("actuator_lag", "actuator:duty", lambda a, *_: actuators.TwoPoleLag(0.016 * a)),
+        P("actuator_rate_limit", "actuator:duty", lambda a, *_: actuators.SlowAmplifier(2.0 / a)),
         P("input_delay", "actuator:duty", lambda a, *_: actuators.Transport(0.0103 * a)),
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.1 * a)),
         P("sensor_gain", "sensor:omega", lambda a, *_: sensors.ScaleError(0.08 * a)),
@@ -153,6 +154,4 @@ class CamDrive(Machine):
         P("sticky_valve", "actuator:duty", lambda a, *_: foreign.StickyValve(0.06 * a)),
         P("heated_motor", "actuator:duty", lambda a, *_: foreign.HeatedMotor(0.5 * a, 0.5),
           (("drift", "actuator:duty"), ("actuator_gain", "actuator:duty"))),
-        P("slow_amplifier", "actuator:duty", lambda a, *_: foreign.SlowAmplifier(4.5 / a),
-          (("actuator_lag", "actuator:duty"), ("actuator_saturation", "actuator:duty"))),
     )  # fmt: skip

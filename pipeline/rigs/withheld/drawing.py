@@ -38,6 +38,7 @@ FAMILIES = frozenset(
         "actuator_dead_zone",
         "actuator_asymmetry",
         "actuator_lag",
+        "actuator_rate_limit",
         "input_delay",
         "sensor_gain",
         "sensor_offset",

@@ -109,6 +109,8 @@ class Hoist(Machine):
         P("heated_friction", "rail",
           lambda a, plan, _: foreign.HeatedFriction((2.0 + 4.0 * plan.conditions["m"]) * a, 2.0, 3.0),
           (("coulomb_friction", "rail"), ("drift", "rail"))),
+        P("floor_vibration", "rail",
+          lambda a, plan, rng: foreign.FloorVibration(7.0 * a, 10.0, rng.uniform(0.0, 6.28, plan.runs))),
         P("sticky_valve", "actuator:u", lambda a, *_: foreign.StickyValve(0.8 * a)),
         P("flexible_transmission", "rail", lambda a, *_: play.Resonator("M", min(1.8 * a, 6.0), 8.0, 0.02)),
     )  # fmt: skip

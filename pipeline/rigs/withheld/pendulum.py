@@ -99,6 +99,7 @@ class Pendulum(Machine):
         P("actuator_asymmetry", "actuator:torque",
           lambda a, *_: actuators.UnequalSides(min(0.12 * a, 0.5), 0.02)),
         P("actuator_lag", "actuator:torque", lambda a, *_: actuators.TwoPoleLag(0.02 * a)),
+        P("actuator_rate_limit", "actuator:torque", lambda a, *_: actuators.SlowAmplifier(2.5 / a)),
         P("input_delay", "actuator:torque", lambda a, *_: actuators.Transport(0.013 * a),
           (("sensor_delay", "sensor:theta"),)),
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.04 * a)),
@@ -112,6 +113,4 @@ class Pendulum(Machine):
         P("floor_vibration", "joint",
           lambda a, plan, rng: foreign.FloorVibration(0.06 * a, 9.0, rng.uniform(0.0, 6.28, plan.runs))),
         P("missed_counts", "sensor:theta", lambda a, *_: foreign.MissedCounts(0.08 * a, 2.5)),
-        P("slow_amplifier", "actuator:torque", lambda a, *_: foreign.SlowAmplifier(4.0 / a),
-          (("actuator_lag", "actuator:torque"), ("actuator_saturation", "actuator:torque"))),
     )  # fmt: skip

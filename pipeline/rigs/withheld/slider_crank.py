@@ -159,6 +159,7 @@ class SliderCrank(Machine):
         P("actuator_asymmetry", "actuator:T",
           lambda a, *_: actuators.UnequalSides(min(0.15 * a, 0.5), 0.02)),
         P("actuator_lag", "actuator:T", lambda a, *_: actuators.TwoPoleLag(0.01 * a)),
+        P("actuator_rate_limit", "actuator:T", lambda a, *_: actuators.SlowAmplifier(5.0 / a)),
         P("input_delay", "actuator:T", lambda a, *_: actuators.Transport(0.0073 * a)),
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.12 * a)),
         P("sensor_gain", "sensor:omega", lambda a, *_: sensors.ScaleError(0.08 * a)),
@@ -171,5 +172,6 @@ class SliderCrank(Machine):
           lambda a, *_: play.Resonator("J1", min(0.0015 * a, 0.0025), 9.0, 0.01)),
         P("heated_motor", "actuator:T",
           lambda a, *_: foreign.HeatedMotor(1.5 * a, 0.5), (("drift", "actuator:T"),)),
+        P("sticky_valve", "actuator:T", lambda a, *_: foreign.StickyValve(0.08 * a)),
         P("missed_counts", "sensor:theta", lambda a, *_: foreign.MissedCounts(0.08 * a, 12.0)),
     )  # fmt: skip

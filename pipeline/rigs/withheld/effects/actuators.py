@@ -102,6 +102,23 @@ class TwoPoleLag(ActuatorEffect):
 
 
 @dataclass
+class SlowAmplifier(ActuatorEffect):
+    """A limit of the rate of the output, which follows slower commands exactly.
+
+    Attributes:
+        rate: largest rate, in the unit of the command per second.
+    """
+
+    rate: float
+    _last: Array | None = field(default=None, init=False, repr=False)
+
+    def applied(self, dt: float, t: float, u: Array) -> Array:
+        last = u if self._last is None else self._last
+        self._last = np.asarray(last + np.clip(u - last, -dt * self.rate, dt * self.rate))
+        return self._last
+
+
+@dataclass
 class Transport(ActuatorEffect):
     """A delay of the command; the first command acts before.
 
