@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -72,8 +72,17 @@ dynamics: {T: (P_0 + P - k*T - q)/C}
 """
 
 
-def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
-    """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it."""
+def plant(
+    folder: Path, effect: Effect, ids: Sequence[str] = IDS, numbers: Mapping[str, float] | None = None
+) -> None:
+    """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it.
+
+    Args:
+        folder: folder that is made.
+        effect: effect to plant.
+        ids: ids of the experiments.
+        numbers: values of some numbers of the law; default: a size that can be seen of every number.
+    """
     machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM))
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
@@ -84,7 +93,7 @@ def plant(folder: Path, effect: Effect, ids: Sequence[str] = IDS) -> None:
     added = effect.add(known, place, replace(sizes, effort={known.ports[0].name: EFFORT}))
     own = {name: added.scales[name] * np.array(OWN) for name in added.per_experiment}
     columns = {name: column(logs.experiments) for name, column in added.columns.items()}
-    grown = in_columns(with_numbers(added.system, [added], _numbers(added)), own)
+    grown = in_columns(with_numbers(added.system, [added], _numbers(added) | dict(numbers or {})), own)
     _write(folder / "logs", grown, {**columns, **own}, ids, rates)
 
 

@@ -9,6 +9,9 @@ from unmodelled.effects.grids import geometric, presliding, relaxation
 from unmodelled.effects.law import Amplitude, Law, Memory, Shape, positive
 from unmodelled.effects.place import Site
 
+#: Added to the square of z, which is at most one.
+_TINY = 1e-9
+
 
 class _Hysteresis(PortEffect):
     """Effort F_h*z, where z approaches the direction of motion over the distance x_h.
@@ -25,20 +28,23 @@ class _Hysteresis(PortEffect):
     def build_up(self) -> str:
         """Return dz/dt times the distance, as an expression."""
 
+    def rate(self) -> str:
+        """Return dz/dt as an expression; by default it relaxes within one sampling period."""
+        return f"({self.build_up()})/(x_h + tau*abs(v))"
+
     def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
         """Return further amplitudes and shapes; none by default."""
         return {}, {}
 
     def law(self, at: Site) -> Law:
         amplitudes, shapes = self.further(at)
-        rate = f"({self.build_up()})/(x_h + tau*abs(v))"
         more = "".join(f" + {name}*({amplitude.adds})" for name, amplitude in amplitudes.items())
         return Law(
             f"F_h*z{more}, x_h*d(z)/dt = {self.build_up()}",
             {"F_h": positive("z", at.effort), **amplitudes},
             {"x_h": presliding(at), **shapes},
             {"tau": relaxation(at)},
-            {"z": Memory("1", rate)},
+            {"z": Memory("1", self.rate())},
         )
 
 
@@ -53,15 +59,27 @@ class Dahl(_Hysteresis):
 
 
 class BoucWen(_Hysteresis):
-    """Bouc-Wen model of friction with exponent two, and a loop that is as steep on its way back as at its
-    start.
+    """Bouc-Wen model of friction with a free shape of its loop.
+
+    The way back is as steep as the start of the loop for b_h = 0.5, steeper for a larger b_h, and flatter for
+    a smaller one. The loop has sharper corners for a larger exponent n_h. The magnitude of z stays below one.
     """
 
     variant = "bouc_wen"
-    complexity = 3.5
+    complexity = 4.0
 
     def build_up(self) -> str:
-        return "v - 0.5*(abs(v)*z*abs(z) + v*z**2)"
+        return "v - b_h*abs(v)*z*abs(z)**(n_h - 1) - (1 - b_h)*v*abs(z)**n_h"
+
+    def rate(self) -> str:
+        # z**2 plus a small number, because a power of zero has no derivative by n_h; n_h in the denominator,
+        # because z approaches one n_h times as fast
+        square = f"(z**2 + {_TINY})"
+        left = f"b_h*abs(v)*z*{square}**((n_h - 1)/2) + (1 - b_h)*v*{square}**(n_h/2)"
+        return f"(v - ({left}))/(x_h + n_h/2*tau*abs(v))"
+
+    def further(self, at: Site) -> tuple[dict[str, Amplitude], dict[str, Shape]]:
+        return {}, {"b_h": Shape("1", (0.5,), (0.1, 1.0)), "n_h": Shape("1", (2.0,), (1.0, 5.0))}
 
 
 class LuGre(_Hysteresis):

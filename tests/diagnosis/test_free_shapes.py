@@ -1,0 +1,34 @@
+"""Laws with a free shape: a loop of another shape than the starting values is named, with its numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.diagnosis.planted import plant
+from tests.diagnosis.studies import effect
+from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.search import screen
+from unmodelled.effects.library import effects
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
+
+#: Families of friction, which are the only ones that this test compares.
+FRICTION = ("viscous_friction", "coulomb_friction", "stribeck_friction", "hysteresis")
+
+
+@pytest.mark.parametrize(("back", "exponent"), [(0.9, 3.0), (0.2, 1.5)])
+def test_a_loop_of_another_shape_is_hysteresis(
+    back: float, exponent: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plant(tmp_path, effect("hysteresis", "bouc_wen"), numbers={"b_h": back, "n_h": exponent, "x_h": 0.1})
+    monkeypatch.setattr(screen, "effects", lambda: tuple(e for e in effects() if e.family in FRICTION))
+    system = read_system(tmp_path / "system.yaml")
+    found = diagnose_gap(system, read_logs(tmp_path / "logs", system), 0.2, 0, 1)
+    (named,) = found.effects
+    assert (named.added.family, named.added.variant) == ("hysteresis", "bouc_wen")
+    assert named.estimates["F_h"].value == pytest.approx(0.15, rel=0.05)
+    assert named.estimates["x_h"].value == pytest.approx(0.1, rel=0.1)
+    assert named.estimates["b_h"].value == pytest.approx(back, abs=0.1)
+    assert named.estimates["n_h"].value == pytest.approx(exponent, rel=0.15)
