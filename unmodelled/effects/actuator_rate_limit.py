@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.effect import ActuatorEffect
+from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric, relaxation
 from unmodelled.effects.law import Law, Memory, Shape, share
 from unmodelled.effects.place import Site
@@ -12,7 +12,7 @@ from unmodelled.effects.place import Site
 _LIMITS, _SLOWEST, _FASTEST = 7, 0.5, 4.0
 
 
-class ActuatorRateLimit(ActuatorEffect):
+class ActuatorRateLimit(DriveEffect):
     """Actuator that follows its input with a limited rate.
 
     Close to its input the actuator follows within one sampling period, so that a simulation stays stable.

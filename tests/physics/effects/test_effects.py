@@ -46,7 +46,7 @@ def test_no_drive_lies_between_a_measured_input_and_the_physics() -> None:
     known = read_system(Path("systems/pendulum.yaml"))
     item = replace(known.inputs[0], commanded=False)
     places = {e.family: e.places(replace(known, inputs=(item,))) for e in effects()}
-    for family in ("actuator_saturation", "actuator_dead_zone", "actuator_lag"):
+    for family in ("actuator_saturation", "actuator_dead_zone", "actuator_lag", "actuator_rate_limit"):
         assert not places[family]
     assert places["actuator_gain"] and places["actuator_offset"] and places["input_delay"]
 

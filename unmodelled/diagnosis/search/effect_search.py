@@ -50,6 +50,7 @@ class EffectSearch:
         progress: function that is called with a line of text at each step.
         found: left-out predictions of fitted hypotheses by key, the known physics first.
         screens: screened candidates on top of a fitted hypothesis, by its key.
+        grown: keys of the hypotheses that effects were added to.
     """
 
     study: Study
@@ -57,6 +58,7 @@ class EffectSearch:
     progress: Callable[[str], None] = lambda _: None
     found: dict[Key, LeftOut] = field(default_factory=dict)
     screens: dict[Key, list[Screened]] = field(default_factory=dict)
+    grown: set[Key] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -115,6 +117,9 @@ class EffectSearch:
         return self.screens[key]
 
     def _grow(self, parent: FittedHypothesis) -> None:
+        if parent.hypothesis.key in self.grown:
+            return
+        self.grown.add(parent.hypothesis.key)
         first = not parent.hypothesis.effects
         found = [s for s in self.screen(parent) if s.key not in self.found and not s.is_own]
         chosen = _broad(found) if first else _promising(found, SCOUTED)
@@ -132,9 +137,7 @@ class EffectSearch:
             return
         for parent in dict.fromkeys([self._named(), self.base]):
             self._differ(parent)
-        grown: set[Key] = set()
-        while (varied := self._varied()) is not None and varied.hypothesis.key not in grown:
-            grown.add(varied.hypothesis.key)
+        while (varied := self._varied()) is not None and varied.hypothesis.key not in self.grown:
             self._grow(varied)
             self._differ(varied)
             self._remove()
