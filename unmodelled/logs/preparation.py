@@ -132,11 +132,13 @@ class _Gains:
         self.system, self.logs = system, logs
 
     def _values(self, reading: Reading) -> Array:
-        """Gain and offset at the times that the samples show, (samples, 2)."""
+        """Gain, offset and lag at the times that the samples show, (samples, 3)."""
         system, logs = self.system, self.logs
         late = [system.outputs[reading.output].delay] * logs.u.shape[1]
         u = delayed(logs.u, logs.offsets, logs.period, late, "linear")
-        function = numpy_system_function(system, [reading.gain, reading.offset], efforts_zero=True)
+        function = numpy_system_function(
+            system, [reading.gain, reading.offset, reading.lag], efforts_zero=True
+        )
         x, none = np.zeros((1, len(system.x))), np.empty(0)
         return function(0.0, x, u, none, np.array(system.values), logs.c[logs.owner])
 
@@ -153,6 +155,8 @@ class _Gains:
         if reading.plain:
             return y
         values = self._values(reading)
+        if reading.lag != 0:
+            y = y + values[:, 2] * smooth_derivative(y, self.logs.offsets, self.logs.period)[1]
         return np.asarray((y - values[:, 1]) / values[:, 0])
 
 

@@ -120,6 +120,7 @@ class BeltAxis(Machine):
         P("sensor_gain", "sensor:x_c", lambda a, *_: sensors.ScaleError(0.01 * a)),
         P("sensor_offset", "sensor:x_c", lambda a, *_: sensors.Bias(8e-4 * a)),
         P("sensor_delay", "sensor:v_m", lambda a, *_: sensors.Latency(0.0045 * a)),
+        P("sensor_lag", "sensor:v_m", lambda a, *_: sensors.LowPass(0.015 * a)),
         P("drift", "actuator:i",
           lambda a, plan, _: changing.FadingDrive(min(0.25 * a, 0.6), 12.0, plan.begin)),
         P("drift", "rail", lambda a, plan, _: changing.WarmingBearing(18.0 * a, 10.0, plan.begin)),

@@ -144,6 +144,7 @@ class CamDrive(Machine):
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.1 * a)),
         P("sensor_gain", "sensor:omega", lambda a, *_: sensors.ScaleError(0.08 * a)),
         P("sensor_delay", "sensor:omega", lambda a, *_: sensors.Latency(0.0075 * a)),
+        P("sensor_lag", "sensor:omega", lambda a, *_: sensors.LowPass(0.025 * a)),
         P("drift", "shaft", lambda a, plan, _: changing.WarmingBearing(0.012 * a, 12.0, plan.begin)),
         P("scatter", "shaft",
           lambda a, plan, rng: changing.scattered_damping(0.006 * a, -0.009, plan.runs, rng)),

@@ -43,6 +43,7 @@ FAMILIES = frozenset(
         "sensor_gain",
         "sensor_offset",
         "sensor_delay",
+        "sensor_lag",
         "drift",
         "scatter",
     )

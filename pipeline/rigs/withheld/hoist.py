@@ -102,6 +102,7 @@ class Hoist(Machine):
         P("sensor_gain", "sensor:v", lambda a, *_: sensors.ScaleError(0.08 * a)),
         P("sensor_offset", "sensor:v", lambda a, *_: sensors.Bias(0.025 * a)),
         P("sensor_delay", "sensor:v", lambda a, *_: sensors.Latency(0.006 * a)),
+        P("sensor_lag", "sensor:v", lambda a, *_: sensors.LowPass(0.02 * a)),
         P("drift", "actuator:u",
           lambda a, plan, _: changing.FadingDrive(min(0.2 * a, 0.6), 15.0, plan.begin)),
         P("scatter", "rail",

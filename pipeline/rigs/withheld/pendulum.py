@@ -105,6 +105,7 @@ class Pendulum(Machine):
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.04 * a)),
         P("sensor_gain", "sensor:omega", lambda a, *_: sensors.ScaleError(0.06 * a)),
         P("sensor_delay", "sensor:omega", lambda a, *_: sensors.Latency(0.009 * a)),
+        P("sensor_lag", "sensor:omega", lambda a, *_: sensors.LowPass(0.03 * a)),
         P("drift", "joint", lambda a, plan, _: changing.WarmingBearing(0.03 * a, 15.0, plan.begin)),
         P("scatter", "joint",
           lambda a, plan, rng: changing.scattered_damping(0.015 * a, -0.025, plan.runs, rng)),

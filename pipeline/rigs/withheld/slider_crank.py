@@ -164,6 +164,7 @@ class SliderCrank(Machine):
         P("sensor_offset", "sensor:theta", lambda a, *_: sensors.Bias(0.12 * a)),
         P("sensor_gain", "sensor:omega", lambda a, *_: sensors.ScaleError(0.08 * a)),
         P("sensor_delay", "sensor:omega", lambda a, *_: sensors.Latency(0.0075 * a)),
+        P("sensor_lag", "sensor:omega", lambda a, *_: sensors.LowPass(0.025 * a)),
         P("drift", "shaft", lambda a, plan, _: changing.WarmingBearing(0.008 * a, 8.0, plan.begin)),
         P("scatter", "shaft",
           lambda a, plan, rng: changing.scattered_damping(0.005 * a, -0.006, plan.runs, rng)),

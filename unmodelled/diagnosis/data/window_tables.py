@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.engine.machine.program import Program
 from unmodelled.logs.clock import EVERY, Rows, delayed
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.readings import readings
+from unmodelled.logs.readings import Reading, readings
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -64,7 +65,7 @@ class WindowTableReader:
         self.system, self.c = system, c
         self.input_delays, self.output_delays = input_delays, output_delays
         self.readings = readings(system)
-        symbols = {s for r in self.readings for e in (r.gain, r.offset) for s in e.free_symbols}
+        symbols = {s for r in self.readings for e in (r.gain, r.offset, r.lag) for s in e.free_symbols}
         known = [k for k, s in enumerate(system.p) if s in symbols]
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
@@ -84,11 +85,11 @@ class WindowTableReader:
         u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
         x = np.empty((len(first), len(owner), len(self.readings)))
         for k, delays in enumerate(self.delays(some[0])):
+            gains = None if self.plain else self.gains(some[owner, k], u[k, rows], self.c[owner])
             for j, reading in enumerate(self.readings):
-                read = recording.sensors.slope if reading.slope else recording.sensors.shown
-                x[k, :, j] = read(reading.output, float(delays[reading.output]), rows)
-            if not self.plain:
-                gains = self.gains(some[owner, k], u[k, rows], self.c[owner])
+                lag = np.zeros(1) if gains is None or reading.lag == 0 else gains[:, j, 2]
+                x[k, :, j] = _read(recording.sensors, reading, float(delays[reading.output]), lag, rows)
+            if gains is not None:
                 x[k] = (x[k] - gains[:, :, 1]) / gains[:, :, 0]
         return WindowTables(u, x, member.ravel())
 
@@ -114,7 +115,7 @@ class WindowTableReader:
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
     def gains(self, values: Array, u: Array, c: Array) -> Array:
-        """Return gain and offset of the measured states.
+        """Return gain, offset and lag (s) of the measured states.
 
         Args:
             values: parameter sets, shape (samples, numbers).
@@ -122,11 +123,11 @@ class WindowTableReader:
             c: operating points, shape (samples, constants).
 
         Returns:
-            Gain and offset, shape (samples, readings, 2).
+            Gain, offset and lag, shape (samples, readings, 3).
         """
-        shape = (len(values), len(self.readings), 2)
+        shape = (len(values), len(self.readings), 3)
         if self.plain:
-            return np.broadcast_to([1.0, 0.0], shape)
+            return np.broadcast_to([1.0, 0.0, 0.0], shape)
         p, x = values[:, : len(self.system.parameters)], np.zeros(len(self.system.states))
         return self._gains.evaluate(np.zeros(1), x, u, p, c).reshape(shape)
 
@@ -137,5 +138,18 @@ class WindowTableReader:
 
     @cached_property
     def _gains(self) -> Program:
-        expressions = [e for reading in self.readings for e in (reading.gain, reading.offset)]
+        expressions = [e for reading in self.readings for e in (reading.gain, reading.offset, reading.lag)]
         return Program.of(self.system, expressions)
+
+
+def _read(sensors: Sensors, reading: Reading, delay: float, lag: Array, rows: Rows) -> Array:
+    """Return what an output shows of a state, shape (rows,), without the low-pass filter of its sensor.
+
+    A quantity is the filtered one plus its slope times the lag, shape (rows,) or (1,). The slope of a
+    quantity is read later by the lag instead, because a second derivative of a log is too noisy.
+    """
+    most = float(lag.max(initial=0.0))
+    if reading.slope:
+        return sensors.slope(reading.output, delay + most, rows)
+    shown = sensors.shown(reading.output, delay, rows)
+    return shown + lag * sensors.slope(reading.output, delay, rows) if most > 0.0 else shown

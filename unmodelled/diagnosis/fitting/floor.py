@@ -28,10 +28,14 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
     recording, reader = simulation.recording, simulation.reader
     each, c = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))[:, 0], simulation.c
     owner, u = recording.owner, recording.logs.u[recording.start]
-    sigma = 1.0 / np.abs(reader.gains(each[owner], u, c[owner])[:, :, 0])
+    gains = reader.gains(each[owner], u, c[owner])
+    sigma = 1.0 / np.abs(gains[:, :, 0])
     for k, r in enumerate(reader.readings):
-        errors = recording.sensors.slope_error(r.output)[recording.start] if r.slope else None
-        sigma[:, k] *= recording.noise[r.output] if errors is None else errors
+        if not r.slope and r.lag == 0:
+            sigma[:, k] *= recording.noise[r.output]
+            continue
+        errors = recording.sensors.slope_error(r.output)[recording.start]
+        sigma[:, k] *= errors if r.slope else np.hypot(recording.noise[r.output], gains[:, k, 2] * errors)
     return np.asarray(sigma)
 
 

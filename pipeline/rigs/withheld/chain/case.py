@@ -22,7 +22,7 @@ from pipeline.rigs.withheld.effects.effect import Plan
 
 RUNS = 6, 16
 VALIDATION = 4  # runs
-_DELAYS = frozenset(("input_delay", "actuator_lag", "sensor_delay"))
+_DELAYS = frozenset(("input_delay", "actuator_lag", "sensor_delay", "sensor_lag"))
 _SEVERAL = 0.4, 2.5  # sizes of several effects in a case, beside its level
 
 

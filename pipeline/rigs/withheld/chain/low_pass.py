@@ -61,4 +61,5 @@ class LowPass(Part):
             return ()
         # all outputs late by the same time: the input acts late
         late = tuple((family, f"actuator:{machine.input}") for family in ("input_delay", "actuator_lag"))
-        return (*late, *(("sensor_delay", f"sensor:{name}") for name in logged))
+        families = "sensor_lag", "sensor_delay"
+        return (*late, *((family, f"sensor:{name}") for family in families for name in logged))
