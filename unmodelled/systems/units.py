@@ -78,7 +78,10 @@ class LoggedUnit:
         """Convert values of the column to SI units.
 
         Args:
-            values: values as logged, any shape.
+            values: values as logged, shape (...).
+
+        Returns:
+            Values in SI units, shape (...).
         """
         return self.offset + self.factor * values
 
@@ -86,7 +89,10 @@ class LoggedUnit:
         """Convert values in SI units to those of the column.
 
         Args:
-            values: values in SI units, any shape.
+            values: values in SI units, shape (...).
+
+        Returns:
+            Values as logged, shape (...).
         """
         return (values - self.offset) / self.factor
 
