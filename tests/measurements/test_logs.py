@@ -56,6 +56,37 @@ def test_formats_and_columns(tmp_path: Path, suffix: str) -> None:
     np.testing.assert_array_equal(logs.y[logs.rows(1), 1], run(300)["speed"])
 
 
+def test_experiments_are_parts_of_one_log(tmp_path: Path) -> None:
+    folder, log = write_folder(tmp_path, {"a": run()}), run()
+    ends = [("", "0.3"), ("0.3", "0.5"), ("0.5", "")]
+    table = pd.DataFrame(
+        [{"id": f"p{k}", "file": "a.csv", "m": 0.5, "t_from": a, "t_to": b} for k, (a, b) in enumerate(ends)]
+    )
+    table.to_csv(folder / "experiments.csv", index=False)
+    logs = read_logs(folder, motor(BOTH))
+    assert np.diff(logs.offsets).tolist() == [150, 100, 150] and "t_from" not in logs.experiments
+    np.testing.assert_array_equal(logs.y[:, 0], log["angle"])
+    np.testing.assert_allclose(logs.t[logs.rows(1)], 0.002 * np.arange(100), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "words"),
+    [
+        ("0.4", "0.3", "row 2: column t_to: must be after t_from = 0.4 s, got 0.3 s"),
+        ("now", "", "row 2: column t_from"),
+        ("5", "6", "row 2: column t_from: 'a.csv' has no sample with 5 s <= t < 6 s"),
+        ("0.1", "0.15", "a.csv: row 76: column t: must have 50 samples or more, got 25"),
+    ],
+)
+def test_parts_that_cannot_be(tmp_path: Path, start: str, end: str, words: str) -> None:
+    folder = write_folder(tmp_path, {"a": run()})
+    table = pd.DataFrame([{"id": "p", "file": "a.csv", "m": 0.5, "t_from": start, "t_to": end}])
+    table.to_csv(folder / "experiments.csv", index=False)
+    with pytest.raises(BadInput) as caught:
+        read_logs(folder, motor(BOTH))
+    assert words in str(caught.value) and "\n" not in str(caught.value)
+
+
 def test_columns_in_other_units_are_converted(tmp_path: Path) -> None:
     text = (
         "schema: system/1\nname: oven\nstates:\n  T: {unit: K}\n  phi: {unit: rad}\n  n: {unit: rad/s}\n"

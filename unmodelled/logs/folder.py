@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -17,8 +18,11 @@ from unmodelled.logs.hdf5 import Address, is_hdf5, read_campaign, read_hdf5
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.logs.recognition import foreign
-from unmodelled.logs.table import Columns, read_columns, read_rows
+from unmodelled.logs.table import Columns, Rows, numbers, read_columns, read_rows
 from unmodelled.systems.model import System
+
+#: Span of time of a whole log, s.
+EVERYTHING = -math.inf, math.inf
 
 
 def read_logs(folder: Path | str, system: System) -> Logs:
@@ -26,8 +30,9 @@ def read_logs(folder: Path | str, system: System) -> Logs:
 
     Args:
         folder: log folder with experiments.csv (one row per experiment: `id`, `file`, the operating point
-            where the system file does not give it, optionally `group`, anything else) and the CSV, Parquet or
-            HDF5 files it names, with `t` in s and the columns of inputs and outputs. An optional
+            where the system file does not give it, optionally `group`, `t_from` and `t_to` in s for a part of
+            a long log, anything else) and the CSV, Parquet or HDF5 files it names, with `t` in s and the
+            columns of inputs and outputs. An optional
             provenance.json says where the data come from. Or an HDF5 file with a group per experiment
             (`hdf5.read_campaign`).
         system: system whose inputs and outputs name the columns. A store must have been written for a system
@@ -60,7 +65,11 @@ def read_logs(folder: Path | str, system: System) -> Logs:
             return replace(prepare(system, _stored(folder, system)), source=str(folder))
         table = folder / "experiments.csv"
         header, rows = read_rows(table, ["id", "file"])
-    logs = _logs(table, [(row, cells[header.index("file")]) for row, cells in rows], system, faults)
+    logs: list[Columns] = []
+    with faults.collected():
+        header, rows, spans = _spans(table, header, rows)
+        named = [(row, cells[header.index("file")]) for row, cells in rows]
+        logs = _logs(table, named, spans, system, faults)
     if not folder.is_file():
         with faults.collected():
             provenance = _provenance(folder)
@@ -93,8 +102,33 @@ def _check_folder(folder: Path) -> None:
         raise BadInput(f"{folder / 'experiments.csv'}: no such file; {advice}")
 
 
-def _logs(table: Path, named: Sequence[tuple[int, str]], system: System, faults: Faults) -> list[Columns]:
-    """The logs that the rows of `table` name, those with a fault left out."""
+def _spans(table: Path, header: list[str], rows: Rows) -> tuple[list[str], Rows, list[tuple[float, float]]]:
+    """The table without the columns t_from and t_to, and the span of time of every row, s."""
+    faults, ends = Faults(), []
+    for name, none in zip(("t_from", "t_to"), EVERYTHING, strict=True):
+        at = header.index(name) if name in header else None
+        given = [] if at is None else [(row, cells) for row, cells in rows if cells[at]]
+        found: dict[int, float] = {}
+        with faults.collected():
+            found = dict(zip((row for row, _ in given), numbers(table, name, given, at or 0), strict=True))
+        ends.append([found.get(row, none) for row, _ in rows])
+    for (row, _), start, end in zip(rows, *ends, strict=True):
+        if not start < end:
+            faults.add(f"{table}: row {row}: column t_to: must be after t_from = {start:g} s, got {end:g} s")
+    faults.check()
+    kept = [k for k, name in enumerate(header) if name not in ("t_from", "t_to")]
+    table_rows = [(row, [cells[k] for k in kept]) for row, cells in rows]
+    return [header[k] for k in kept], table_rows, list(zip(*ends, strict=True))
+
+
+def _logs(
+    table: Path,
+    named: Sequence[tuple[int, str]],
+    spans: Sequence[tuple[float, float]],
+    system: System,
+    faults: Faults,
+) -> list[Columns]:
+    """The logs that the rows of `table` name, cut to their spans of time, those with a fault left out."""
     units = units_of(system)
     files = {file.partition(":/")[0] for _, file in named}
     spare = sorted({path.name for path in table.parent.iterdir()} - {table.name, *files})
@@ -104,11 +138,16 @@ def _logs(table: Path, named: Sequence[tuple[int, str]], system: System, faults:
             place = _place(table, row, file, spare)
             packed |= {place: None} if is_hdf5(place.file) else {}
     read, logs = read_hdf5(list(packed), units, faults), []
-    for row, file in named:
+    for (row, file), (start, end) in zip(named, spans, strict=True):
         with faults.collected():
             place = _place(table, row, file, spare)
-            if place in read or place not in packed:
-                log = read[place] if place in packed else read_columns(place.file, list(units))
+            if place not in packed and place not in read:
+                read[place] = read_columns(place.file, list(units))
+            if place in read:
+                log = read[place] if (start, end) == EVERYTHING else read[place].between(start, end)
+                if not len(log) and len(read[place]):
+                    when = f"{start:g} s <= t < {end:g} s"
+                    raise BadInput(f"{table}: row {row}: column t_from: {file!r} has no sample with {when}")
                 check_log(log, system)
                 logs.append(in_si(log, system))
     return logs

@@ -7,7 +7,7 @@ import unicodedata
 from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
 
@@ -36,11 +36,13 @@ class Columns:
         path: path of the file.
         values: finite numbers by name of the column, each of shape (samples,).
         header: True for a CSV file, which has a row with names.
+        first: number of the file's sample that is the first one here, default 0.
     """
 
     path: Path
     values: Mapping[str, Array]
     header: bool
+    first: int = 0
 
     def __len__(self) -> int:
         return next((len(v) for v in self.values.values()), 0)
@@ -51,10 +53,22 @@ class Columns:
         Args:
             i: number of the sample, from 0.
         """
+        i += self.first
         if not self.header:
             return i + 1
         lines = self.path.read_bytes().splitlines()
         return [number for number, line in enumerate(lines, 1) if line][i + 1]
+
+    def between(self, start: float, end: float) -> Columns:
+        """Return the part of a log from one time to another.
+
+        Args:
+            start: time from which samples count, s.
+            end: time before which samples count, s.
+        """
+        inside = np.flatnonzero((self.values["t"] >= start) & (self.values["t"] < end))
+        rows = slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0)
+        return replace(self, values={name: v[rows] for name, v in self.values.items()}, first=rows.start)
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
