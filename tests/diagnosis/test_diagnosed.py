@@ -76,6 +76,22 @@ def test_dry_friction_is_named_at_its_port_with_its_number(friction: Diagnosis) 
     assert low - 1e-3 < 0.06 < high + 1e-3
 
 
+def test_what_differs_between_runs_hides_a_delay_that_all_share(tmp_path: Path) -> None:
+    supply = (1.0, 0.9, 1.12, 0.86, 1.05, 0.95, 1.1, 0.92)
+    found = diagnosis(tmp_path, Bench(friction=0.0, supply=supply, delay=8, runs=8, samples=400))
+    named = {e.added.place.channel: e.added.family for e in found.effects}
+    # the only output is late, or the only input
+    late = {"sensor:theta": "sensor_delay"}, {"actuator:torque": "input_delay"}
+    assert found.verdict == "effect" and {e.added.family for e in found.effects} <= {
+        "scatter", "sensor_delay", "input_delay"
+    }  # fmt: skip
+    assert len(found.effects) == 2 and any(one.items() <= named.items() for one in late)
+    (scatter,) = (e for e in found.effects if e.added.family == "scatter")
+    (own,) = scatter.own.values()
+    spread = 1.0 + np.array([own[f"run{k}"] for k in range(8)])
+    np.testing.assert_allclose(spread / spread.mean(), np.array(supply) / np.mean(supply), rtol=0.02)
+
+
 def test_the_gap_shrinks_to_the_floor(friction: Diagnosis) -> None:
     assert friction.shrink > 0.95 and friction.effects[0].shrink == pytest.approx(friction.shrink)
     low, high = friction.interval
