@@ -31,14 +31,28 @@ class Integration:
         period: sampling period, s.
         method: explicit method: "euler", or "rk4", the Runge-Kutta method of order four.
         substeps: integration steps per sample.
-        hold: course of an input between samples: 0 holds its value until the next sample, 1 goes straight to
-            the next sample's value.
+        hold: course of the inputs between samples, one number for all or one for each: 0 holds the value
+            until the next sample, 1 goes straight to the next sample's value. Generated kernels take one for
+            all.
     """
 
     period: float
     method: Method = "euler"
     substeps: int = 1
-    hold: float = 0.0
+    hold: float | tuple[float, ...] = 0.0
+
+    @property
+    def common_hold(self) -> float:
+        """Course that all inputs share.
+
+        Raises:
+            ValueError: when the inputs have different courses between samples.
+        """
+        if not isinstance(self.hold, tuple):
+            return float(self.hold)
+        if len(set(self.hold)) > 1:
+            raise ValueError(f"all inputs must have the same course between samples, got {self.hold}")
+        return float(self.hold[0]) if self.hold else 0.0
 
     @property
     def stages(self) -> Array:

@@ -266,5 +266,7 @@ def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
 def _whole(steps: float) -> tuple[int, float]:
     """Whole steps, and the rest of one."""
     nearest = round(steps)
-    shift = nearest if abs(steps - nearest) < UNIFORM else int(np.floor(steps))
-    return shift, 0.0 if shift == nearest and abs(steps - nearest) < UNIFORM else steps - shift
+    if abs(steps - nearest) < UNIFORM:
+        return nearest, 0.0
+    shift = int(np.floor(steps))
+    return shift, steps - shift

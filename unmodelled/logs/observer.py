@@ -28,11 +28,13 @@ class Observer:
         program: program of the register machine whose outputs are the hidden states.
         initial: program whose outputs are the hidden states at the start of every experiment.
         columns: inputs and other states, by number, that the two programs depend on.
+        hold: course of these between samples, see `Integration`.
     """
 
     program: Program
     initial: Program
     columns: tuple[int, ...]
+    hold: tuple[float, ...]
 
     @classmethod
     def of(cls, system: System, hidden: Sequence[int]) -> Observer:
@@ -64,7 +66,9 @@ class Observer:
         driving = [*system.u, *imposed]
         columns = tuple(k for k, name in enumerate(driving) if name in needed)
         equations = replace(equations, states=shown, inputs=[driving[k] for k in columns], rates=rates)
-        return cls(assembled(equations), assembled(replace(equations, observed=starts)), columns)
+        hold = [*(0.0 if item.hold else 1.0 for item in system.inputs), *(1.0 for _ in imposed)]
+        held = tuple(hold[k] for k in columns)
+        return cls(assembled(equations), assembled(replace(equations, observed=starts)), columns, held)
 
     @property
     def parameters(self) -> Indices:
@@ -102,7 +106,7 @@ class Observer:
             windows.t[windows.start][:, None], unknown, windows.u[rows], p[owner], c[owner][:, None]
         )
         for steps in (substeps, *(more for more in SUBSTEPS if more > substeps)):
-            how = Integration(period, "rk4", steps, hold=1.0)
+            how = Integration(period, "rk4", steps, self.hold)
             z = free_run(self.program, windows, p, c, x0, how)[at[0], :, at[1]]
             if np.isfinite(z).all():
                 break

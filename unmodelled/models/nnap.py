@@ -172,7 +172,7 @@ class Nnap(nn.Module):
         zs: list[Tensor] = []
         part = how.period / how.substeps
         for k in range(u.shape[-2] - 1):
-            now, slope = u[..., k, :], how.hold * (u[..., k + 1, :] - u[..., k, :])
+            now, slope = u[..., k, :], how.common_hold * (u[..., k + 1, :] - u[..., k, :])
             for sub in range(how.substeps):
                 growth: Tensor | float = 0.0
                 dx = torch.zeros_like(x)

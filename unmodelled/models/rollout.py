@@ -69,7 +69,7 @@ def arguments(how: Integration) -> tuple[int, float, float, Array]:
     Returns:
         Steps per sample, sampling period (s), interpolation of the inputs, and stages, shape (stages, 3).
     """
-    return how.substeps, how.period, float(how.hold), how.stages
+    return how.substeps, how.period, how.common_hold, how.stages
 
 
 def _common(model: Nnap, member: int, how: Integration) -> tuple[Any, ...]:

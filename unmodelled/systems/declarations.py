@@ -193,12 +193,14 @@ def _state(found: Declarations, name: str, node: Node) -> None:
 
 
 def _input(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("unit",), ("column", "delay", "commanded"))
+    entries = node.fields(("unit",), ("column", "delay", "commanded", "hold"))
     found.names.add(name, "input", node)
     unit, logged = _logged_unit(entries["unit"])
     found.units[name] = unit
     commanded = entries["commanded"].boolean() if "commanded" in entries else True
-    found.inputs.append(Input(name, unit.text, _column(name, entries), _delay(entries), commanded, logged))
+    hold = entries["hold"].boolean() if "hold" in entries else False
+    column, delay = _column(name, entries), _delay(entries)
+    found.inputs.append(Input(name, unit.text, column, delay, commanded, logged, hold))
 
 
 def _output(found: Declarations, name: str, node: Node) -> None:

@@ -58,6 +58,8 @@ class Input:
         delay: time in s by which the input acts later than logged (earlier if negative); default 0.
         commanded: whether the log has the set point of a drive, default True; False: what acts was measured.
         logged: unit of the column, where it is not `unit`; default None.
+        hold: whether the input keeps its value until the next sample, as the output of a digital controller
+            does; default False: it runs straight to the value of the next sample.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Input:
     delay: float = 0.0
     commanded: bool = True
     logged: LoggedUnit | None = None
+    hold: bool = False
 
     @property
     def column_unit(self) -> str:

@@ -164,7 +164,8 @@ def _signal(item: Input | Output) -> dict[str, str]:
 
 def _input(item: Input) -> dict[str, str]:
     entries = _signal(item)
-    return entries if item.commanded else entries | {"commanded": "false"}
+    entries |= {} if item.commanded else {"commanded": "false"}
+    return entries | {"hold": "true"} if item.hold else entries
 
 
 def _constant(constant: Constant) -> dict[str, str]:

@@ -29,7 +29,7 @@ states:
   v: {unit: m/s}
   y: {unit: '1'}
 inputs:
-  u: {unit: V, column: 'motor, voltage: 1', delay: 0.0015, commanded: false}
+  u: {unit: V, column: 'motor, voltage: 1', delay: 0.0015, commanded: false, hold: true}
 outputs:
   x: {column: 'null', unit: m, delay: 0.002}
   F_s: {column: "# force \\"s\\"", unit: N, expression: F_s}

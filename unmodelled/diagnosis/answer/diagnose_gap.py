@@ -29,6 +29,7 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
+from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.added import Added
@@ -75,7 +76,7 @@ def diagnose_gap(
     if any(fault.decides for fault in faults):
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
     study = Study.of(system, different(logs), horizon, seed, thresholds)
-    search = EffectSearch(study, workers, progress)
+    search = begun(study, workers, progress)
     candidates = search.run()
     progress("judge the models on the held-out experiments")
     key = _confirmed(search, candidates.fits[candidates.named()])
@@ -90,7 +91,7 @@ def diagnose_gap(
         search.candidates, list(search.found).index(key), search.left_out(beside), steps[-1].gap
     )
     models = [given, *steps, judged_model("neural", network)]
-    return _told(study, decision, models, [effect for effect, _ in path], faults, seed)
+    return _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
 
 
 def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
@@ -231,6 +232,9 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
 def _notes(study: Study, prediction: LeftOut) -> tuple[str, ...]:
     """Notes on logs, timing, numbers of single experiments, and doubtful numbers."""
     notes, period, chosen = list(study.logs.notes), study.logs.period, prediction.fitted
+    held = [item.name for item in chosen.hypothesis.system.inputs if item.hold]
+    if held:
+        notes.append(f"inputs keep their values between samples (hold: true): {', '.join(held)}")
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
         if abs(late) > 0.1 * period:

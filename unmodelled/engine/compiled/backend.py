@@ -98,7 +98,7 @@ class Generated(Backend):
         x, z = loops.simulate(
             *(compiled.evaluate, compiled.layout, np.ascontiguousarray(x0[:, None])),
             *(windows.start, owner, u, c, windows.t, steps),
-            *(how.substeps, how.period, float(how.hold), how.stages),
+            *(how.substeps, how.period, how.common_hold, how.stages),
             *(np.ascontiguousarray(p), self.weights, self.scale, self.gain),
         )
         return x, z

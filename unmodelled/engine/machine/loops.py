@@ -47,7 +47,7 @@ def at_sample(lanes, now, slope, after, clock, windows, k, start, steps, shift, 
         for i in range(lanes):
             now[j, i] = after[j, i]
             after[j, i] = windows.u[shift[i] + start[i] + min(k + 1, steps[i]), j]
-            slope[j, i] = hold * (after[j, i] - now[j, i])
+            slope[j, i] = hold[j] * (after[j, i] - now[j, i])
 
 
 @jit()
@@ -117,7 +117,7 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
         x0: initial states, shape (windows, sets, states), SI.
         substeps: integration steps per sampling period.
         period: sampling period, s.
-        hold: 1 for inputs that run straight from sample to sample, 0 for inputs that are held.
+        hold: 1 for an input that runs straight to its next sample, 0 for one that is held, shape (inputs,).
         y: observed values, shape (windows, sets, samples, observed); samples after a window stay as they are.
     """
     at, code, curves = program.at, program.code, program.curves

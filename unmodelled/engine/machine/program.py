@@ -137,7 +137,8 @@ class Program(NamedTuple):
             raise ValueError(f"the register machine integrates by the method rk4 only, got {how.method}")
         shape = (*x0.shape[:2], int(windows.steps.max(initial=0)) + 1, len(self.shown))
         y = np.full(shape, np.nan)
-        loops.simulate(self, windows, p, c, x0, how.substeps, how.period, float(how.hold), y)
+        hold = np.ascontiguousarray(np.broadcast_to(np.asarray(how.hold, np.float64), windows.u.shape[1]))
+        loops.simulate(self, windows, p, c, x0, how.substeps, how.period, hold, y)
         return y
 
     def evaluate(self, t: Array, x: Array, u: Array, p: Array, c: Array) -> Array:

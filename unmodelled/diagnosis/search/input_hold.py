@@ -1,0 +1,37 @@
+"""Course of the inputs between samples, chosen from the logs before effects are searched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.search.candidates import Comparison
+from unmodelled.diagnosis.search.effect_search import EffectSearch
+
+
+def begun(study: Study, workers: int, progress: Callable[[str], None]) -> EffectSearch:
+    """Begin a search with inputs that run straight between samples, or that keep their values.
+
+    A digital controller keeps the value of its output until the next sample. States that are as fast as a
+    sample, such as the current of a motor, tell the difference, and effects would stand in for it. Inputs are
+    held only if the known physics then predicts left-out experiments better, by more than chance and
+    `least_gain`.
+
+    Args:
+        study: inputs of the diagnosis.
+        workers: number of threads.
+        progress: function that is called with a line of text at each step.
+
+    Returns:
+        Search whose known physics is fitted; the inputs of its system have the chosen course.
+    """
+    straight = EffectSearch(study, workers, progress)
+    inputs = tuple(replace(item, hold=True) for item in study.system.inputs)
+    if inputs == study.system.inputs:
+        return straight
+    progress("compare inputs that are held between samples")
+    held = EffectSearch(replace(study, system=replace(study.system, inputs=inputs)), workers)
+    one, other = (next(iter(search.found.values())).score() for search in (straight, held))
+    found, limits = Comparison.of(one - other), study.thresholds
+    return held if found.mean >= limits.least_gain and found.is_significant(limits.level) else straight
