@@ -41,8 +41,8 @@ def free_runs(
     """Compare free runs of `horizon` seconds with the measured outputs.
 
     The integration is by Runge and Kutta's method of order four, inputs run straight between samples unless
-    the system holds them, and steps are halved until halving them again changes no output by more than a tenth of its
-    sensor noise.
+    the system holds them, and steps are halved until halving them again changes no output by more than a
+    tenth of its sensor noise.
 
     Args:
         system: system with the values of its parameters and the laws of its ports.
