@@ -18,7 +18,7 @@ from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.remark import Remark
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.decide.efforts import Efforts
-from unmodelled.diagnosis.decide.implausible import at_bound, implausible
+from unmodelled.diagnosis.decide.implausible import implausible
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks, undetermined
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
@@ -69,7 +69,7 @@ def dry(tmp_path_factory: pytest.TempPathFactory) -> FittedHypothesis:
 
 def test_a_clean_fit_says_nothing(dry: FittedHypothesis) -> None:
     assert remarks(LeftOut.of(dry)) == ()
-    assert all(is_determined(dry, name) and not at_bound(dry, name) for name in ("b", "mgl", "F_c"))
+    assert all(is_determined(dry, name) and not dry.at_bound(name) for name in ("b", "mgl", "F_c"))
 
 
 def test_a_free_swing_determines_only_ratios(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_a_number_at_a_bound(tmp_path: Path) -> None:
     remark = only(remarks(LeftOut.of(found)))
     assert (remark.numbers, remark.kind) == (("mgl",), "bound")
     assert "mgl is at its upper bound, 5 N m: these logs ask for more" in remark.sentence
-    assert at_bound(found, "mgl") and not at_bound(found, "b")
+    assert found.at_bound("mgl") and not found.at_bound("b")
 
 
 def test_none_of_a_damping(tmp_path: Path) -> None:

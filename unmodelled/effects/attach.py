@@ -54,6 +54,8 @@ def attached(site: Site, law: Law, family: str, variant: str) -> Added:
         memory=tuple(names[n] for n in law.memory),
         columns=parts.columns,
         per_experiment=amplitudes if law.per_experiment else (),
+        # what all experiments share is not in the numbers of single ones, whose mean is free otherwise
+        priors={names[n]: a.scale for n, a in law.amplitudes.items()} if law.per_experiment else {},
         linear=not parts.inertial,
         slopes=slopes(law, parts.words),
         extent=extent(parts.words),

@@ -1,9 +1,10 @@
-"""Scatter of a parameter, or of the gain of an actuator, between experiments (chapter 3)."""
+"""Scatter of a parameter, of the gain of an actuator, or of dry friction between experiments (chapter 3)."""
 
 from __future__ import annotations
 
-from unmodelled.effects.effect import ActuatorEffect, ParameterEffect
-from unmodelled.effects.law import Amplitude, Law
+from unmodelled.effects.effect import ActuatorEffect, ParameterEffect, PortEffect
+from unmodelled.effects.grids import creep
+from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site
 
 
@@ -36,3 +37,21 @@ class GainScatter(ActuatorEffect):
 
     def law(self, at: Site) -> Law:
         return Law("(1 + g)*u", {"g": Amplitude("u", 0.1, (-0.5, 0.5))}, per_experiment=True)
+
+
+class FrictionScatter(PortEffect):
+    """Dry friction that differs between experiments, for example with the temperature of a bearing.
+
+    There is one number per experiment. It is negative where a dry friction that all experiments share is
+    larger than that of the experiment.
+    """
+
+    family = "scatter"
+    variant = "dry_friction"
+    complexity = 4.5
+    needs = ("velocity",)
+
+    def law(self, at: Site) -> Law:
+        amplitude = Amplitude("tanh(v/v_c)", 0.1 * at.effort, (-at.effort, at.effort))
+        fixed = {"v_c": Fixed("v", creep(at).grid[0])}
+        return Law("F_d*sign(v)", {"F_d": amplitude}, fixed=fixed, per_experiment=True)

@@ -23,7 +23,6 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, Signs, confidence
 from unmodelled.diagnosis.decide.decision import Decision, decide
-from unmodelled.diagnosis.decide.implausible import at_bound
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
@@ -203,7 +202,7 @@ def _estimate(prediction: LeftOut, name: str, unit: str, known: float) -> Estima
     fitted = prediction.fitted
     if name in fitted.fit.values:
         interval = prediction.interval(name, fitted.hypothesis.study.thresholds.level)
-        doubts = is_determined(fitted, name), at_bound(fitted, name)
+        doubts = is_determined(fitted, name), fitted.at_bound(name)
         return Estimate(unit, known, fitted.fit.values[name], interval, *doubts)
     full = fitted.hypothesis.full
     value = dict(zip((p.name for p in full.parameters), full.values, strict=True))[name]

@@ -9,7 +9,6 @@ from scipy.stats import f as fisher
 
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
 from unmodelled.diagnosis.decide.efforts import Efforts
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
@@ -43,20 +42,6 @@ def implausible(prediction: LeftOut) -> tuple[Remark, ...]:
         found = [r for remarks_of in (_bounds, _effort, _mass, _gain) for r in remarks_of(efforts, added)]
         remarks += found or _zero(prediction, added)
     return tuple(remarks)
-
-
-def at_bound(fitted: FittedHypothesis, name: str) -> bool:
-    """Return whether a fitted number ended at one of its bounds.
-
-    Args:
-        fitted: fitted hypothesis.
-        name: name of the number. One that was not fitted or that differs between experiments is at no bound.
-    """
-    unknown = {u.name: u for u in fitted.hypothesis.unknowns}.get(name)
-    if unknown is None or unknown.own:
-        return False
-    share = fitted.hypothesis.study.thresholds.at_bound_share
-    return unknown.bound(fitted.fit.values[name], share) is not None
 
 
 def _level(prediction: LeftOut) -> float:
@@ -213,7 +198,7 @@ def _common_factor(efforts: Efforts) -> Iterator[Remark]:
     fitted, limits = efforts.fitted, efforts.fitted.hypothesis.study.thresholds
     system = fitted.hypothesis.study.system
     given = {p.name: p.value for p in system.parameters if p.name in system.uncertain and p.value}
-    ratios = {n: fitted.fit.values[n] / v for n, v in given.items() if not at_bound(fitted, n)}
+    ratios = {n: fitted.fit.values[n] / v for n, v in given.items() if not fitted.at_bound(n)}
     off = {n: r for n, r in ratios.items() if r > 0.0 and abs(r - 1.0) > limits.common_factor_change}
     for first in off.values():
         alike = tuple(n for n, r in off.items() if abs(r / first - 1.0) <= limits.common_factor_spread)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
-from unmodelled.diagnosis.decide.implausible import at_bound, implausible
+from unmodelled.diagnosis.decide.implausible import implausible
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.residuals import Errors
@@ -115,7 +115,7 @@ class Determination:
         # the mean of the deviations of the experiments is that of the parameter
         scattered = {e.place.name for e in hypothesis.effects if e.per_experiment}
         wanted = {*hypothesis.study.system.uncertain, *reported} - scattered
-        fixed = {u.name for u in unknowns.each if at_bound(fitted, u.name)}
+        fixed = {u.name for u in unknowns.each if fitted.at_bound(u.name)}
         # the other shapes of an effect without one of its parts may be those of this part
         absent = {n for e in hypothesis.effects if fixed & set(e.reported) for n in e.shapes}
         owner = [unknowns.each[k] for k in unknowns.unknown]

@@ -221,6 +221,20 @@ class FittedHypothesis:
         """Return whether an effect has numbers of single experiments."""
         return any(effect.per_experiment for effect in self.hypothesis.effects)
 
+    def at_bound(self, name: str) -> bool:
+        """Return whether a fitted number ended at one of its bounds.
+
+        Args:
+            name: name of the number. One that was not fitted or that differs between experiments is at no
+                bound.
+        """
+        unknown = {u.name: u for u in self.hypothesis.unknowns}.get(name)
+        if unknown is None or unknown.own:
+            return False
+        return (
+            unknown.bound(self.fit.values[name], self.hypothesis.study.thresholds.at_bound_share) is not None
+        )
+
     @cached_property
     def unknowns(self) -> Unknowns:
         """Return the unknowns over the recording."""

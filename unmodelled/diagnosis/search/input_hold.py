@@ -16,7 +16,8 @@ def begun(study: Study, workers: int, progress: Callable[[str], None]) -> Effect
     A digital controller keeps the value of its output until the next sample. States that are as fast as a
     sample, such as the current of a motor, tell the difference, and effects would stand in for it. Inputs are
     held only if the known physics then predicts left-out experiments better, by more than chance and
-    `least_gain`.
+    `least_gain`, and no input acts at the end of its time frame: an input that is held acts half a sample
+    later, which gains where a latency is missing.
 
     Args:
         study: inputs of the diagnosis.
@@ -32,6 +33,8 @@ def begun(study: Study, workers: int, progress: Callable[[str], None]) -> Effect
         return straight
     progress("compare inputs that are held between samples")
     held = EffectSearch(replace(study, system=replace(study.system, inputs=inputs)), workers)
-    one, other = (next(iter(search.found.values())).score() for search in (straight, held))
+    one, other = (search.found[frozenset()].score() for search in (straight, held))
     found, limits = Comparison.of(one - other), study.thresholds
-    return held if found.mean >= limits.least_gain and found.is_significant(limits.level) else straight
+    late = any(held.base.at_bound(name) for name in held.base.hypothesis.timing)
+    better = found.mean >= limits.least_gain and found.is_significant(limits.level)
+    return held if better and not late else straight
