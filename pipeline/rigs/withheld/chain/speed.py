@@ -82,7 +82,8 @@ class DifferencedSpeed(Part):
 
     def names(self, machine: Machine, logged: tuple[str, ...]) -> Names:
         speeds = [s.output for s in machine.sensors if s.rate and s.output in logged]
-        return () if self.centred else tuple(("sensor_delay", f"sensor:{name}") for name in speeds)
+        families = () if self.centred else ("sensor_delay", "sensor_lag")
+        return tuple((family, f"sensor:{name}") for name in speeds for family in families)
 
 
 @dataclass(frozen=True)
