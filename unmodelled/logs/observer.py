@@ -61,12 +61,11 @@ class Observer:
         imposed = [x for x in system.x if x not in shown]
         rates = [system.dynamics[k] for k in hidden]
         equations = Equations.of(system, shown)
-        laws = [law for port in system.ports if (law := port.law) is not None]
-        needed = set[object]().union(*(e.free_symbols for e in (*rates, *starts, *laws)))
+        needed = set[object]().union(*(e.free_symbols for e in (*rates, *starts, *equations.laws.values())))
         driving = [*system.u, *imposed]
         columns = tuple(k for k, name in enumerate(driving) if name in needed)
         equations = replace(equations, states=shown, inputs=[driving[k] for k in columns], rates=rates)
-        hold = [*(0.0 if item.hold else 1.0 for item in system.inputs), *(1.0 for _ in imposed)]
+        hold = [*(item.course for item in system.inputs), *(1.0 for _ in imposed)]
         held = tuple(hold[k] for k in columns)
         return cls(assembled(equations), assembled(replace(equations, observed=starts)), columns, held)
 

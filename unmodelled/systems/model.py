@@ -71,6 +71,11 @@ class Input:
     hold: bool = False
 
     @property
+    def course(self) -> float:
+        """Return the course between samples, see `Integration.hold`: 0 if the value is held, else 1."""
+        return 0.0 if self.hold else 1.0
+
+    @property
     def column_unit(self) -> str:
         """Return the unit of the column, as written."""
         return self.unit if self.logged is None else self.logged.text

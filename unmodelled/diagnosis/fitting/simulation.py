@@ -143,7 +143,7 @@ class Simulation:
             tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),
         )
-        hold = tuple(0.0 if item.hold else 1.0 for item in self.system.inputs)
+        hold = tuple(item.course for item in self.system.inputs)
         how = Integration(record.logs.period, "rk4", substeps, hold)
         y = free_run(self.equations, windows, p, self.c, x0, how)
         return self._shown(y, values[0])
