@@ -94,8 +94,12 @@ def diagnose_gap(
 
 
 def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
-    """The key of `chosen` without effects that hardly lower the error of held-out experiments."""
-    least = 1.0 - search.study.thresholds.least_gain
+    """The key of `chosen` without effects that hardly lower the error of held-out experiments.
+
+    None stays if all of them together do not lower it by a material share.
+    """
+    thresholds = search.study.thresholds
+    least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
     error = judged_model("", chosen).gap.value
     while chosen.hypothesis.effects:
         fewer = [search.without(chosen, effect) for effect in chosen.hypothesis.effects]
@@ -104,7 +108,9 @@ def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
         if least * errors[best] > error:
             break
         chosen, error = fewer[best], errors[best]
-    return chosen.hypothesis.key
+    before = judged_model("", search.base).gap
+    is_material = shrink(before.value, error, before.floor) >= material
+    return (chosen if is_material else search.base).hypothesis.key
 
 
 def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:

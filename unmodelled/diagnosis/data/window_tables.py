@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
@@ -15,7 +16,7 @@ from unmodelled.engine.machine.program import Program
 from unmodelled.logs.clock import EVERY, Rows, delayed
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.readings import Reading, readings
-from unmodelled.systems.model import System
+from unmodelled.systems.model import TIME, System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -85,7 +86,7 @@ class WindowTableReader:
         u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
         x = np.empty((len(first), len(owner), len(self.readings)))
         for k, delays in enumerate(self.delays(some[0])):
-            gains = None if self.plain else self.gains(some[owner, k], u[k, rows], self.c[owner])
+            gains = None if self.plain else self._at(some[:, k], u[k, rows], owner)
             for j, reading in enumerate(self.readings):
                 lag = np.zeros(1) if gains is None or reading.lag == 0 else gains[:, j, 2]
                 x[k, :, j] = _read(recording.sensors, reading, float(delays[reading.output]), lag, rows)
@@ -114,6 +115,12 @@ class WindowTableReader:
         delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
+    def _at(self, values: Array, u: Array, owner: Indices) -> Array:
+        """Gain, offset and lag, shape (samples, readings, 3), of one parameter set at samples."""
+        if self._steady:
+            return self.gains(values, np.zeros((1, u.shape[1])), self.c)[owner]
+        return self.gains(values[owner], u, self.c[owner])
+
     def gains(self, values: Array, u: Array, c: Array) -> Array:
         """Return gain, offset and lag (s) of the measured states.
 
@@ -138,8 +145,16 @@ class WindowTableReader:
 
     @cached_property
     def _gains(self) -> Program:
-        expressions = [e for reading in self.readings for e in (reading.gain, reading.offset, reading.lag)]
-        return Program.of(self.system, expressions)
+        return Program.of(self.system, self._expressions)
+
+    @cached_property
+    def _steady(self) -> bool:
+        """Whether gains, offsets and lags stay as they are in an experiment."""
+        return not set().union(*(e.free_symbols for e in self._expressions)) & {TIME, *self.system.u}
+
+    @property
+    def _expressions(self) -> list[sp.Expr]:
+        return [e for reading in self.readings for e in (reading.gain, reading.offset, reading.lag)]
 
 
 def _read(sensors: Sensors, reading: Reading, delay: float, lag: Array, rows: Rows) -> Array:

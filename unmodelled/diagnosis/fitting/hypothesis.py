@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -42,6 +42,7 @@ class Hypothesis:
     study: Study
     system: System
     effects: tuple[Added, ...] = ()
+    _larger: dict[tuple[str, str, Place], Hypothesis] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def known(cls, study: Study) -> Hypothesis:
@@ -59,8 +60,11 @@ class Hypothesis:
             effect: effect of the library.
             place: place of the effect.
         """
-        added = effect.add(self.system, place, self.study.scales)
-        return Hypothesis(self.study, added.system, (*self.effects, added))
+        key = effect.family, effect.variant, place
+        if key not in self._larger:
+            added = effect.add(self.system, place, self.study.scales)
+            self._larger[key] = Hypothesis(self.study, added.system, (*self.effects, added))
+        return self._larger[key]
 
     def without(self, gone: Added) -> Hypothesis:
         """Return the hypothesis without one of its effects.

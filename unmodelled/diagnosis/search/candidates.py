@@ -19,6 +19,7 @@ from unmodelled.effects.place import Place
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
 
 #: Parts up to which all changes of signs are counted; of more parts, so many random ones.
@@ -218,13 +219,20 @@ class Candidates:
         more complex has the lower error: it may be unbeaten only because its errors differ from those of the
         others in both directions. Numbers of single experiments are named only if they beat the best law.
         """
-        sound = [k for k in range(len(self.fits)) if self._is_sound(k)]
+        sound = np.flatnonzero(self.sound).tolist()
         law = self._simplest([k for k in sound if not self.own[k]])
         better = [k for k in sound if self.own[k] and self.beats(k, law)]
         return self._simplest(better) if better else law
 
+    @cached_property
+    def sound(self) -> Mask:
+        """Return the mask, shape (candidates,), of those whose effects all pay.
+
+        Such a candidate beats all fitted ones with one of its effects less.
+        """
+        return np.array([self._is_sound(k) for k in range(len(self.fits))])
+
     def _is_sound(self, candidate: int) -> bool:
-        """Whether each effect pays: a candidate beats those with one of its effects less that are fitted."""
         own, count = self._keys[candidate], self.effects[candidate]
         fewer = [k for k, key in enumerate(self._keys) if key < own and self.effects[k] == count - 1]
         return all(self.beats(candidate, k) for k in fewer)

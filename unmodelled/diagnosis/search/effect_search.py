@@ -21,7 +21,7 @@ Key = frozenset[object]
 #: Simulated samples of a screen and of a fit, about: a budget of time.
 SCREENED, FITTED = 4000, 20_000
 #: Iterations of a fit that only ranks candidates: a budget.
-SCOUTING = 6
+SCOUTING = 3
 #: Largest number of effects.
 MOST_EFFECTS = 5
 #: Number of effects up to which a further one is tried although fewer predict no better than none: of two
@@ -143,13 +143,18 @@ class EffectSearch:
             self._remove()
 
     def _varied(self) -> FittedHypothesis | None:
-        """The named candidate, or the best with numbers of single experiments if it is better by much."""
+        """The named candidate, or the best with numbers of single experiments.
+
+        The latter must be better by much than laws that are as many: more laws may be named until laws are
+        added to it, too.
+        """
         candidates = self.candidates
-        named, own = candidates.named(), candidates.own > 0
-        best = int(np.argmin(np.where(own, candidates.remaining, np.inf)))
-        if not own[named] and own[best] and candidates.is_material(best, named):
+        named, own, effects = candidates.named(), candidates.own > 0, candidates.effects
+        best = int(np.argmin(np.where(own & candidates.sound, candidates.remaining, np.inf)))
+        laws = np.where(own | (effects > effects[best]), np.inf, candidates.remaining)
+        if not own[named] and own[best] and candidates.is_material(best, int(np.argmin(laws))):
             named = best
-        room = own[named] and candidates.effects[named] < MOST_EFFECTS
+        room = own[named] and effects[named] < MOST_EFFECTS
         return candidates.fits[named] if room else None
 
     def _differ(self, parent: FittedHypothesis) -> None:

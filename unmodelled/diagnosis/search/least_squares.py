@@ -7,13 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.search.active_set import bounded
+
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-#: Relative ridge that keeps equal columns apart, and relative curvature below which a column is zero.
-RELATIVE_RIDGE, ZERO_CURVATURE = 1e-9, 1e-12
-#: Largest number of times per column that a bound is met or left.
-MOVES_PER_COLUMN = 4
 
 
 @dataclass(frozen=True)
@@ -107,31 +104,8 @@ class Products:
         gram = self.gram.sum(0)
         if leave_out is not None:
             gram = gram - self.gram[leave_out].sum(0)
-        H, g = gram[:-1, :-1] + np.diag(np.broadcast_to(self.precision, len(self.low))), gram[:-1, -1]
-        diagonal = np.diag(H)
-        seen = diagonal > ZERO_CURVATURE * max(diagonal.max(initial=0.0), 1e-300)
-        unit = 1.0 / np.sqrt(np.where(seen, diagonal, 1.0))
-        scaled = H * unit * unit[:, None] + RELATIVE_RIDGE * np.eye(len(g))
-        d, free = np.zeros(len(g)), seen.copy()
-        for _ in range(MOVES_PER_COLUMN * len(g)):
-            k = np.flatnonzero(free)
-            rest = unit[k] * (g[k] + H[k][:, ~free] @ d[~free])
-            step = -unit[k] * np.linalg.solve(scaled[np.ix_(k, k)], rest) - d[k]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                room = np.where(step > 0.0, self.high[k] - d[k], self.low[k] - d[k]) / step
-            room = np.where(step == 0.0, 1.0, room)
-            first = int(np.argmin(room)) if len(k) else 0
-            if len(k) and room[first] < 1.0:
-                d[k] += max(room[first], 0.0) * step
-                d[k[first]] = self.high[k[first]] if step[first] > 0.0 else self.low[k[first]]
-                free[k[first]] = False
-                continue
-            d[k] += step
-            slope = unit * (g + H @ d)
-            pulled = np.where(d <= self.low, -slope, slope) * (seen & ~free & (self.low < self.high))
-            if pulled.max(initial=0.0) <= RELATIVE_RIDGE * np.abs(unit * g).max(initial=0.0):
-                break
-            free[int(np.argmax(pulled))] = True
+        H, g = gram[:-1, :-1] + np.diag(np.broadcast_to(self.precision, len(self.low))), gram[:-1, -1].copy()
+        d = bounded(H, g, self.low, self.high)
         return d, float(-(g @ d + 0.5 * d @ H @ d))
 
     def gain(self, folds: int) -> float:
