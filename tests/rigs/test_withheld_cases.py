@@ -25,7 +25,8 @@ from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects
 
 #: Families of the library that no machine plants, so that no number tells how often they are found.
-UNPLANTED = frozenset({"linear_loss", "root_outflow", "overflow", "radiation", "nonlinear_loss", "storage"})
+BALANCES = ("linear_loss", "root_outflow", "overflow", "radiation", "nonlinear_loss", "storage")
+UNPLANTED = frozenset({*BALANCES, "inductance_saturation"})
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

@@ -31,6 +31,7 @@ FILES = {
     "tanks": SYSTEMS / "cascaded_tanks" / "overflow_withheld.yaml",
     "volts": SYSTEMS / "silverbox" / "hardening_withheld.yaml",
     "room": Path(__file__).with_name("room.yaml"),
+    "coil": Path(__file__).with_name("coil.yaml"),
 }
 #: Parameters of a system that effects on parameters are tried on.
 FEW = 2
