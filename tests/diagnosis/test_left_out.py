@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import t as student
 
 from tests.diagnosis.benches import FRICTION, Bench
 from tests.diagnosis.studies import JOINT, effect, fitted, study
@@ -187,6 +188,15 @@ def test_an_effect_that_only_one_experiment_shows_is_predicted_block_by_block(
 def scattered(varied: Study) -> LeftOut:
     known = Hypothesis.known(varied)
     return halves(fitted(known.plus(effect("scatter"), Place("parameter", "F_c"))))
+
+
+def test_a_shared_number_is_known_as_well_as_the_mean_of_the_experiments_own_ones(scattered: LeftOut) -> None:
+    """Six experiments know the mean friction of the machine within 2.57 standard errors of six numbers."""
+    learned = np.array(FRICTIONS)[np.unique(scattered.fitted.recording.owner)]
+    error = learned.std(ddof=1) / np.sqrt(len(learned))
+    low, high = scattered.interval("F_c", 0.95)
+    assert low < np.mean(FRICTIONS) < high
+    assert 0.5 * (high - low) == pytest.approx(student.ppf(0.975, len(learned) - 1) * error, rel=0.15)
 
 
 def test_numbers_of_single_experiments_are_predicted_from_the_other_half(scattered: LeftOut) -> None:
