@@ -98,6 +98,8 @@ class Thresholds:
         port_likeness: likeness of a parameter's effect to that of a port's effort, at least.
         least_rule_share: share that a rule at a channel explains, at least.
         sensor_handicap: share that a rule at a sensor must explain more than another rule.
+        opposite_rest: share that equal and opposite efforts at two ports leave, of what an effort at one of
+            them leaves of what two independent efforts explain, at most.
         clear_correction: mean square of a correction above which windows are long enough.
         blind_error: standard error of a correction up to which its window counts.
         enough_experiments: number of experiments that are independent parts; fewer are divided into
@@ -272,6 +274,7 @@ class Thresholds:
     )
     least_rule_share: float = _threshold(0.02, "share of what is lacking", _JUDGEMENT, _NO_PLACE)
     sensor_handicap: float = _threshold(0.1, "share of what is lacking", _JUDGEMENT, _NO_PLACE)
+    opposite_rest: float = _threshold(0.1, "share of what is left", _JUDGEMENT, _NO_REMARK)
     clear_correction: float = _threshold(4.0, "noise variances", _JUDGEMENT, _NO_PLACE)
     blind_error: float = _threshold(3.0, "median standard errors", _JUDGEMENT, _NO_PLACE)
     enough_experiments: int = _threshold(4, "experiments", _JUDGEMENT, _NO_PLACE)

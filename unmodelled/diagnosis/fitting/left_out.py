@@ -124,7 +124,10 @@ class LeftOut:
         better than this: all other numbers follow it.
         """
         unknowns, normal = self.fitted.unknowns, self.fitted.fit.normal
-        z, own = self.fitted.vector(unknowns), [k for k, u in enumerate(unknowns.each) if u.own and not u.start]
+        z, own = (
+            self.fitted.vector(unknowns),
+            [k for k, u in enumerate(unknowns.each) if u.own and not u.start],
+        )
         rest = ~np.isin(unknowns.unknown, own)
         H = normal.summed(*normal.reduced()[:2])[0]
         unit = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
@@ -134,7 +137,9 @@ class LeftOut:
         for k, number in enumerate(own):
             mine = unknowns.unknown == number
             error = float(z[mine].std(ddof=1) / np.sqrt(mine.sum()))
-            found[k, rest] = -error * unit[rest] * (inverse @ (scaled[np.ix_(rest, mine)] @ (1.0 / unit[mine])))
+            found[k, rest] = (
+                -error * unit[rest] * (inverse @ (scaled[np.ix_(rest, mine)] @ (1.0 / unit[mine])))
+            )
         return found
 
     @property
