@@ -25,11 +25,13 @@ class Effect(ABC):
         variant: name of the variant within the family; empty for the plain form.
         complexity: number by which the simplest of several equally good effects is chosen; about the number
             of its parameters, more for memory and for rare effects.
+        beside: families of which one must have been added at the same place; empty (default) if none must.
     """
 
     family: ClassVar[str]
     variant: ClassVar[str] = ""
     complexity: ClassVar[float]
+    beside: ClassVar[frozenset[str]] = frozenset()
 
     @abstractmethod
     def places(self, system: System) -> tuple[Place, ...]:

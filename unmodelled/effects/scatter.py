@@ -42,14 +42,23 @@ class GainScatter(ActuatorEffect):
 class FrictionScatter(PortEffect):
     """Dry friction that differs between experiments, for example with the temperature of a bearing.
 
-    There is one number per experiment. It is negative where a dry friction that all experiments share is
-    larger than that of the experiment.
+    There is one number per experiment, the deviation from a dry friction that all experiments share.
     """
 
     family = "scatter"
     variant = "dry_friction"
     complexity = 4.5
     needs = ("velocity",)
+    # what all experiments have in common is no scatter
+    beside = frozenset(
+        {
+            "coulomb_friction",
+            "hysteresis",
+            "load_friction",
+            "position_dependent_friction",
+            "stribeck_friction",
+        }
+    )
 
     def law(self, at: Site) -> Law:
         amplitude = Amplitude("tanh(v/v_c)", 0.1 * at.effort, (-at.effort, at.effort))

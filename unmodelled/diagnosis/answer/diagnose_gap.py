@@ -102,7 +102,7 @@ def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
     least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
     error = judged_model("", chosen).gap.value
     while chosen.hypothesis.effects:
-        fewer = [search.without(chosen, effect) for effect in chosen.hypothesis.effects]
+        fewer = [search.without(chosen, effect) for effect in chosen.hypothesis.removable]
         errors = [judged_model("", fitted).gap.value for fitted in fewer]
         best = int(np.argmin(errors))
         if least * errors[best] > error:
@@ -117,7 +117,7 @@ def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, F
     """Effects of `chosen`, the strongest first, and fits with these and earlier ones."""
     path: list[tuple[Added, FittedHypothesis]] = []
     whole = {effect.key: effect for effect in chosen.hypothesis.effects}
-    while effects := chosen.hypothesis.effects:
+    while effects := chosen.hypothesis.removable:
         fewer = [search.without(chosen, effect) for effect in effects]
         weakest = int(np.argmin([search.found[f.hypothesis.key].score().mean() for f in fewer]))
         # with fewer effects, the numbers of an effect may have other names

@@ -79,6 +79,17 @@ class Hypothesis:
                 found = found.plus(library[added.family, added.variant], added.place)
         return found
 
+    @property
+    def removable(self) -> tuple[Added, ...]:
+        """Return the effects that no other effect must stand beside."""
+        beside = {(e.family, e.variant): e.beside for e in effects()}
+        needed: set[object] = set()
+        for own in self.effects:
+            families = beside[own.family, own.variant]
+            others = [e.key for e in self.effects if e.place == own.place and e.family in families]
+            needed |= set(others) if len(others) == 1 else set()
+        return tuple(e for e in self.effects if e.key not in needed)
+
     def __str__(self) -> str:
         return " and ".join(
             ["the known physics", *(f"{e.family} at {e.place.channel}" for e in self.effects)]

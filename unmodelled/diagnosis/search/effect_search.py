@@ -82,7 +82,8 @@ class EffectSearch:
         """Add effects as long as they predict left-out experiments better, exchange and remove effects.
 
         Numbers of single experiments come last: they absorb any structure. Effects are added to the best
-        ones once more: what differs between experiments and what they have in common hide each other.
+        ones and exchanged once more: what differs between experiments and what they have in common hide each
+        other.
 
         Returns:
             All fitted candidates.
@@ -98,6 +99,9 @@ class EffectSearch:
         self._exchange()
         self._remove()
         self._own()
+        if any(e.per_experiment for e in self._named().hypothesis.effects):
+            self._exchange()
+            self._remove()
         return self.candidates
 
     def _named(self) -> FittedHypothesis:
@@ -238,8 +242,8 @@ class EffectSearch:
     def _exchange(self) -> None:
         """Exchange each effect of the named candidate: it may have stood in for a later effect."""
         named = self._named()
-        effects = named.hypothesis.effects
-        for gone in effects if len(effects) > 1 else ():
+        effects = [e for e in named.hypothesis.removable if not e.per_experiment]
+        for gone in effects if len(named.hypothesis.effects) > 1 else ():
             before = self.without(named, gone)
             found = [s for s in self.screen(before) if s.key not in self.found and not s.is_own]
             self.fit(self._scout(_promising(found, SCOUTED))[:EXCHANGED])
@@ -249,7 +253,7 @@ class EffectSearch:
         while True:
             named = self._named()
             keys = set(self.found)
-            for gone in named.hypothesis.effects:
+            for gone in named.hypothesis.removable:
                 self.without(named, gone)
             if keys == set(self.found):
                 break
