@@ -44,6 +44,17 @@ def test_the_known_physics_and_when_an_input_acts(known: Hypothesis) -> None:
     assert (known.complexity, known.key, known.full) == (0.0, frozenset(), known.study.system)
 
 
+def test_an_effect_that_another_one_stands_beside_stays(known: Hypothesis) -> None:
+    scatter, friction = effect("scatter", "dry_friction"), effect("coulomb_friction")
+    one = known.plus(friction, JOINT).plus(effect("viscous_friction", "by_direction"), JOINT)
+    varied = one.plus(scatter, JOINT)
+    families = [[e.family for e in h.removable] for h in (one, varied)]
+    assert families == [["coulomb_friction", "viscous_friction"], ["viscous_friction", "scatter"]]
+    # of two dry frictions, either can go
+    assert len(varied.plus(effect("hysteresis", "dahl"), JOINT).removable) == 4
+    assert varied.without(varied.effects[-1]).removable == varied.without(varied.effects[-1]).effects
+
+
 def test_numbers_of_effects_are_fitted_within_their_bounds(known: Hypothesis) -> None:
     hypothesis = known.plus(effect("coulomb_friction"), JOINT)
     added = hypothesis.effects[0]

@@ -83,6 +83,16 @@ def test_nothing_planted_no_gain_beyond_chance(nothing: list[Screened]) -> None:
     assert np.mean(list(gains.values())) < 0.0
 
 
+def test_dry_friction_scatters_beside_a_friction_that_all_experiments_share(tmp_path: Path) -> None:
+    known = fitted(Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))))
+    rubbing = fitted(known.hypothesis.plus(effect("coulomb_friction"), JOINT))
+    sites = [
+        [s.place for s in screen(base, base.recording, 2) if s.effect.variant == "dry_friction"]
+        for base in (known, rubbing)
+    ]
+    assert sites == [[], [JOINT]]
+
+
 def test_every_candidate_has_starts_that_a_fit_can_take(nothing: list[Screened]) -> None:
     for candidate in nothing:
         assert candidate.starts and len({c.hypothesis.key for c in nothing}) == len(nothing)
