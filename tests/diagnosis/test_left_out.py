@@ -15,6 +15,7 @@ from tests.diagnosis.studies import JOINT, effect, fitted, study
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting import left_out
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut, parts
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.effects.place import Place
@@ -194,7 +195,7 @@ def test_a_shared_number_is_known_as_well_as_the_mean_of_the_experiments_own_one
     """Six experiments know the mean friction of the machine within 2.57 standard errors of six numbers."""
     learned = np.array(FRICTIONS)[np.unique(scattered.fitted.recording.owner)]
     error = learned.std(ddof=1) / np.sqrt(len(learned))
-    low, high = scattered.interval("F_c", 0.95)
+    low, high = interval(scattered, "F_c", 0.95)
     assert low < np.mean(FRICTIONS) < high
     assert 0.5 * (high - low) == pytest.approx(student.ppf(0.975, len(learned) - 1) * error, rel=0.15)
 
@@ -231,22 +232,22 @@ def test_the_jackknife_interval_covers_the_truth_and_the_variation_between_runs(
     alike: Study, varied: Study
 ) -> None:
     same, other = (LeftOut.of(fitted(Hypothesis.known(each))) for each in (alike, varied))
-    (low, high), (wide_low, wide_high) = (each.interval("F_c", 0.95) for each in (same, other))
+    (low, high), (wide_low, wide_high) = (interval(each, "F_c", 0.95) for each in (same, other))
     assert low < 0.06 < high and high - low < 0.1 * 0.06
     learned = [FRICTIONS[run] for run in other.fitted.recording.runs]
     assert wide_low < np.mean(learned) < wide_high
     assert wide_high - wide_low > 5.0 * (high - low)
     assert wide_high - wide_low > np.std(learned)
-    narrow = same.interval("F_c", 0.5)
+    narrow = interval(same, "F_c", 0.5)
     assert low < narrow[0] < narrow[1] < high
 
 
 def test_an_interval_is_cut_at_the_bounds(varied: Study) -> None:
     found = LeftOut.of(fitted(Hypothesis.known(varied)))
-    assert found.interval("F_c", 1.0 - 1e-9) == (0.0, 1.0)
+    assert interval(found, "F_c", 1.0 - 1e-9) == (0.0, 1.0)
 
 
 def test_halves_of_an_experiment_are_not_two_experiments(scattered: LeftOut) -> None:
     """The interval of a shared number does not depend on how experiments are divided."""
-    by_halves, by_runs = (each.interval("b", 0.95) for each in (scattered, LeftOut.of(scattered.fitted)))
+    by_halves, by_runs = (interval(each, "b", 0.95) for each in (scattered, LeftOut.of(scattered.fitted)))
     assert by_halves == pytest.approx(by_runs, rel=0.02)

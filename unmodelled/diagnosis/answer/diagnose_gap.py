@@ -25,6 +25,7 @@ from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, Signs, co
 from unmodelled.diagnosis.decide.decision import Decision, decide
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
@@ -207,9 +208,9 @@ def _estimate(prediction: LeftOut, name: str, unit: str, known: float) -> Estima
     """A fitted number with its interval, or one of the system file."""
     fitted = prediction.fitted
     if name in fitted.fit.values:
-        interval = prediction.interval(name, fitted.hypothesis.study.thresholds.level)
+        ends = interval(prediction, name, fitted.hypothesis.study.thresholds.level)
         doubts = is_determined(fitted, name), fitted.at_bound(name)
-        return Estimate(unit, known, fitted.fit.values[name], interval, *doubts)
+        return Estimate(unit, known, fitted.fit.values[name], ends, *doubts)
     full = fitted.hypothesis.full
     value = dict(zip((p.name for p in full.parameters), full.values, strict=True))[name]
     return Estimate(unit, known, value, (value, value))

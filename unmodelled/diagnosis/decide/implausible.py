@@ -9,6 +9,7 @@ from scipy.stats import f as fisher
 
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
 from unmodelled.diagnosis.decide.efforts import Efforts
+from unmodelled.diagnosis.fitting.jackknife import covariance, interval
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import Added
@@ -50,7 +51,7 @@ def _level(prediction: LeftOut) -> float:
 
 def _shown(prediction: LeftOut, name: str, unit: str) -> str:
     level = _level(prediction)
-    low, high = prediction.interval(name, level)
+    low, high = interval(prediction, name, level)
     value = quantity(prediction.fitted.fit.values[name], unit)
     return f"{value} ({100.0 * level:.3g} % interval {low:.3g} to {high:.3g})"
 
@@ -64,7 +65,7 @@ def _known(prediction: LeftOut, parameter: Parameter) -> Iterator[Remark]:
     if end is not None:
         yield Remark((name,), "bound", _at_end(name, unit, unknown, end))
         return
-    low, high = prediction.interval(name, _level(prediction))
+    low, high = interval(prediction, name, _level(prediction))
     shown = f"{_shown(prediction, name, unit)}, {quantity(given, unit)} given"
     # bounds that are as far on both sides of zero are those of an offset, which has no sign of its own
     opposite = max(low * np.sign(given), high * np.sign(given)) < 0.0 and unknown.low != -unknown.high
@@ -179,10 +180,10 @@ def _zero(prediction: LeftOut, added: Added) -> Iterator[Remark]:
     names = tuple(n for n in (added.amplitudes or tuple(added.delays)) if n in shared)
     if not 0 < len(names) < parts:
         return
-    covariance = prediction.covariance(names)
-    unit = 1.0 / np.sqrt(np.maximum(np.diag(covariance), _TINY))
+    spread = covariance(prediction, names)
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(spread), _TINY))
     z = np.array([fitted.fit.values[n] for n in names]) * unit
-    square = z @ np.linalg.pinv(covariance * np.outer(unit, unit), hermitian=True) @ z
+    square = z @ np.linalg.pinv(spread * np.outer(unit, unit), hermitian=True) @ z
     quantile = fisher.ppf(_level(prediction), len(names), parts - len(names))
     if square < len(names) * (parts - 1) / (parts - len(names)) * quantile:
         shown = listed(tuple(f"{n} = {_shown(prediction, n, added.units[n])}" for n in names))

@@ -13,11 +13,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
-from unmodelled.diagnosis.fitting.normal_equations import RANK
 from unmodelled.diagnosis.fitting.residuals import Errors
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
 
@@ -79,68 +77,6 @@ class LeftOut:
         r = Errors(unknowns, sigma, fit.substeps).of_numbers(np.tile(numbers, (1, 2, 1)), starts)
         squares = [np.einsum("wkj,wkj->wj", one, one) for one in (r[rows, chosen], r[rows, chosen + sets])]
         return cls(fitted, part, values, np.stack(squares))
-
-    def interval(self, name: str, level: float) -> tuple[float, float]:
-        """Return the jackknife interval of a shared number, by Student's t, cut at the bounds.
-
-        It covers chance from part to part, not missing physics.
-
-        Args:
-            name: name of an unknown that all experiments share.
-            level: probability of the two-sided interval.
-
-        Returns:
-            Lower and upper end, SI.
-        """
-        unknowns = {u.name: u for u in self.fitted.unknowns.each}
-        error = float(np.sqrt(self.covariance([name])[0, 0]))
-        reach = error * float(student.ppf(0.5 + 0.5 * level, self.count - 1))
-        value = self.fitted.fit.values[name]
-        return max(value - reach, unknowns[name].low), min(value + reach, unknowns[name].high)
-
-    def covariance(self, names: Sequence[str]) -> Array:
-        """Return the covariance of shared numbers: jackknife, and chance of the experiments' own numbers.
-
-        Args:
-            names: names of unknowns that all experiments share.
-
-        Returns:
-            Covariance, shape (names, names), SI.
-        """
-        unknowns = self.fitted.unknowns
-        known = [u.name for u in unknowns.each]
-        entries = np.searchsorted(unknowns.unknown, [known.index(name) for name in names])
-        off = (self.values - self.values.mean(0))[:, entries]
-        # the mean of own numbers is set to zero, and the steps to other experiments keep them
-        moved = self._moved_by_own[:, entries]
-        each = (self.count - 1) / len(off) * off.T @ off + moved.T @ moved
-        return np.asarray(each * np.outer(unknowns.scale[entries], unknowns.scale[entries]))
-
-    @cached_property
-    def _moved_by_own(self) -> Array:
-        """Moves (own unknowns, entries) of the vector by a standard error of the mean of own numbers.
-
-        Of a machine whose motor constant differs between experiments, a few experiments know the mean no
-        better than this: all other numbers follow it.
-        """
-        unknowns, normal = self.fitted.unknowns, self.fitted.fit.normal
-        z, own = (
-            self.fitted.vector(unknowns),
-            [k for k, u in enumerate(unknowns.each) if u.own and not u.start],
-        )
-        rest = ~np.isin(unknowns.unknown, own)
-        H = normal.summed(*normal.reduced()[:2])[0]
-        unit = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
-        scaled = H * unit * unit[:, None]
-        inverse = np.linalg.pinv(scaled[np.ix_(rest, rest)], RANK, hermitian=True)
-        found = np.zeros((len(own), len(z)))
-        for k, number in enumerate(own):
-            mine = unknowns.unknown == number
-            error = float(z[mine].std(ddof=1) / np.sqrt(mine.sum()))
-            found[k, rest] = (
-                -error * unit[rest] * (inverse @ (scaled[np.ix_(rest, mine)] @ (1.0 / unit[mine])))
-            )
-        return found
 
     @property
     def count(self) -> int:
