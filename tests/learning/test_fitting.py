@@ -94,11 +94,21 @@ def test_every_model_trains_saves_loads_and_simulates(
     folds = leave_one_out(logs.experiments)
     assert about["folds"] == [f.name for f in folds]
     tests = {fold.name: fold.test for fold in folds}
-    errors = free_runs(model, logs, tests, 1, recipe.integration(logs.period)).errors
+    errors = free_runs(model, logs, tests, 1, recipe.integration(system, logs.period)).errors
     assert set(errors["state"]) == {"theta", "omega"}
     assert np.isfinite(errors["rmse"]).all()
     efforts = learned_efforts(model, logs, {fold.name: fold.train for fold in folds}, 1)
     assert len(efforts) == logs.offsets[-1]
+
+
+def test_inputs_that_the_system_holds_are_held(slider: tuple[System, Logs]) -> None:
+    system, one = slider[0], slider[0].inputs[0]
+    held = replace(system, inputs=(replace(one, hold=True),))
+    assert PLAIN.integration(system, 0.01).hold == 1.0
+    assert PLAIN.integration(held, 0.01).hold == 0.0
+    both = replace(system, inputs=(replace(one, hold=True), replace(one, name="other")))
+    with pytest.raises(BadInput, match=f"inputs: {one.name} hold their values .* give all inputs"):
+        PLAIN.integration(both, 0.01)
 
 
 def test_friction_that_the_model_leaves_out_is_learned_and_damping_identified(

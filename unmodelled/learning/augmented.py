@@ -45,7 +45,8 @@ class AugmentedRecipe:
         spread_of_fixed: largest relative deviation of the other parameters; default 0.
         method: integration method of the free run, euler or rk4; default euler.
         substeps: number of integration steps per sampling period; default 1.
-        hold: interpolation of the inputs between samples, 0 (held) to 1 (linear); default 0.
+        hold: interpolation of the inputs between samples, 0 (held) to 1 (linear), where the system file does
+            not hold them; default 0.
     """
 
     networks: Structure
@@ -76,18 +77,25 @@ class AugmentedRecipe:
                 raise BadInput(f"identify: unknown parameter {name!r}, must be one of {', '.join(names)}")
         return self.networks(system, trained)
 
-    def integration(self, period: float) -> Integration:
+    def integration(self, system: System, period: float) -> Integration:
         """Return the integration of the free runs.
 
         Args:
+            system: known physics.
             period: sampling period, s.
 
         Raises:
-            BadInput: when the method is unknown.
+            BadInput: when the method is unknown, or the system holds some of its inputs only.
         """
         if self.method not in ("euler", "rk4"):
             raise BadInput(f"method must be euler or rk4, got {self.method}")
-        return Integration(period, self.method, self.substeps, self.hold)
+        held = [item.name for item in system.inputs if item.hold]
+        if 0 < len(held) < len(system.inputs):
+            raise BadInput(
+                f"{system.place}: inputs: {', '.join(held)} hold their values between samples and the others "
+                "do not; models are trained with all or none of them, give all inputs the same hold"
+            )
+        return Integration(period, self.method, self.substeps, 0.0 if held else self.hold)
 
     def problem(
         self, system: System, data: Measured, period: float, runs: list[Indices], seed: int
@@ -117,7 +125,7 @@ class AugmentedRecipe:
         weights = np.stack([initial_weights(structure, rng) for rng in sources])
         tensors = (torch.from_numpy(a) for a in (p, unit, scale, gain, weights))
         penalties = np.asarray(plan.penalties, np.float64)
-        how = self.integration(period)
+        how = self.integration(system, period)
         return Problem(Nnap(structure, *tensors), data, runs, bounds, penalties, how, seed)
 
     def fit(
@@ -232,7 +240,7 @@ class AugmentedRecipe:
         folds = split.folds(measured.experiments_with_speed())
         check_folds(folds, about["folds"], fits / "model.pt")
         trained, tests = ({fold.name: getattr(fold, kind) for fold in folds} for kind in ("train", "test"))
-        how = self.integration(measured.period)
+        how = self.integration(known, measured.period)
         found = judged(fitted, measured, trained, tests, about["repeats"], how)
         # the first model as it was before training
         data, first = measured_samples(measured), [folds[0].train]
