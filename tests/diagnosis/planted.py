@@ -14,6 +14,7 @@ from tests.diagnosis.benches import pendulum
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.columns import in_columns
 from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.model import System
@@ -70,6 +71,24 @@ parameters:
 ports: {air: {effort: q, unit: W, position: T}}
 dynamics: {T: (P_0 + P - k*T - q)/C}
 """
+COIL = """
+schema: system/1
+name: coil
+states: {i: {unit: A}}
+inputs: {u: {unit: V}}
+outputs: {i: {unit: A}}
+parameters:
+  R: {value: 1.0, unit: ohm}
+  L: {value: 0.3, unit: H, identify: true, bounds: [0.1, 1]}
+ports: {winding: {effort: e, unit: V, velocity: i}}
+dynamics: {i: (u - R*i - e)/L}
+"""
+
+
+def with_companions(effect: Effect) -> tuple[Effect, ...]:
+    """The effect, after the simplest law that it needs beside it, if any."""
+    companions = [e for e in effects() if e.family in effect.beside]
+    return (*companions[:1], effect)
 
 
 def plant(
@@ -83,17 +102,22 @@ def plant(
         ids: ids of the experiments.
         numbers: values of some numbers of the law; default: a size that can be seen of every number.
     """
-    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM))
+    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL))
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
     _write(folder / "logs", known, {}, ids, rates)
     logs = read_logs(folder / "logs", known)
     sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
     place = effect.places(known)[0]
-    added = effect.add(known, place, replace(sizes, effort={known.ports[0].name: EFFORT}))
+    sizes = replace(sizes, effort={known.ports[0].name: EFFORT})
+    planted, system = list[Added](), known
+    for each in with_companions(effect):
+        planted.append(each.add(system, place, sizes))
+        system = planted[-1].system
+    added, values = planted[-1], {name: value for one in planted for name, value in _numbers(one).items()}
     own = {name: added.scales[name] * np.array(OWN) for name in added.per_experiment}
     columns = {name: column(logs.experiments) for name, column in added.columns.items()}
-    grown = in_columns(with_numbers(added.system, [added], _numbers(added) | dict(numbers or {})), own)
+    grown = in_columns(with_numbers(system, planted, values | dict(numbers or {})), own)
     _write(folder / "logs", grown, {**columns, **own}, ids, rates)
 
 

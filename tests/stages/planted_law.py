@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from pipeline.__main__ import main
-from tests.diagnosis.planted import IDS, plant
+from tests.diagnosis.planted import IDS, plant, with_companions
 from tests.report.case import Page
 from tests.report.test_browser import CHECKS
 from tests.report.test_site import check_addresses
@@ -44,7 +44,8 @@ def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] = IDS) -> Iter
     """A function that plants a law and runs the command line, once for each law.
 
     Args:
-        alone: the search looks at this law only, which takes a tenth of the time; all else is as always.
+        alone: the search looks at this law only, and at one that it needs beside it, which takes a tenth of
+            the time; all else is as always.
         ids: of the experiments.
     """
     with pytest.MonkeyPatch.context() as patch:
@@ -54,7 +55,7 @@ def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] = IDS) -> Iter
             folder, effect = root / name.replace(" ", "-"), laws()[name]
             plant(folder, effect, ids)
             if alone:
-                patch.setattr(screen, "effects", lambda: (effect,))
+                patch.setattr(screen, "effects", lambda: with_companions(effect))
             given = {key: folder / place for key, place in GIVEN.items()}
             assert main(["diagnose", *(f"{key}='{path}'" for key, path in given.items()), "-q"]) == 0
             return folder
