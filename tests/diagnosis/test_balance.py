@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import unmodelled
+from tests.diagnosis.run_folder import write_runs
 
 Array = NDArray[np.float64]
 
@@ -98,8 +99,7 @@ def logs(
     The states of `rate` are the level and `stores` others, which start `below` it in every run; `series`
     times the input is taken from what is logged.
     """
-    rng, rows = np.random.default_rng(0), []
-    folder.mkdir()
+    rng, tables = np.random.default_rng(0), []
     for run in range(RUNS):
         u = np.repeat(rng.choice(levels, SAMPLES // 30), 30)
         x = [rng.uniform(*start) - below[run] * (np.arange(1 + stores) > 0)]
@@ -110,10 +110,8 @@ def logs(
             x.append(state)
         seen = np.array(x)[:, 0] - series * u + noise * rng.standard_normal(SAMPLES)
         table = {"t": period * np.arange(SAMPLES), names[0]: u, names[1]: seen}
-        pd.DataFrame(table).to_csv(folder / f"run{run}.csv", index=False)
-        rows.append({"id": f"run{run}", "file": f"run{run}.csv"})
-    pd.DataFrame(rows).to_csv(folder / "experiments.csv", index=False)
-    return folder
+        tables.append(pd.DataFrame(table))
+    return write_runs(folder, tables)
 
 
 def diagnosed(folder: Path, system: str, recorded: Path) -> unmodelled.Answer:

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 import unmodelled
+from tests.diagnosis.run_folder import write_runs
 
 COIL = """
 schema: system/1
@@ -36,9 +37,8 @@ def inductance(current: float) -> float:
 
 
 def record(folder: Path) -> None:
-    rng, t = np.random.default_rng(0), PERIOD * np.arange(SAMPLES)
-    folder.mkdir()
-    for run in range(RUNS):
+    rng, t, tables = np.random.default_rng(0), PERIOD * np.arange(SAMPLES), []
+    for _ in range(RUNS):
         rate, phase = rng.uniform(40.0, 250.0, 3), rng.uniform(0.0, 6.28, 3)
         u = 3.0 * np.sin(rate * t[:, None] + phase).sum(1)
         i = [0.0]
@@ -49,10 +49,8 @@ def record(folder: Path) -> None:
                 now += PERIOD / SUBSTEPS * (voltage - 1.0 * now) / inductance(now)
             i.append(now)
         seen = np.array(i) + 1e-3 * rng.standard_normal(SAMPLES)
-        pd.DataFrame({"t": t, "u": u, "i": seen}).to_csv(folder / f"run{run}.csv", index=False)
-    names = [f"run{run}" for run in range(RUNS)]
-    files = [f"{name}.csv" for name in names]
-    pd.DataFrame({"id": names, "file": files}).to_csv(folder / "experiments.csv", index=False)
+        tables.append(pd.DataFrame({"t": t, "u": u, "i": seen}))
+    write_runs(folder, tables)
 
 
 def test_the_core_of_a_coil_saturates(tmp_path: Path) -> None:

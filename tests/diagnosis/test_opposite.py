@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+from tests.diagnosis.run_folder import write_runs
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
@@ -59,33 +60,28 @@ def friction_of_both(x: Array) -> tuple[float, float]:
     return 0.08 * float(np.tanh(x[1] / 0.05)), 0.15 * float(np.tanh(x[3] / 0.05))
 
 
+def rates(x: Array, torque: float, effort: Effort) -> Array:
+    one, two = effort(x)
+    spring = 45.0 * (x[0] - x[2])
+    return np.array([x[1], (torque - spring - one) / 0.01, x[3], (spring - two) / 0.03])
+
+
 def lacking(folder: Path, effort: Effort) -> Corrections:
-    rng, t = np.random.default_rng(1), PERIOD * np.arange(SAMPLES)
-    (folder / "logs").mkdir()
-    for run in range(RUNS):
+    rng, t, tables = np.random.default_rng(1), PERIOD * np.arange(SAMPLES), []
+    h = PERIOD / SUBSTEPS
+    for _ in range(RUNS):
         u = 0.5 * np.sin(rng.uniform(4.0, 60.0, 3) * t[:, None] + rng.uniform(0.0, 6.28, 3)).sum(1)
         x = [np.zeros(4)]
         for k in range(SAMPLES - 1):
             now = x[-1]
             for share in (np.arange(SUBSTEPS) + 0.5) / SUBSTEPS:
-                one, two = effort(now)
-                spring = 45.0 * (now[0] - now[2])
                 torque = u[k] + share * (u[k + 1] - u[k])
-                rates = np.array([now[1], (torque - spring - one) / 0.01, now[3], (spring - two) / 0.03])
-                middle = now + 0.5 * PERIOD / SUBSTEPS * rates
-                one, two = effort(middle)
-                spring = 45.0 * (middle[0] - middle[2])
-                rates = np.array(
-                    [middle[1], (torque - spring - one) / 0.01, middle[3], (spring - two) / 0.03]
-                )
-                now = now + PERIOD / SUBSTEPS * rates
+                middle = now + 0.5 * h * rates(now, torque, effort)
+                now = now + h * rates(middle, torque, effort)
             x.append(now)
         seen = np.array(x)[:, [0, 2]] + NOISE * rng.standard_normal((SAMPLES, 2))
-        table = {"t": t, "u": u, "q1": seen[:, 0], "q2": seen[:, 1]}
-        pd.DataFrame(table).to_csv(folder / "logs" / f"run{run}.csv", index=False)
-    names = [f"run{run}" for run in range(RUNS)]
-    files = [f"{name}.csv" for name in names]
-    pd.DataFrame({"id": names, "file": files}).to_csv(folder / "logs" / "experiments.csv", index=False)
+        tables.append(pd.DataFrame({"t": t, "u": u, "q1": seen[:, 0], "q2": seen[:, 1]}))
+    write_runs(folder / "logs", tables)
     known = written(folder, TWO_MASSES)
     logs = prepare(known, read_logs(folder / "logs", known))
     model = JudgedModel("known", known, logs, free_runs(known, logs, HORIZON))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.gap import shrink
+from unmodelled.diagnosis.data.gap import Gap, shrink
 from unmodelled.diagnosis.data.result import (
     Compared,
     DiagnosedEffect,
@@ -79,10 +79,10 @@ def diagnose_gap(
     search = begun(study, workers, progress)
     candidates = search.run()
     progress("judge the models on the held-out experiments")
-    key = _confirmed(search, candidates.fits[candidates.named()])
+    given, reidentified = known_model(study), judged_model("re-identified", search.base)
+    key = _confirmed(search, candidates.fits[candidates.named()], reidentified.gap)
     chosen = search.found[key]
     path = _path(search, chosen.fitted)
-    given, reidentified = known_model(study), judged_model("re-identified", search.base)
     steps = [reidentified, *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
     progress("fit a network in every port")
     network = fit_network(search.base, search.fitted, search.screened, seed)
@@ -94,10 +94,10 @@ def diagnose_gap(
     return _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
 
 
-def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
+def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> Key:
     """The key of `chosen` without effects that hardly lower the error of held-out experiments.
 
-    None stays if all of them together do not lower it by a material share.
+    None stays if all of them together do not lower it by a material share; `before` is the gap without any.
     """
     thresholds = search.study.thresholds
     least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
@@ -109,7 +109,6 @@ def _confirmed(search: EffectSearch, chosen: FittedHypothesis) -> Key:
         if least * errors[best] > error:
             break
         chosen, error = fewer[best], errors[best]
-    before = judged_model("", search.base).gap
     is_material = shrink(before.value, error, before.floor) >= material
     return (chosen if is_material else search.base).hypothesis.key
 

@@ -86,7 +86,7 @@ class WindowTableReader:
         u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
         x = np.empty((len(first), len(owner), len(self.readings)))
         for k, delays in enumerate(self.delays(some[0])):
-            gains = None if self.plain else self._at(some[:, k], u[k, rows], owner)
+            gains = None if self.plain else self.gains(some[:, k], u[k, rows], owner)
             for j, reading in enumerate(self.readings):
                 lag = np.zeros(1) if gains is None or reading.lag == 0 else gains[:, j, 2]
                 x[k, :, j] = _read(recording.sensors, reading, float(delays[reading.output]), lag, rows)
@@ -115,28 +115,25 @@ class WindowTableReader:
         delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
 
-    def _at(self, values: Array, u: Array, owner: Indices) -> Array:
-        """Gain, offset and lag, shape (samples, readings, 3), of one parameter set at samples."""
-        if self._steady:
-            return self.gains(values, np.zeros((1, u.shape[1])), self.c)[owner]
-        return self.gains(values[owner], u, self.c[owner])
-
-    def gains(self, values: Array, u: Array, c: Array) -> Array:
+    def gains(self, values: Array, u: Array, owner: Indices) -> Array:
         """Return gain, offset and lag (s) of the measured states.
 
         Args:
-            values: parameter sets, shape (samples, numbers).
+            values: parameter sets, shape (experiments, numbers).
             u: inputs, shape (samples, inputs).
-            c: operating points, shape (samples, constants).
+            owner: number of the experiment, shape (samples,).
 
         Returns:
             Gain, offset and lag, shape (samples, readings, 3).
         """
-        shape = (len(values), len(self.readings), 3)
         if self.plain:
-            return np.broadcast_to([1.0, 0.0, 0.0], shape)
+            return np.broadcast_to([1.0, 0.0, 0.0], (len(owner), len(self.readings), 3))
         p, x = values[:, : len(self.system.parameters)], np.zeros(len(self.system.states))
-        return self._gains.evaluate(np.zeros(1), x, u, p, c).reshape(shape)
+        if self._steady:
+            found = self._gains.evaluate(np.zeros(1), x, np.zeros((1, u.shape[1])), p, self.c)[owner]
+        else:
+            found = self._gains.evaluate(np.zeros(1), x, u, p[owner], self.c[owner])
+        return found.reshape(len(owner), len(self.readings), 3)
 
     @property
     def plain(self) -> bool:

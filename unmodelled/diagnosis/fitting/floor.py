@@ -26,9 +26,8 @@ def start_noise(simulation: Simulation, values: Array) -> Array:
         Standard deviations, shape (windows, measured states), SI.
     """
     recording, reader = simulation.recording, simulation.reader
-    each, c = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))[:, 0], simulation.c
-    owner, u = recording.owner, recording.logs.u[recording.start]
-    gains = reader.gains(each[owner], u, c[owner])
+    each = np.broadcast_to(values, (len(recording.logs), *values.shape[1:]))[:, 0]
+    gains = reader.gains(each, recording.logs.u[recording.start], recording.owner)
     sigma = 1.0 / np.abs(gains[:, :, 0])
     for k, r in enumerate(reader.readings):
         if not r.slope and r.lag == 0:

@@ -72,21 +72,19 @@ class Hypothesis:
         Args:
             gone: effect of the hypothesis.
         """
-        library = {(e.family, e.variant): e for e in effects()}
         found = Hypothesis.known(self.study)
         for added in self.effects:
             if added is not gone:
-                found = found.plus(library[added.family, added.variant], added.place)
+                found = found.plus(_law(added), added.place)
         return found
 
     @property
     def removable(self) -> tuple[Added, ...]:
         """Return the effects that no other effect must stand beside."""
-        beside = {(e.family, e.variant): e.beside for e in effects()}
         needed: set[object] = set()
         for own in self.effects:
-            families = beside[own.family, own.variant]
-            others = [e.key for e in self.effects if e.place == own.place and e.family in families]
+            beside = _law(own).beside
+            others = [e.key for e in self.effects if e.place == own.place and e.family in beside]
             needed |= set(others) if len(others) == 1 else set()
         return tuple(e for e in self.effects if e.key not in needed)
 
@@ -115,8 +113,7 @@ class Hypothesis:
     @property
     def complexity(self) -> float:
         """Return the complexity: the sum over the effects."""
-        every = {(e.family, e.variant): e.complexity for e in effects()}
-        return sum(self.complexity_of(every[e.family, e.variant], e.place) for e in self.effects)
+        return sum(self.complexity_of(_law(e).complexity, e.place) for e in self.effects)
 
     def complexity_of(self, law: float, place: Place) -> float:
         """Return the complexity of an effect at a place.
@@ -195,6 +192,11 @@ class Hypothesis:
         ]
 
 
+def _law(added: Added) -> Effect:
+    """The effect of the library that was added."""
+    return next(e for e in effects() if (e.family, e.variant) == (added.family, added.variant))
+
+
 @dataclass(frozen=True, eq=False)
 class FittedHypothesis:
     """A hypothesis whose unknowns were fitted to a recording.
@@ -246,9 +248,8 @@ class FittedHypothesis:
         unknown = {u.name: u for u in self.hypothesis.unknowns}.get(name)
         if unknown is None or unknown.own:
             return False
-        return (
-            unknown.bound(self.fit.values[name], self.hypothesis.study.thresholds.at_bound_share) is not None
-        )
+        share = self.hypothesis.study.thresholds.at_bound_share
+        return unknown.bound(self.fit.values[name], share) is not None
 
     @cached_property
     def unknowns(self) -> Unknowns:

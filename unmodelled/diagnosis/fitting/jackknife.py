@@ -63,6 +63,8 @@ def _moved_by_own(prediction: LeftOut) -> Array:
     fitted = prediction.fitted
     unknowns, normal = fitted.unknowns, fitted.fit.normal
     z, own = fitted.vector(unknowns), [k for k, u in enumerate(unknowns.each) if u.own and not u.start]
+    if not own:
+        return np.zeros((0, len(z)))
     rest = ~np.isin(unknowns.unknown, own)
     H = normal.summed(*normal.reduced()[:2])[0]
     unit = 1.0 / np.sqrt(np.maximum(np.diag(H), 1e-300))
