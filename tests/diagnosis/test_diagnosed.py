@@ -256,11 +256,12 @@ def test_effects_that_do_not_lower_the_error_of_held_out_experiments_are_dropped
     error, alone = (
         judged_model("", f).gap.value for f in (found, FittedHypothesis.of(friction_alone, search.fitted))
     )
-    assert _confirmed(search, found) == (both.key if error < alone else friction_alone.key)
+    before = judged_model("", search.base).gap
+    assert _confirmed(search, found, before) == (both.key if error < alone else friction_alone.key)
     turned = FittedHypothesis(
         both, search.fitted, replace(found.fit, values={**found.fit.values, "F_0": 0.3})
     )
-    assert _confirmed(search, turned) == friction_alone.key
+    assert _confirmed(search, turned, before) == friction_alone.key
 
 
 def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_path: Path) -> None:
