@@ -143,7 +143,7 @@ def test_a_log_folder_is_refused_as_shown(
     rows = three.read_text().splitlines()
     three.write_text("\n".join([*rows[:2], "0.002,abc,0.1", *rows[3:]]))
     rows = four.read_text().splitlines()
-    four.write_text("\n".join([*rows[:10], *rows[21:]]))
+    four.write_text("\n".join([*rows[:11], *rows[10:]]))
     five.write_bytes(gzip.compress(five.read_bytes()))
     six.rename("mylogs/run_6.csv")
     with pytest.raises(SystemExit) as left:

@@ -126,3 +126,14 @@ def test_an_input_that_is_logged_late_acts_before(folder: Path, delay: float) ->
 def test_a_delay_as_long_as_an_experiment_is_refused(folder: Path, delay: float) -> None:
     with pytest.raises(BadInput, match=r"inputs.V.delay: .* is too long for experiment b of 0.198 s"):
         read_logs(folder, motor(input_delay=delay))
+
+
+def test_a_part_of_a_log_has_the_constants_of_the_log(tmp_path: Path) -> None:
+    values = {"a": 0.3, "b": 0.4, "b.part2": 0.5}
+    known = replace(motor(), operating_point=(Constant("m", "kg", values),))
+    kept = np.r_[0:200, 300:500]
+    records = {name: {column: v[kept] for column, v in run(500).items()} for name in "ab"}
+    logs = read_logs(write_folder(tmp_path, records), known)
+    assert logs.ids == ("a.part1", "a.part2", "b.part1", "b.part2")
+    assert logs.c[:, 0].tolist() == [0.3, 0.3, 0.4, 0.5]
+    assert not any("are not in the system file" in note for note in logs.notes)

@@ -162,7 +162,8 @@ def bad_groups(file: Any) -> dict[str, str]:
         "degrees": f"column angle: attribute unit: 'deg' {SI} rad instead of deg{CONVERT}",
         "metres": "column angle: attribute unit: 'm', the system file has 'rad': correct one of them",
         "milliseconds": f"column t: attribute unit: 'ms' {SI} s instead of ms{CONVERT}",
-        "gap": "row 31: column t: gap of 0.0101 s, more than 5 sampling periods of 0.002 s",
+        "gap": "row 31: column t: gap of 0.0101 s, more than 5 sampling periods of 0.002 s: "
+        "no part without a gap has 50 samples or more",
         "dead": "row 1: column angle: dead output, 0.25 in every row",
         "none": "no such group",
         "other/t": "is a dataset, not a group of datasets",

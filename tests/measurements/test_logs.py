@@ -241,3 +241,27 @@ def test_a_large_campaign_is_read_in_seconds(tmp_path: Path) -> None:
     logs = read_logs(folder, motor([*BOTH, Output("i", "A", "voltage", motor().x[2])]))
     assert len(logs.t) == 1_000_000
     assert perf_counter() - start < 20.0
+
+
+def test_gaps_cut_a_log_into_experiments(tmp_path: Path) -> None:
+    whole, standing = run(600), run(600)
+    kept = np.r_[0:200, 300:340, 400:600]
+    standing["angle"][400:] = 1.0
+    logs_of = {
+        name: {column: v[kept] for column, v in log.items()} for name, log in (("a", whole), ("b", standing))
+    }
+    logs = read_logs(write_folder(tmp_path, logs_of, group=["g", "h"]), motor())
+    assert logs.ids == ("a.part1", "a.part2", "b.part1") and np.diff(logs.offsets).tolist() == [200, 200, 200]
+    assert logs.experiments["group"].tolist() == ["g", "g", "h"]
+    np.testing.assert_array_equal(logs.y[logs.rows(1), 0], whole["angle"][400:])
+    (first, second) = [note for note in logs.notes if "was cut at gaps" in note]
+    assert "its parts are a.part1 to a.part2; 9.1 % of its samples" in first and "55 %" in second
+
+
+def test_logs_of_other_rates_are_read_at_the_slowest(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path, {"a": run(period=0.002), "b": run(period=0.005)})
+    logs = read_logs(folder, motor())
+    assert logs.period == 0.005
+    t = logs.t[logs.rows(0)]
+    np.testing.assert_allclose(logs.y[logs.rows(0), 0], np.sin(3.0 * t) + 0.1 * t, atol=1e-9)
+    assert "0.002 to 0.005 s: all logs were read every 0.005 s" in " ".join(logs.notes)

@@ -12,8 +12,17 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults
-from unmodelled.logs.clock import Kind, check_time, common_period, read_at, uniform_clock
-from unmodelled.logs.constants import logged, with_constants
+from unmodelled.logs.clock import (
+    LONGEST_GAP,
+    TOLERANCE,
+    Kind,
+    check_time,
+    common_period,
+    parts,
+    read_at,
+    uniform_clock,
+)
+from unmodelled.logs.constants import logged, part_name, with_constants
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
@@ -75,14 +84,50 @@ def assembled(
     """
     found = Faults()
     with found.collected():
-        experiments, notes = _experiments(path, *table, system)
+        experiments = _experiments(path, *table, system)
+        with_constants(system, experiments, _places(path, experiments))
     with found.collected():
         faults.check()
-    if logs:
-        with found.collected():
-            period = common_period(logs)
     found.check()
-    return prepare(system, _measurements(system, experiments, logs, period, notes, provenance))
+    experiments, logs, cuts = _without_gaps(system, experiments, logs)
+    experiments, notes = with_constants(system, experiments, _places(path, experiments))
+    experiments, period = experiments.reset_index(drop=True), common_period(logs)
+    return prepare(system, _measurements(system, experiments, logs, period, [*notes, *cuts], provenance))
+
+
+def _places(path: Path, experiments: pd.DataFrame) -> list[str]:
+    """The beginnings of messages about the experiments, one per row of the table."""
+    return [f"{path}: row {row}: column id" for row in experiments.index]
+
+
+def _without_gaps(
+    system: System, experiments: pd.DataFrame, logs: Sequence[Columns]
+) -> tuple[pd.DataFrame, list[Columns], list[str]]:
+    """Every log with gaps cut into experiments of their own; and notes."""
+    rows, ids, found, notes, faults = list[int](), list[str](), list[Columns](), list[str](), Faults()
+    for row, (name, log) in enumerate(zip(experiments["id"], logs, strict=True)):
+        with faults.collected():
+            pieces = parts(log)
+            moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, system)]
+            if not moving:
+                raise BadInput(f"{log.path}: column t: gaps leave no part in which every output changes")
+            found += moving
+            rows += [row] * len(moving)
+            ids += [name] if len(pieces) == 1 else [part_name(name, k) for k in range(1, len(moving) + 1)]
+            if len(pieces) > 1:
+                lost = 1.0 - sum(map(len, moving)) / len(log)
+                notes.append(
+                    f"{name} was cut at gaps of more than {LONGEST_GAP:g} sampling periods: its parts are "
+                    f"{ids[-len(moving)]} to {ids[-1]}; {100.0 * lost:.2g} % of its samples lie in parts "
+                    "that are too short or without motion, and were left out"
+                )
+    faults.check()
+    return experiments.iloc[rows].assign(id=ids), found, notes
+
+
+def _moving(log: Columns, system: System) -> bool:
+    """Whether every output changes."""
+    return all(np.ptp(log.values[output.column]) >= SMALLEST for output in system.outputs)
 
 
 def check_log(log: Columns, system: System) -> None:
@@ -116,8 +161,8 @@ def _check_alive(log: Columns, column: str) -> None:
         )
 
 
-def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> tuple[pd.DataFrame, list[str]]:
-    """The table, and notes."""
+def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> pd.DataFrame:
+    """The table, with the numbers of its rows in the file as index."""
     constants, faults = logged(system), Faults()
     if not rows:
         raise BadInput(f"{path}: row 1: column id: no experiments below it")
@@ -136,9 +181,9 @@ def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> t
     for name in set(table) - {"id", "file", "group", *constants}:
         if all(NUMBER.fullmatch(cell) for cell in table[name]):
             table[name] = [float(cell) for cell in table[name]]
-    experiments = pd.DataFrame(table)
-    check_texts(path, experiments, [row for row, _ in rows])
-    return with_constants(system, experiments, [f"{path}: row {row}: column id" for row, _ in rows])
+    experiments = pd.DataFrame(table, index=[row for row, _ in rows])
+    check_texts(path, experiments, experiments.index)
+    return experiments
 
 
 def _check_ids(path: Path, rows: Sequence[int], ids: Sequence[str]) -> None:
@@ -168,7 +213,7 @@ def _measurements(
     offsets = np.concatenate([[0], np.cumsum([len(clock) for clock in clocks])]).astype(np.int64)
     pairs = list(zip(logs, clocks, strict=True))
     y, u = np.empty((offsets[-1], len(system.outputs))), np.empty((offsets[-1], len(system.inputs)))
-    notes = [*notes, *_moved(ids, moves, period)]
+    notes = [*notes, *_moved(ids, logs, moves, period)]
     for j, output in enumerate(system.outputs):
         columns = [log.values[output.column] for log in logs]
         turning = [output.unit.strip() == "rad" and _wrapped(column) for column in columns]
@@ -210,8 +255,14 @@ def _read(columns: Sequence[Array], pairs: Sequence[tuple[Columns, Array]], kind
     )
 
 
-def _moved(ids: Sequence[str], moves: Sequence[float], period: float) -> list[str]:
+def _moved(ids: Sequence[str], logs: Sequence[Columns], moves: Sequence[float], period: float) -> list[str]:
     """What happened to the clocks."""
+    periods = [float(np.median(np.diff(log.values["t"]))) for log in logs]
+    if max(periods) > (1.0 + TOLERANCE) * (1.0 + 1e-9) * min(periods):
+        return [
+            f"the sampling periods of the logs differ, {min(periods):.6g} to {max(periods):.6g} s: all logs "
+            f"were read every {period:.6g} s by interpolation"
+        ]
     moved = np.count_nonzero(moves)
     if not moved:
         return []

@@ -1,4 +1,4 @@
-"""Real clocks jitter: checking the time of a log, and putting its samples on a uniform clock."""
+"""Real clocks jitter and stop: checking the time of a log, and putting its samples on a uniform clock."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def check_time(log: Columns) -> None:
         log: columns of one log, `t` in s among them.
 
     Raises:
-        BadInput: when the log is too short, time does not increase, or there is a gap.
+        BadInput: when the log is too short, time does not increase, or gaps leave no part of 50 samples.
     """
     t, path = log.values["t"], log.path
     if len(t) == 0:
@@ -52,45 +52,80 @@ def check_time(log: Columns) -> None:
         raise BadInput(
             f"{path}: row {log.row(i)}: column t: time must increase, {t[i]:.10g} s follows {t[i - 1]:.10g} s"
         )
+    parts(log)
+
+
+def parts(log: Columns) -> list[Columns]:
+    """Return the parts of a log between gaps of more than five sampling periods, at least 50 samples each.
+
+    Args:
+        log: columns of one log, `t` in s among them, which increases.
+
+    Raises:
+        BadInput: when gaps leave no part of 50 samples.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> t = 0.01 * np.delete(np.arange(200.0), slice(80, 100))
+        >>> [len(part) for part in parts(Columns(Path("run1.csv"), {"t": t}, header=True))]
+        [80, 100]
+    """
+    t = log.values["t"]
+    steps = np.diff(t)
     period = float(np.median(steps))
-    gap = np.flatnonzero(steps > LONGEST_GAP * period * (1.0 + 1e-9))
-    if len(gap):
-        i = int(gap[0]) + 1
+    gaps = np.flatnonzero(steps > LONGEST_GAP * period * (1.0 + 1e-9)) + 1
+    if not len(gaps):
+        return [log]
+    ends = [0, *gaps.tolist(), len(t)]
+    found = [log.among(slice(a, b)) for a, b in pairwise(ends) if b - a >= SHORTEST_LOG]
+    if not found:
+        i = int(gaps[0])
         raise BadInput(
-            f"{path}: row {log.row(i)}: column t: gap of {steps[i - 1]:.4g} s, more than {LONGEST_GAP:g} "
-            f"sampling periods of {period:.4g} s"
+            f"{log.path}: row {log.row(i)}: column t: gap of {steps[i - 1]:.4g} s, more than {LONGEST_GAP:g} "
+            f"sampling periods of {period:.4g} s: no part without a gap has {SHORTEST_LOG} samples or more"
         )
+    return found
 
 
 def common_period(logs: Sequence[Columns]) -> float:
-    """Return the sampling period of a campaign, s: the median over experiments.
+    """Return the sampling period on which all logs of a campaign are read, s.
+
+    It is the median over logs whose periods agree within 1 %, and the longest one otherwise: reading a log
+    more often than it was sampled would add samples that nothing measured.
 
     Args:
         logs: columns of all logs, `t` in s among them.
 
     Raises:
-        BadInput: when the median sampling periods of two experiments differ by more than 1 %.
+        BadInput: when one log has another unit of time, or fewer than 50 samples of the common period.
     """
     medians = np.array([np.median(np.diff(log.values["t"])) for log in logs])
-    middle = float(np.median(medians))
-    if medians.max() > (1.0 + TOLERANCE) * (1.0 + 1e-9) * medians.min():
-        distance = np.abs(medians - middle)
-        i = int(np.flatnonzero(distance > 0.999 * distance.max())[-1])  # of two the later one
-        other = medians[int(np.argmax(np.abs(medians - medians[i])))]
-        raise BadInput(
-            f"{logs[i].path}: row {logs[i].row(1)}: column t: median sampling period of {medians[i]:.6g} s "
-            f"differs from {other:.6g} s of another experiment by more than 1 %{_unit(medians[i], other)}"
-        )
-    period = float(np.median([_period(log.values["t"]) for log in logs]))
+    shortest = float(medians.min())
+    for log, median in zip(logs, medians, strict=True):
+        if advice := _unit(median, shortest):
+            raise BadInput(
+                f"{log.path}: row {log.row(1)}: column t: median sampling period of {median:.6g} s, "
+                f"{shortest:.6g} s in another experiment: {advice}"
+            )
+    periods = np.array([_period(log.values["t"]) for log in logs])
+    alike = medians.max() <= (1.0 + TOLERANCE) * (1.0 + 1e-9) * medians.min()
+    period = float(np.median(periods) if alike else periods.max())
+    for log in logs:
+        seconds = log.values["t"][-1] - log.values["t"][0]
+        if not alike and seconds < (SHORTEST_LOG - 1) * period * (1.0 - UNIFORM):
+            raise BadInput(
+                f"{log.path}: row {log.row(0)}: column t: {seconds:.4g} s hold fewer than {SHORTEST_LOG} "
+                f"samples of {period:.6g} s, the longest period of all experiments: leave one of them out"
+            )
     plain = float(f"{period:.6g}")  # the period that was meant, if only rounding hides it
     return plain if abs(period - plain) < 1e-11 * plain else period
 
 
 def _unit(period: float, other: float) -> str:
-    """Return advice for two sampling periods of which one is in another unit of time."""
+    """Return advice for a sampling period that is in another unit of time than those of other logs."""
     for unit, size in UNITS.items():
         if abs(period / other / size - 1.0) < TOLERANCE:
-            return f": it looks like {unit}; multiply the column by {1.0 / size:g}"
+            return f"it looks like {unit}; multiply the column by {1.0 / size:g}"
     return ""
 
 

@@ -9,6 +9,9 @@ import pandas as pd
 from unmodelled.base.errors import BadInput
 from unmodelled.systems.model import Constant, System
 
+#: What stands between the id of a log and the number of its part.
+PART = ".part"
+
 
 def logged(system: System) -> list[str]:
     """Return the names of the constants that are columns of experiments.csv.
@@ -19,12 +22,23 @@ def logged(system: System) -> list[str]:
     return [constant.name for constant in system.operating_point if constant.values is None]
 
 
+def part_name(record: str, number: int) -> str:
+    """Return the id of a part of a log that was cut at its gaps.
+
+    Args:
+        record: id of the log.
+        number: number of the part, from 1.
+    """
+    return f"{record}{PART}{number}"
+
+
 def with_constants(
     system: System, experiments: pd.DataFrame, places: Sequence[str]
 ) -> tuple[pd.DataFrame, list[str]]:
     """Return the table of experiments with a column for every constant that the system file gives.
 
-    The column takes the place of a column of that name.
+    The column takes the place of a column of that name. A part of a log that was cut at its gaps has the
+    value of the log, unless it has one of its own.
 
     Args:
         system: system whose constants are wanted.
@@ -42,16 +56,21 @@ def with_constants(
         if constant.values is None:
             continue
         columns[constant.name] = [
-            _value(system, constant, constant.values.get(name, constant.other), name, place)
+            _value(system, constant, constant.values.get(_named(constant, name), constant.other), name, place)
             for name, place in zip(experiments["id"], places, strict=True)
         ]
-        others = [name for name in experiments["id"] if name not in constant.values]
+        others = [name for name in experiments["id"] if _named(constant, name) not in constant.values]
         if others:
             notes.append(
                 f"{constant.name}: {len(others)} of {len(experiments)} experiments, {others[0]} among them, "
                 f"are not in the system file and have its value for others, {constant.other:g}"
             )
     return experiments.assign(**columns), notes
+
+
+def _named(constant: Constant, name: str) -> str:
+    """The id under which a constant has its value: of a part without a value of its own, that of the log."""
+    return name if name in (constant.values or ()) else name.rpartition(PART)[0] or name
 
 
 def _value(system: System, constant: Constant, value: float | None, name: str, place: str) -> float:

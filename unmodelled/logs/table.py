@@ -67,8 +67,16 @@ class Columns:
             end: time before which samples count, s.
         """
         inside = np.flatnonzero((self.values["t"] >= start) & (self.values["t"] < end))
-        rows = slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0)
-        return replace(self, values={name: v[rows] for name, v in self.values.items()}, first=rows.start)
+        return self.among(slice(int(inside[0]), int(inside[-1]) + 1) if len(inside) else slice(0, 0))
+
+    def among(self, rows: slice) -> Columns:
+        """Return some successive samples.
+
+        Args:
+            rows: first sample, and the one after the last.
+        """
+        values = {name: column[rows] for name, column in self.values.items()}
+        return replace(self, values=values, first=self.first + rows.start)
 
 
 def read_columns(path: Path, names: Sequence[str]) -> Columns:
