@@ -1,8 +1,7 @@
-"""Ports between which an effort is missing: said with the lines of a port between them."""
+"""Ports between which an effort is missing: a port between them is added."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,15 +11,17 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.diagnosis.run_folder import write_runs
+from unmodelled.api.diagnosis import diagnose
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.opposite import opposite_ports
+from unmodelled.diagnosis.where.opposite import opposite_ports, with_ports_between
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepare
-from unmodelled.systems.model import System
+from unmodelled.systems.model import System, symbol
 from unmodelled.systems.reader import read_system
+from unmodelled.systems.writer import write_system
 
 Array = NDArray[np.float64]
 Effort = Callable[[Array], tuple[float, float]]
@@ -93,19 +94,31 @@ def written(folder: Path, text: str) -> System:
     return read_system(folder / "system.yaml")
 
 
-def test_a_torque_between_two_masses_is_said_with_the_lines_of_a_port(tmp_path: Path) -> None:
-    (sentence,) = opposite_ports(lacking(tmp_path, damping_between))
-    assert sentence.startswith("equal and opposite efforts are missing at motor and load")
-    signals, ports = (
-        re.search(rf"under {name}: {{(.*?}}?)}}[,\s]", sentence) for name in ("signals", "ports")
-    )
-    assert signals is not None and ports is not None
-    # the lines, copied into the file, give a system with a port between the two
-    equations = TWO_MASSES.replace("- T1)", "- (T1 + T1_T2))").replace("- T2)", "- (T2 - T1_T2))")
-    text = equations.replace("ports:\n", f"signals: {{{signals[1]}}}\nports:\n  {ports[1]}\n")
-    between = written(tmp_path, text).port("motor_load")
+def test_a_torque_between_two_masses_gives_a_port_between_them(tmp_path: Path) -> None:
+    found = lacking(tmp_path, damping_between)
+    known = found.model.system
+    pairs = opposite_ports(found)
+    assert [(one.name, other.name) for one, other in pairs] == [("motor", "load")]
+    grown, (note,) = with_ports_between(known, pairs)
+    assert note.startswith("equal and opposite efforts are missing at motor and load")
+    between = grown.port("motor_load")
     assert (between.effort, between.unit) == ("T1_T2", "N m")
-    assert (between.position, between.velocity) == ("x_motor_load", "v_motor_load")
+    one, other = (grown.dynamics[k].diff(symbol("T1_T2")) for k in (1, 3))
+    assert (one, other) == (-1 / symbol("J1"), 1 / symbol("J2"))
+    assert grown.signals["x_motor_load"] == symbol("q1") - symbol("q2")
+    # what is written to a file comes back
+    write_system(grown, tmp_path / "grown.yaml")
+    assert read_system(tmp_path / "grown.yaml").dynamics == grown.dynamics
+
+
+def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: Path) -> None:
+    found = lacking(tmp_path, damping_between)
+    answer = diagnose(found.model.system, found.model.logs, HORIZON)
+    (effect,) = answer.effects
+    assert (effect.family, effect.port) == ("viscous_friction", "motor_load")
+    (number,) = effect.parameters.values()
+    assert number["value"] == pytest.approx(0.12, rel=0.03)
+    assert any("equal and opposite efforts" in note for note in answer.notes)
 
 
 @pytest.mark.parametrize("effort", [friction_of_the_load, friction_of_both])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from unmodelled.diagnosis.data.result import (
     JudgedModel,
     LogFault,
 )
+from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, Signs, confidence
@@ -32,6 +33,8 @@ from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import log_faults
 from unmodelled.diagnosis.search.network import fit_network
+from unmodelled.diagnosis.where.corrections import Corrections
+from unmodelled.diagnosis.where.opposite import comparable_ports, opposite_ports, with_ports_between
 from unmodelled.effects.added import Added
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -76,7 +79,7 @@ def diagnose_gap(
     if any(fault.decides for fault in faults):
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
     study = Study.of(system, different(logs), horizon, seed, thresholds)
-    search = begun(study, workers, progress)
+    search, notes = _between_ports(begun(study, workers, progress), workers, progress)
     candidates = search.run()
     progress("judge the models on the held-out experiments")
     given, reidentified = known_model(study), judged_model("re-identified", search.base)
@@ -91,7 +94,25 @@ def diagnose_gap(
         search.candidates, list(search.found).index(key), search.left_out(beside), steps[-1].gap
     )
     models = [given, *steps, judged_model("neural", network)]
-    return _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
+    found = _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
+    return replace(found, notes=(*found.notes, *notes))
+
+
+def _between_ports(
+    search: EffectSearch, workers: int, progress: Callable[[str], None]
+) -> tuple[EffectSearch, Sequence[str]]:
+    """The search with a port between ports at which equal and opposite efforts are missing, and notes."""
+    study = search.study
+    if not comparable_ports(study.system):
+        return search, ()
+    physics = judged_model("re-identified", search.base)
+    learned = replace(physics, logs=physics.logs.among(study.learned))
+    pairs = opposite_ports(Corrections.of(learned, study.horizon, Sensors(learned.logs), study.thresholds))
+    if not pairs:
+        return search, ()
+    progress("add a port where equal and opposite efforts are missing")
+    system, notes = with_ports_between(study.system, pairs)
+    return EffectSearch(replace(study, system=system), workers, progress), notes
 
 
 def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> Key:

@@ -25,7 +25,6 @@ from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
 from unmodelled.diagnosis.search.log_faults import log_faults
-from unmodelled.diagnosis.where.opposite import opposite_ports
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -144,8 +143,6 @@ def findings(
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
-    if found.verdict != "no_gap":
-        found = replace(found, notes=(*found.notes, *opposite_ports(place.lacking)))
     with TemporaryDirectory() as folder:
         try:
             write_augmented(found, Path(folder))

@@ -1,41 +1,51 @@
-"""Ports at which equal and opposite efforts are missing: something acts between their bodies."""
+"""Ports at which equal and opposite efforts are missing, and a port between their bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.systems.model import Port
+from unmodelled.effects.naming import fresh
+from unmodelled.effects.substitution import substituted
+from unmodelled.systems.model import Port, System, symbol
 from unmodelled.systems.units import parse_unit
 
+Pairs = tuple[tuple[Port, Port], ...]
 
-def opposite_ports(lacking: Corrections) -> tuple[str, ...]:
-    """Return a sentence for every pair of ports between which an effort is missing.
+
+def comparable_ports(system: System) -> Pairs:
+    """Return the pairs of ports between whose bodies an effort can act.
+
+    Args:
+        system: system with its ports.
+    """
+    return tuple(pair for pair in combinations(system.ports, 2) if _comparable(*pair))
+
+
+def _comparable(one: Port, other: Port) -> bool:
+    units = {parse_unit(port.unit).dimension for port in (one, other)}
+    return len(units) == 1 and all(p.domain == "power" and p.velocity is not None for p in (one, other))
+
+
+def opposite_ports(lacking: Corrections) -> Pairs:
+    """Return the pairs of ports between which an effort is missing.
 
     Of what two independent efforts explain, one effort that acts on both bodies in opposite directions must
     leave next to nothing in comparison with an effort at a single port.
 
     Args:
         lacking: corrections of the physics without effects.
-
-    Returns:
-        Sentences with the lines of a port between the two; none where there is no such pair.
     """
-    ports = {port.name: port for port in lacking.model.system.ports}
     at = {place.name: k for k, place in enumerate(lacking.places) if place.kind == "port"}
     return tuple(
-        _sentence(ports[one], ports[other])
-        for one, other in combinations(at, 2)
-        if _comparable(ports[one], ports[other]) and _is_opposite(lacking, at[one], at[other])
+        (one, other)
+        for one, other in comparable_ports(lacking.model.system)
+        if _is_opposite(lacking, at[one.name], at[other.name])
     )
-
-
-def _comparable(one: Port, other: Port) -> bool:
-    units = {parse_unit(port.unit).dimension for port in (one, other)}
-    return len(units) == 1 and all(p.domain == "power" and p.velocity is not None for p in (one, other))
 
 
 def _is_opposite(lacking: Corrections, one: int, other: int) -> bool:
@@ -55,20 +65,51 @@ def _is_opposite(lacking: Corrections, one: int, other: int) -> bool:
     return both > 0.0 and left > rest**2 * both and both - opposite <= rest * left
 
 
-def _sentence(one: Port, other: Port) -> str:
-    name, effort = f"{one.name}_{other.name}", f"{one.effort}_{other.effort}"
-    coordinates = ", ".join(f"{kind}: {short}_{name}" for kind, short, _ in _differences(one, other))
-    signals = ", ".join(f"{short}_{name}: {difference}" for _, short, difference in _differences(one, other))
-    return (
-        f"equal and opposite efforts are missing at {one.name} and {other.name}: something acts between "
-        f"them. To have effects tried there, add under signals: {{{signals}}}, under ports: {{{name}: "
-        f"{{effort: {effort}, unit: {one.unit}, {coordinates}}}}}, and in the equations write "
-        f"({one.effort} + {effort}) for {one.effort} and ({other.effort} - {effort}) for {other.effort}"
-    )
+def with_ports_between(system: System, pairs: Pairs) -> tuple[System, Sequence[str]]:
+    """Return the system with a port between the two ports of every pair, and a note for each.
+
+    The effort of the new port takes from one body what it gives to the other. Its position and velocity are
+    the differences of those of the two ports.
+
+    Args:
+        system: system to extend.
+        pairs: pairs of its ports, of the same unit.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> arm = read_system(Path("systems/double_pendulum/friction_withheld.yaml"))
+        >>> grown, notes = with_ports_between(arm, comparable_ports(arm))
+        >>> grown.ports[-1].name, grown.signals[grown.ports[-1].velocity]
+        ('shoulder_elbow', v1 - v2)
+    """
+    notes = []
+    for one, other in pairs:
+        system, name = _with_port_between(system, one, other)
+        notes.append(
+            f"equal and opposite efforts are missing at {one.name} and {other.name}: effects between them "
+            f"were tried too, at the port {name}, whose position and velocity are those of {one.name} less "
+            f"those of {other.name}"
+        )
+    return system, notes
 
 
-def _differences(one: Port, other: Port) -> Iterator[tuple[str, str, str]]:
-    """Coordinates that both ports have: kind, first letter of the signal, and the signal."""
+def _with_port_between(system: System, one: Port, other: Port) -> tuple[System, str]:
+    wanted = f"{one.name}_{other.name}"
+    words = (wanted, f"{one.effort}_{other.effort}", f"x_{wanted}", f"v_{wanted}")
+    words = (*words, f"{one.effort}_acting", f"{other.effort}_acting")
+    name, effort, position, velocity, *acting = fresh(system, words, "between").values()
+    differences = {velocity: (one.velocity, other.velocity)}
     if one.position is not None and other.position is not None:
-        yield "position", "x", f"{one.position} - {other.position}"
-    yield "velocity", "v", f"{one.velocity} - {other.velocity}"
+        differences = {position: (one.position, other.position), **differences}
+    port = Port(name, effort, one.unit, position if position in differences else None, velocity)
+    grown = replace(system, ports=(*system.ports, port))
+    for port_, total, sign in ((one, acting[0], 1), (other, acting[1], -1)):
+        own, more = symbol(port_.effort), sign * symbol(effort)
+        text = f"{port_.effort} {'+' if sign > 0 else '-'} {effort}"
+        grown = substituted(grown, port_.effort, {total: (own + more, text)})
+    signals = {
+        name: system.expression(a or "") - system.expression(b or "") for name, (a, b) in differences.items()
+    }
+    text = {f"signals.{name}": f"{a} - {b}" for name, (a, b) in differences.items()}
+    return replace(grown, signals={**grown.signals, **signals}, text={**grown.text, **text}), name
