@@ -95,21 +95,21 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, Sequence[s
 
 
 def _with_port_between(system: System, one: Port, other: Port) -> tuple[System, str]:
+    """The system with a port between two of its ports; and its name."""
     wanted = f"{one.name}_{other.name}"
-    words = (wanted, f"{one.effort}_{other.effort}", f"x_{wanted}", f"v_{wanted}")
-    words = (*words, f"{one.effort}_acting", f"{other.effort}_acting")
+    words = [wanted, f"{one.effort}_{other.effort}", f"x_{wanted}", f"v_{wanted}"]
+    words += [f"{port.effort}_acting" for port in (one, other)]
     name, effort, position, velocity, *acting = fresh(system, words, "between").values()
-    differences = {velocity: (one.velocity, other.velocity)}
-    if one.position is not None and other.position is not None:
-        differences = {position: (one.position, other.position), **differences}
-    port = Port(name, effort, one.unit, position if position in differences else None, velocity)
-    grown = replace(system, ports=(*system.ports, port))
-    for port_, total, sign in ((one, acting[0], 1), (other, acting[1], -1)):
-        own, more = symbol(port_.effort), sign * symbol(effort)
-        text = f"{port_.effort} {'+' if sign > 0 else '-'} {effort}"
-        grown = substituted(grown, port_.effort, {total: (own + more, text)})
-    signals = {
-        name: system.expression(a or "") - system.expression(b or "") for name, (a, b) in differences.items()
-    }
-    text = {f"signals.{name}": f"{a} - {b}" for name, (a, b) in differences.items()}
-    return replace(grown, signals={**grown.signals, **signals}, text={**grown.text, **text}), name
+    placed = one.position is not None and other.position is not None
+    between = Port(name, effort, one.unit, position if placed else None, velocity)
+    grown = replace(system, ports=(*system.ports, between))
+    for port, total, sign in zip((one, other), acting, "+-", strict=True):
+        own, more = symbol(port.effort), symbol(effort)
+        expression = own + more if sign == "+" else own - more
+        grown = substituted(grown, port.effort, {total: (expression, f"{port.effort} {sign} {effort}")})
+    signals, text = dict(grown.signals), dict(grown.text)
+    for signal, a, b in ((position, one.position, other.position), (velocity, one.velocity, other.velocity)):
+        if a is not None and b is not None:
+            signals[signal] = system.expression(a) - system.expression(b)
+            text[f"signals.{signal}"] = f"{a} - {b}"
+    return replace(grown, signals=signals, text=text), name
