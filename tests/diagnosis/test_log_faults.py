@@ -21,7 +21,7 @@ from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_copies import copies
-from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -200,10 +200,15 @@ def test_a_computed_speed_is_noted(
     assert said in fault.sentence
 
 
-def test_a_computed_speed_that_is_late_is_the_answer(right: Path, two_outputs: Path, tmp_path: Path) -> None:
-    fault = only(log_faults(*spoilt(right, tmp_path / "logs", difference(40), two_outputs), HORIZON))
-    assert (fault.channels, fault.problem) == (("omega",), "copy")
-    assert "(difference over 41 samples, 40 ms late)" in fault.sentence and fault.explains > 0.9
+def test_a_computed_speed_that_is_late_is_left_out(right: Path, two_outputs: Path, tmp_path: Path) -> None:
+    known, read = spoilt(right, tmp_path / "logs", difference(40), two_outputs)
+    system, logs, (fault,) = without_copies(known, read, HORIZON)
+    assert (fault.channels, fault.problem, fault.decides) == (("omega",), "copy", False)
+    assert "(difference over 41 samples, 40 ms late)" in fault.sentence and (fault.explains or 0.0) > 0.9
+    assert fault.sentence.endswith("It was left out of the outputs.")
+    assert logs.outputs == ("theta",) == tuple(output.name for output in system.outputs)
+    np.testing.assert_array_equal(logs.y[:, 0], read.y[:, read.outputs.index("theta")])
+    assert log_faults(system, logs, HORIZON) == ()
 
 
 def test_a_late_sensor_with_noise_of_its_own_is_no_copy(

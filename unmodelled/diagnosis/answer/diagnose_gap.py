@@ -31,7 +31,7 @@ from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
 from unmodelled.diagnosis.search.input_hold import begun
-from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.opposite import comparable_ports, opposite_ports, with_ports_between
@@ -68,14 +68,15 @@ def diagnose_gap(
         seed: seed of the held-out experiments, the network and the bootstrap.
         workers: number of threads, default 2.
         progress: function that is called with a line of text at each step.
-        faults: faults of the logs, computed by `log_faults` unless given. A fault that decides is the answer;
-            of identical experiments the first one is used.
+        faults: faults of the logs, computed by `without_copies` unless given. A fault that decides is the
+            answer; of identical experiments the first one is used.
         thresholds: thresholds of all decisions.
 
     Returns:
         The diagnosis: verdict, effects, judged models, comparison and notes.
     """
-    faults = log_faults(system, logs, horizon, thresholds) if faults is None else faults
+    if faults is None:
+        system, logs, faults = without_copies(system, logs, horizon, thresholds)
     if any(fault.decides for fault in faults):
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
     study = Study.of(system, different(logs), horizon, seed, thresholds)

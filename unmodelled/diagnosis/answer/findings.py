@@ -24,7 +24,7 @@ from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
-from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -135,7 +135,7 @@ def findings(
     check_seed(seed)
     horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
-    faults = log_faults(system, logs, horizon)
+    system, logs, faults = without_copies(system, logs, horizon)
     if not any(fault.decides for fault in faults):
         check_windows(system, logs, horizon)
     threads = os.cpu_count() or 1 if workers is None else workers

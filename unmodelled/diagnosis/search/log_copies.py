@@ -20,6 +20,8 @@ from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
 
+#: Name of the problem that an output is computed from another one.
+COPY = "copy"
 #: Largest numbers of samples before and after that a filter reads: a low-pass remembers longer than a
 #: smoothing filter looks ahead. Neither is more than this share of the shortest experiment.
 BEFORE, AFTER, LONGEST_SHARE = 60, 20, 0.2
@@ -140,9 +142,9 @@ def computed(trials: Trials, copy: Copy) -> Question:
     column = trials.sensors.slope(copy.source, 0.0) if copy.slope else logs.y[:, copy.source]
     of = logs.outputs[copy.source]
     problem = LogProblem(
-        *("copy", 1.0, "", f"computed from {of} ({_how(copy)})"),
+        *(COPY, 1.0, "", f"computed from {of} ({_how(copy)})"),
         f"replaced by {'the smoothed derivative of ' * copy.slope}{of}",
-        "Leave it out of the outputs of the system file",
+        "It was left out of the outputs",
     )
     correction = replace(trials.none, columns={copy.target: copy.gain * column})
     return Question(problem, (logs.outputs[copy.target],), correction)
@@ -158,7 +160,7 @@ def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
     for copy in found:
         name, of = logs.outputs[copy.target], logs.outputs[copy.source]
         yield LogFault(
-            *((name,), "copy", None, ()),
+            *((name,), COPY, None, ()),
             sentence=f"{name} is computed from {of}: {_how(copy)}. It is not a second sensor. Leave "
             "it out of the outputs of the system file if its delay matters.",
             decides=False,

@@ -19,10 +19,11 @@ from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.search.log_copies import Copy, computed, copies, notes
+from unmodelled.diagnosis.search.log_copies import COPY, Copy, computed, copies, notes
 from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -72,6 +73,34 @@ class _Suspect:
         """Return whether the fault explains most of the error of its experiments, and enough of all error."""
         least = limits.fault_share if self.everywhere else limits.fault_share_some
         return self.explains_where_it_is >= limits.fault_share and self.explains >= least
+
+
+def without_copies(
+    system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
+) -> tuple[System, Logs, tuple[LogFault, ...]]:
+    """Return system and logs without the computed outputs that explain most of the gap; and all faults.
+
+    Such an output, for example a speed that a drive has differenced and smoothed, is no second sensor. The
+    output that it is computed from remains.
+
+    Args:
+        system: the known physics.
+        logs: logs of all experiments, with the states of `system`.
+        horizon: length of the free-run windows, s.
+        thresholds: thresholds of the decisions.
+    """
+    said: tuple[LogFault, ...] = ()
+    while True:
+        faults = log_faults(system, logs, horizon, thresholds)
+        computed_outputs = [fault for fault in faults if fault.decides and fault.problem == COPY]
+        if not computed_outputs:
+            return system, logs, (*said, *faults)
+        said = (*said, *(replace(fault, decides=False) for fault in computed_outputs))
+        left_out = {name for fault in computed_outputs for name in fault.channels}
+        kept = [k for k, name in enumerate(logs.outputs) if name not in left_out]
+        system = replace(system, outputs=tuple(system.outputs[k] for k in kept))
+        shown = tuple(logs.outputs[k] for k in kept)
+        logs = prepare(system, replace(logs, outputs=shown, y=logs.y[:, kept]))
 
 
 def log_faults(
@@ -248,7 +277,7 @@ def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
     if alike:
         others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
         said += f" These logs cannot distinguish it from {' or '.join(others)}."
-    return f"{said} {problem.cure}, then diagnose again."
+    return f"{said} {problem.cure}{', then diagnose again' if problem.name != COPY else ''}."
 
 
 def _listed(names: Sequence[str]) -> str:
