@@ -314,3 +314,13 @@ def test_a_gap_of_held_out_experiments_that_nothing_predicts_says_that_something
         assert found.verdict == verdict
         assert (found.remainder is None) == (value == gap.value)
         assert found.remainder is None or found.remainder.predictable == 0.0
+
+
+@pytest.mark.parametrize(("named", "verdict"), [(1, "effect"), (2, "main_effect")], ids=["friction", "load"])
+def test_an_effect_that_leaves_most_of_the_gap_does_not_explain_it(
+    rubbing: Candidates, named: int, verdict: str
+) -> None:
+    found = limited(rubbing, unexplained_gap=1e9)
+    chosen = found.fits[named]
+    said = decide(found, named, LeftOut.of(chosen), judged_model("", chosen).gap)
+    assert said.verdict == verdict

@@ -51,7 +51,8 @@ class Thresholds:
         material_share: error that a candidate must remove to be better by a material amount; the next two are
             alternatives to it, in shares of the other candidate's error. For numbers of single experiments
             there is no alternative to the next two.
-        further_rest: share that a candidate with more effects than the other one must remove.
+        further_rest: share that a candidate with more effects than the other one must remove. An `effect`
+            leaves no more than this share of the known physics' error above the noise.
         exchanged_rest: share that a candidate with as many or fewer effects must remove, and a network.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.

@@ -60,10 +60,15 @@ def decide(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap)
 
 
 def _is_unexplained(candidates: Candidates, named: int, held_out: Gap) -> bool:
-    """Whether so large an error is left that something must be missing, even if no network predicts it."""
+    """Whether so large an error is left that something must be missing, even if no network predicts it.
+
+    Named effects explain no gap of which they leave as much as a further effect would have to remove.
+    """
+    limits, known = candidates.thresholds, candidates.fits[0]
     seen = float(np.sqrt(max(held_out.value**2 - held_out.floor**2, 0.0)))
-    error = max(seen, _above_noise(candidates.fits[named]))
-    return error > candidates.thresholds.unexplained_gap * candidates.persistence
+    left = _above_noise(candidates.fits[named])
+    most = limits.further_rest * _above_noise(known) if candidates.fits[named] is not known else np.inf
+    return max(seen, left) > limits.unexplained_gap * candidates.persistence or left > most
 
 
 def _above_noise(fitted: FittedHypothesis) -> float:
