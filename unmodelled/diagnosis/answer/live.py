@@ -133,8 +133,9 @@ def _curve(
     if place.kind == "port":
         port = system.port(place.name)
         axes = {"level": port.position, "rate": port.velocity}
-        wanted = shown.get(channel_of(diagnosis.reidentified, place), "rate")
-        axis = axes.get(wanted) or port.velocity or port.position
+        own = [n for n in axes.values() if n and law.free_symbols & system.expression(n).free_symbols]
+        wanted = axes.get(shown.get(channel_of(diagnosis.reidentified, place), "rate"))
+        axis = own[0] if len(own) == 1 else wanted or port.velocity or port.position
         x = TIME if axis is None else system.expression(axis)
         label = {"x": axis or "t", "y": port.effort, "unit": port.unit}
     elif place.kind == "actuator":
