@@ -133,6 +133,8 @@ def test_plots_zoom_together_and_stay_zoomed(page: Page) -> None:
     box = page.locator(".u-over").first.bounding_box()
     assert box
     page.mouse.move(box["x"] + 50, box["y"] + 40)
+    for legend in page.locator(".u-legend").all()[:2]:  # both tell the values below the pointer
+        assert "–" not in legend.inner_text()
     page.mouse.down()
     page.mouse.move(box["x"] + 150, box["y"] + 40)
     page.mouse.up()

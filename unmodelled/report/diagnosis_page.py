@@ -56,9 +56,10 @@ def write_page(folder: Path, command: str) -> None:
     shown = view(folder)
     figures, tables = shown["figures"].values(), shown["tables"]
     live = _live(folder, shown)
+    styles = ("uplot.min", "style") if live else ("style",)
     scripts = [path.read_text() for path in (LIVE_SCRIPTS if live else ())]
     inside = {
-        "style": "\n".join((STATIC / f"{name}.css").read_text() for name in ("uplot.min", "style")),
+        "style": "\n".join((STATIC / f"{name}.css").read_text() for name in styles),
         "scripts": [*scripts, (STATIC / "report.js").read_text()],
         "search": as_block([*figure_entries(figures, ""), *table_entries(tables, "")]),
         "live": live,

@@ -14,11 +14,11 @@ from unmodelled.report.numbers import unit_text
 #: Share of the squared gap from which a block says its share.
 SHOWN_SHARE = 0.05
 #: Pixels: height of a line, width of a letter, room inside a block and between blocks.
-LINE, LETTER, ROOM, GAP = 18.0, 7.2, 10.0, 26.0
+LINE, LETTER, ROOM, GAP = 18.0, 6.8, 10.0, 26.0
 #: Width of a bold letter, relative to that of others.
-BOLD = 1.14
+BOLD = 1.15
 #: Columns of the wide drawing: x and width of inputs, actuators, machine, sensors and outputs.
-COLUMNS = ((0.0, 140.0), (166.0, 180.0), (372.0, 250.0), (648.0, 180.0), (854.0, 140.0))
+COLUMNS = ((0.0, 134.0), (160.0, 166.0), (352.0, 286.0), (664.0, 166.0), (856.0, 138.0))
 #: Widths of the two drawings.
 WIDE, NARROW = 994.0, 340.0
 
@@ -187,7 +187,7 @@ def _svg(kind: str, width: float, height: float, text: str, parts: Iterable[str]
     name = f"arrow-{kind}"
     body = f"{marker}{''.join(parts)}".replace('id="arrow"', f'id="{name}"').replace("#arrow", f"#{name}")
     return (
-        f'<svg class="{kind}" role="img" aria-label="{text}" viewBox="0 0 {width:g} {height:g}" '
+        f'<svg class="{kind}" role="img" aria-label="{text}" viewBox="-2 0 {width + 4:g} {height:g}" '
         f'font-size="13" xmlns="http://www.w3.org/2000/svg">{body}</svg>'
     )
 

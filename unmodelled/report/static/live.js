@@ -92,15 +92,18 @@
     return { label, stroke: colour(stroke), width: 1.5, points: { show: false }, value: (_, v) => (v == null ? "–" : shown(v)), ...more };
   }
 
+  // a law that is switched off is zero everywhere
+  const around = (_, low, high) => (low === high && low !== null ? [low - (Math.abs(low) || 1), high + (Math.abs(high) || 1)] : uPlot.rangeNum(low ?? 0, high ?? 1, 0.1, true));
+
   const dots = { paths: () => null, points: { show: true, size: 3, width: 0 } };
 
   function plot(host, x, y, lines, free) {
-    const axis = (label, size) => ({ label, stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, labelSize: 22, size });
+    const axis = (label, size) => ({ label, stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, labelSize: 22, size, values: (_, ticks) => ticks.map((v) => shown(v)) });
     const options = {
       width: Math.max(host.clientWidth, 200),
       height: Math.round(Math.min(260, Math.max(170, 0.5 * host.clientWidth))),
-      scales: { x: { time: false } },
-      axes: [axis(x, 40), { ...axis(y, 62), values: (_, ticks) => ticks.map((v) => shown(v)) }],
+      scales: { x: { time: false }, y: { range: around } },
+      axes: [axis(x, 40), axis(y, 62)],
       series: [{ label: x, value: (_, v) => (v == null ? "–" : shown(v)) }, ...lines],
       cursor: free ? {} : { sync: { key: "live" } },
       hooks: { setScale: [(chart, key) => { if (key === "x" && !free && !zooming && chart.status) zoomed(chart.scales.x.min, chart.scales.x.max); }] },
@@ -289,11 +292,12 @@
     button("←", () => zoomBy(1, -0.25), "Earlier"), button("→", () => zoomBy(1, 0.25), "Later"),
     button("All", () => { const t = charts.trajectory.data[0]; zoomed(t[0], t[t.length - 1]); }, "Whole experiment"));
   const groups = [...model.effects.map(effectGroup), ...parameterGroup()];
+  const buttons = made("div", { class: "live-buttons" }, button("As identified", reset), button("As given", allAsGiven));
   const pictures = [hosts.trajectory, hosts.residual, ...laws.filter(Boolean)];
   place.append(
     made("div", { class: "live-choices" }, ...choices, zoom),
     made("div", { class: "live-plots" }, status, ...pictures, extent),
-    made("div", { class: "live-controls" }, ...groups, made("div", { class: "live-buttons" }, button("As identified", reset), button("As given", allAsGiven))),
+    made("div", { class: "live-controls" }, ...groups, ...(groups.length ? [buttons] : [])),
   );
   place.hidden = false;
   build();
