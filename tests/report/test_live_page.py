@@ -7,18 +7,22 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
 from tests.diagnosis.diagnoses import ANGLE, JOINT, Said, diagnosis
+from tests.report.test_simulation_script import simulated
 from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import write_live
 from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.where.where import where
 from unmodelled.report.diagnosis_page import write_page
 from unmodelled.report.figures.files import write_figures
@@ -33,10 +37,15 @@ LATE = Said("sensor_delay", ANGLE, {"T_d_theta": 0.003})
 
 
 @pytest.fixture(scope="module")
-def answer(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of an answer: dry friction at the joint, and a delay of the sensor."""
+def found(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
+    """Dry friction at the joint, and a delay of the sensor."""
+    return diagnosis(tmp_path_factory.mktemp("case"), FRICTION, LATE)
+
+
+@pytest.fixture(scope="module")
+def answer(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the answer."""
     out = tmp_path_factory.mktemp("answer")
-    found = diagnosis(tmp_path_factory.mktemp("case"), FRICTION, LATE)
     place = where(found)
     write_json(out / "diagnosis.json", summary(found, place))
     write_tables(found, place, out)
@@ -88,6 +97,21 @@ def test_a_slider_moves_the_simulation_and_the_law(page: Page) -> None:
     assert page.evaluate(law) != drawn
     page.get_by_role("button", name="As identified").click()
     assert errors(page) == (before, after)
+
+
+def test_what_the_page_says_of_other_numbers_is_what_python_computes(page: Page, found: Diagnosis) -> None:
+    for name, key in (("F_c", "PageDown"), ("T_d_theta", "Home"), ("b", "PageUp")):
+        slider(page, name).press(key)
+    F_c, late, b = (float(slider(page, name).input_value()) for name in ("F_c", "T_d_theta", "b"))
+    assert F_c < 0.06 and late == 0.0 and b > 0.0151
+    system = found.augmented.system.with_values({"F_c": F_c, "b": b})
+    model = replace(found.augmented, system=replace(system, outputs=found.system.outputs))
+    substeps = json.loads(page.locator("#live-data").text_content() or "")["substeps"]
+    rows = found.logs.rows(1)
+    for index, whole in enumerate((False, True)):
+        page.locator("#live-mode").select_option(index=index)
+        error = (simulated(found, model, substeps, whole) - found.logs.y)[rows]
+        assert errors(page)[1] == pytest.approx(np.sqrt(np.nanmean(error**2)), rel=1e-9)
 
 
 def test_a_switch_takes_an_effect_out(page: Page) -> None:

@@ -69,25 +69,26 @@ def remains(content: Mapping[str, Any]) -> str:
     gap, left = content["gap"], content.get("remainder")
     if not content["effects"] or not gap["floor"]:
         return ""
+    start = "More is missing: what" if content["verdict"] == "main_effect" else "What"
     times = number(float(f"{gap['augmented'] / gap['floor']:.2g}"))
-    text = f"What remains is {times} times the error that sensor noise alone causes"
-    if not left or not left["predictable"]:
+    text = f"{start} remains is {times} times the error that sensor noise alone causes"
+    if not left:
         return f"{text}; a network in every port predicts no part of it."
-    return (
-        f"{text}: {percent(left['share'])} of the squared error, and a network in every port predicts "
-        f"{percent(left['predictable'])} of the whole."
-    )
+    part = f"{percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
+    return f"{text}: {percent(left['share'])} of the squared error; a network in every port predicts {part}."
 
 
 def _amount_of(effect: Mapping[str, Any]) -> str:
     """An effect with the first of its numbers that has a unit and differs from zero, such as an amplitude."""
+    name = effect_name(effect)
+    for kind in PLACES.values():  # a sensor delay at sensor theta is a delay at sensor theta
+        name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
     for entry in effect["parameters"].values():
         value, unit, ends = entry["value"], str(entry["unit"]), entry["interval"]
         known = value is not None and None not in ends and ends[0] * ends[1] > 0.0
-        if not known or unit in ("", "1", "-") or not entry.get("determined", True):
-            continue
-        return f"{amounts([value], unit, 3)[0]} of {effect_name(effect)}"
-    return effect_name(effect)
+        if known and unit not in ("", "1", "-") and entry.get("determined", True):
+            return f"{amounts([value], unit, 3)[0]} of {name}"
+    return name
 
 
 def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:

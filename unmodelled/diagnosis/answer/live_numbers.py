@@ -65,10 +65,11 @@ def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """
     rows = []
     for k, found in enumerate(diagnosis.effects):
+        off = (*found.added.amplitudes, *found.added.delays)  # without the effect they are zero
         for name, estimate in found.estimates.items():
             bounds = found.added.bounds.get(name)
             about = {"effect": k, "at": _place(diagnosis, found, name)}
-            rows.append(_slider(name, estimate, bounds, about, [0.0] * (name in found.added.amplitudes)))
+            rows.append(_slider(name, estimate, bounds, about, [0.0] * (name in off)))
         for name, values in found.own.items():
             each = np.array(list(values.values()))
             low, high = _range([*each, 0.0], found.added.bounds.get(name))
