@@ -190,7 +190,7 @@ def test_only_the_scripts_of_the_page_run(answer: Path) -> None:
     assert policy.startswith("default-src 'none'; script-src 'sha256-") and "unsafe-eval" not in policy
     scripts = re.findall(r"<script>(.*?)</script>", text, re.DOTALL)
     digests = {base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts}
-    assert set(re.findall(r"'sha256-([^']+)'", policy)) == digests and len(digests) == 6
+    assert set(re.findall(r"'sha256-([^']+)'", policy)) == digests and len(digests) == 8
     assert "Permission is hereby granted" in text
     assert len(text) < 4e6
 

@@ -33,7 +33,10 @@ from unmodelled.report.tables import Table
 
 PAGE = "index.html"
 #: Scripts of the machine in the page, in the order in which they need each other.
-LIVE_SCRIPTS = (STATIC / "uplot.min.js", SCRIPT, STATIC / "simulation.js", STATIC / "live.js")
+LIVE_SCRIPTS = (
+    *(STATIC / "uplot.min.js", SCRIPT),
+    *(STATIC / f"{name}.js" for name in ("simulation", "format", "plots", "live")),
+)
 
 
 def write_page(folder: Path, command: str) -> None:

@@ -6,13 +6,14 @@
   if (!block) return;
   const model = simulation.loaded(JSON.parse(block.textContent));
   const place = document.getElementById("live-machine");
+  const { shown, withUnit, named } = format;
   const MOST_POINTS = 2500; // of a law
   const STEPS = 500; // of a slider
   const FAR = 100; // ranges of the measured output: a simulation that is farther off has diverged
 
   // base: the system that has all that no slider holds, such as the timing of inputs
   const now = { experiment: 0, output: 0, steps: model.steps, base: "identified", values: [], own: new Map(), off: new Set() };
-  const before = new Map(); // runs of the system as given
+  const runs = new Map(); // of the system as given and as identified
 
   function made(tag, attributes = {}, ...children) {
     const e = document.createElement(tag);
@@ -22,20 +23,6 @@
     e.append(...children);
     return e;
   }
-
-  const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
-
-  function shown(value, digits = 4) {
-    const size = Math.abs(value);
-    if (size < 1e5 && (size === 0 || size >= 1e-3)) return String(Number(value.toPrecision(digits))).replace("-", "−");
-    const [mantissa, exponent] = value.toExponential(Math.min(digits, 3) - 1).split("e");
-    return `${mantissa}×10${[...String(Number(exponent))].map((c) => RAISED[c]).join("")}`.replace("-", "−");
-  }
-
-  const unitText = (unit) => (["", "1", "-"].includes(unit) ? "" : unit.replace(/\^(-?\d+)/g, (_, n) => [...n].map((c) => RAISED[c]).join("")));
-  const withUnit = (value, unit, digits) => `${shown(value, digits)} ${unitText(unit)}`.trim();
-  const named = ({ name, unit }) => (unitText(unit) ? `${name} (${unitText(unit)})` : name);
-  const colour = (name) => () => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   // --- the numbers that the sliders hold
 
@@ -71,56 +58,14 @@
     return found;
   }
 
-  function asGiven() {
-    const e = model.experiments[now.experiment], key = `${now.experiment} ${now.steps}`;
-    if (!before.has(key)) before.set(key, simulation.run(model, e, { ...model.given, c: e.given }, now.steps));
-    return before.get(key);
+  // the run of the system as given, or as identified
+  function ran(kind) {
+    const e = model.experiments[now.experiment], key = `${kind} ${now.experiment} ${now.steps}`;
+    if (!runs.has(key)) runs.set(key, simulation.run(model, e, { ...model[kind], c: e[kind] }, now.steps));
+    return runs.get(key);
   }
 
-  // --- plots
-
-  const plots = [];
-  let zooming = false;
-
-  function zoomed(min, max) {
-    zooming = true;
-    for (const { chart, free } of plots) if (!free) chart.setScale("x", { min, max });
-    zooming = false;
-  }
-
-  function series(label, stroke, more = {}) {
-    return { label, stroke: colour(stroke), width: 1.5, points: { show: false }, value: (_, v) => (v == null ? "–" : shown(v)), ...more };
-  }
-
-  // a law that is switched off is zero everywhere
-  const around = (_, low, high) => (low === high && low !== null ? [low - (Math.abs(low) || 1), high + (Math.abs(high) || 1)] : uPlot.rangeNum(low ?? 0, high ?? 1, 0.1, true));
-
-  const dots = { paths: () => null, points: { show: true, size: 3, width: 0 } };
-
-  function plot(host, x, y, lines, free) {
-    const axis = (label, size) => ({ label, stroke: colour("--soft"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line"), width: 1 }, labelSize: 22, size, values: (_, ticks) => ticks.map((v) => shown(v)) });
-    const options = {
-      width: Math.max(host.clientWidth, 200),
-      height: Math.round(Math.min(260, Math.max(170, 0.5 * host.clientWidth))),
-      scales: { x: { time: false }, y: { range: around } },
-      axes: [axis(x, 40), axis(y, 62)],
-      series: [{ label: x, value: (_, v) => (v == null ? "–" : shown(v)) }, ...lines],
-      cursor: free ? {} : { sync: { key: "live" } },
-      hooks: { setScale: [(chart, key) => { if (key === "x" && !free && !zooming && chart.status) zoomed(chart.scales.x.min, chart.scales.x.max); }] },
-    };
-    const chart = new uPlot(options, [[], ...lines.map(() => [])], host);
-    plots.push({ chart, host, free });
-    return chart;
-  }
-
-  // new numbers; what is zoomed stays zoomed
-  function put(chart, data, keep) {
-    const { min, max } = chart.scales.x;
-    zooming = true;
-    chart.setData(data, !keep || min == null);
-    if (keep && min != null) chart.setScale("x", { min, max });
-    zooming = false;
-  }
+  // --- what the plots show
 
   const finite = (values, low, high) => Array.from(values, (v) => (v > low && v < high ? v : null));
 
@@ -130,12 +75,20 @@
     return count ? Math.sqrt(sum / count) : NaN;
   }
 
-  function lawPoints(k, run, given) {
+  // coordinate and law of an effect at some samples
+  function lawPoints(k, run) {
     const at = 2 * model.effects.slice(0, k).filter((e) => e.curve).length;
-    const [x, y] = [run.further[at], run.further[at + 1]];
-    const every = Math.ceil(x.length / MOST_POINTS), points = [];
-    for (let i = 1; i < x.length; i += every) if (Number.isFinite(x[i]) && Number.isFinite(y[i])) points.push([x[i], y[i], given]);
+    const [x, y] = [run.further[at], run.further[at + 1]], every = Math.ceil(x.length / MOST_POINTS), points = [];
+    for (let i = 1; i < x.length; i += every) if (Number.isFinite(x[i]) && Number.isFinite(y[i])) points.push([x[i], y[i]]);
     return points;
+  }
+
+  // the law as identified, and now, over one axis
+  function lawData(k, run) {
+    const points = [ran("identified"), run].flatMap((r, which) => lawPoints(k, r).map((q) => [...q, which]));
+    points.sort((a, b) => a[0] - b[0]);
+    const only = (which) => points.map((q) => (q[2] === which ? q[1] : null));
+    return [points.map((q) => q[0]), only(0), only(1)];
   }
 
   // --- what is built once
@@ -226,7 +179,7 @@
 
   function zoomBy(factor, shift) {
     const { min, max } = charts.trajectory.scales.x, half = (0.5 * (max - min)) * factor, middle = 0.5 * (min + max) + shift * (max - min);
-    zoomed(middle - half, middle + half);
+    plotting.zoom(middle - half, middle + half);
   }
 
   // --- what follows a change
@@ -244,16 +197,15 @@
 
   function draw() {
     const e = model.experiments[now.experiment], j = now.output, output = model.outputs[j];
-    const measured = e.y[j].values, given = asGiven(), run = simulation.run(model, e, setting(), now.steps);
+    const measured = e.y[j].values, given = ran("given"), run = simulation.run(model, e, setting(), now.steps);
     const low = measured.reduce((a, b) => Math.min(a, b)), high = measured.reduce((a, b) => Math.max(a, b)), room = FAR * (high - low);
     const [old, fresh] = [given, run].map((r) => finite(r.outputs[j], low - room, high + room));
     const minus = (values) => values.map((v, k) => (v == null ? null : v - measured[k]));
-    put(charts.trajectory, [run.t, measured, old, fresh], keep);
-    put(charts.residual, [run.t, minus(old), minus(fresh)], keep);
+    plotting.put(charts.trajectory, [run.t, measured, old, fresh], keep);
+    plotting.put(charts.residual, [run.t, minus(old), minus(fresh)], keep);
     model.effects.forEach((effect, k) => {
       if (!effect.curve) return;
-      const points = lawPoints(k, run).sort((a, b) => a[0] - b[0]);
-      put(charts.laws[k], [points.map((q) => q[0]), points.map((q) => q[1])], false);
+      plotting.put(charts.laws[k], lawData(k, run), false);
     });
     keep = true;
     const lost = (values, r) => values.some((v, k) => v === null && k > 0 && !Number.isNaN(r.outputs[j][k]));
@@ -269,12 +221,17 @@
   }
 
   function build() {
-    for (const { chart } of plots.splice(0)) chart.destroy();
+    plotting.clear();
     const output = model.outputs[now.output];
+    const both = [plotting.line("as given", "--before"), plotting.line("now", "--after")];
+    const law = (curve, host) => plotting.add(
+      host, named({ name: curve.x, unit: curve.x_unit }), named({ name: curve.y, unit: curve.unit }),
+      [plotting.dots("as identified", "--measured"), plotting.dots("now", "--after")], false,
+    );
     charts = {
-      trajectory: plot(hosts.trajectory, "t (s)", named(output), [series("measured", "--measured", { width: 3 }), series("as given", "--before"), series("now", "--after")], false),
-      residual: plot(hosts.residual, "t (s)", `error of ${named(output)}`, [series("as given", "--before"), series("now", "--after")], false),
-      laws: model.effects.map(({ curve }, k) => curve && plot(laws[k], named({ name: curve.x, unit: curve.x_unit }), named({ name: curve.y, unit: curve.unit }), [series("law, now", "--after", dots)], true)),
+      trajectory: plotting.add(hosts.trajectory, "t (s)", named(output), [plotting.line("measured", "--measured", 3), ...both], true),
+      residual: plotting.add(hosts.residual, "t (s)", `error of ${named(output)}`, both, true),
+      laws: model.effects.map(({ curve }, k) => curve && law(curve, laws[k])),
     };
     model.effects.forEach((effect, k) => laws[k]?.setAttribute("aria-label", `${effect.name}: ${effect.curve.y} over ${effect.curve.x}`));
   }
@@ -290,7 +247,7 @@
   const zoom = made("div", { class: "zoom", role: "group", "aria-label": "Time that the plots show" },
     button("+", () => zoomBy(0.5, 0), "Zoom in"), button("−", () => zoomBy(2, 0), "Zoom out"),
     button("←", () => zoomBy(1, -0.25), "Earlier"), button("→", () => zoomBy(1, 0.25), "Later"),
-    button("All", () => { const t = charts.trajectory.data[0]; zoomed(t[0], t[t.length - 1]); }, "Whole experiment"));
+    button("All", () => { const t = charts.trajectory.data[0]; plotting.zoom(t[0], t[t.length - 1]); }, "Whole experiment"));
   const groups = [...model.effects.map(effectGroup), ...parameterGroup()];
   const buttons = made("div", { class: "live-buttons" }, button("As identified", reset), button("As given", allAsGiven));
   const pictures = [hosts.trajectory, hosts.residual, ...laws.filter(Boolean)];
@@ -302,12 +259,7 @@
   place.hidden = false;
   build();
   refresh();
-  new ResizeObserver(() => {
-    for (const { chart, host } of plots) {
-      if (Math.abs(host.clientWidth - chart.width) > 1) chart.setSize({ width: Math.max(host.clientWidth, 200), height: chart.height });
-    }
-  }).observe(place);
-  const recolour = () => { for (const { chart } of plots) chart.redraw(false, true); };
-  new MutationObserver(recolour).observe(document.documentElement, { attributeFilter: ["data-theme"] });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
+  new ResizeObserver(plotting.fit).observe(place);
+  new MutationObserver(plotting.recolour).observe(document.documentElement, { attributeFilter: ["data-theme"] });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", plotting.recolour);
 })();
