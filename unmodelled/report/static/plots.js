@@ -39,9 +39,9 @@ const plotting = (() => {
     const follow = (chart, key) => { if (key === "x" && overTime) zoom(chart.scales.x.min, chart.scales.x.max); };
     const options = {
       width: Math.max(host.clientWidth, 200),
-      height: Math.round(Math.min(260, Math.max(170, 0.5 * host.clientWidth))),
+      height: Math.round(Math.min(260, Math.max(190, 0.5 * host.clientWidth))),
       scales: { x: { time: false }, y: { range: around } },
-      axes: [axis(x, 40), axis(y, 62)],
+      axes: [axis(x, 40), { ...axis(y, 62), space: 24 }],
       series: [{ label: x, value }, ...series],
       cursor: overTime ? { sync: { key: "time" } } : {},
       hooks: { setScale: [follow] },
