@@ -17,4 +17,6 @@ assert found["verdict"] == "effect", found["verdict"]
 assert effect["family"] == "coulomb_friction", effect["family"]
 value = effect["parameters"]["F_c"]["value"]
 assert abs(value - 0.06) < 0.001, value  # what conf/source/pendulum.yaml plants
+page = Path(sys.argv[1]).with_name("index.html").read_text()
+assert all(word in page for word in ("const machine = ", "const simulation = ", "uPlot"))
 print(f"{version()}: coulomb_friction of {value:.4f} N m found, 0.06 N m planted")

@@ -31,6 +31,8 @@ from unmodelled.report.search import Entry, entry, figure_entries, script, table
 from unmodelled.report.tables import Table
 
 TEMPLATES = Path(__file__).with_name("templates")
+#: Style and script of the pages.
+ASSETS = ("style.css", "report.js")
 #: What the home page says of itself in its head, so that no other index.html is taken for an earlier one.
 GENERATOR = '<meta name="generator" content="pipeline report">'
 
@@ -109,8 +111,8 @@ def build(results: Results, out: Path) -> None:
             (folder / "configs" / configuration_file(execution)).write_text(execution["configuration"])
         for diagnosis in results.diagnoses:
             _write_diagnosis(diagnosis, site, folder)
-        for asset in sorted(STATIC.iterdir()):
-            shutil.copyfile(asset, folder / asset.name)
+        for asset in ASSETS:
+            shutil.copyfile(STATIC / asset, folder / asset)
         (folder / "search.js").write_text(script(index(every, shown, results)))
 
 

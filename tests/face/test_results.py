@@ -207,6 +207,7 @@ def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tm
         "diagnosis.json",
         "tables",
     }
+    assert not (tmp_path / "out" / "tables" / "live.json").exists()  # data of a page that is not made
 
 
 @pytest.mark.parametrize("name", ["coulomb", "group", "memory", "order", "scatter", "late_input", "many"])

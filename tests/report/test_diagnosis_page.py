@@ -69,10 +69,14 @@ def test_the_page_needs_nothing_else(folder: Path, tmp_path: Path) -> None:
 
 def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     text = page_of(folder, tmp_path / "out")
-    assert re.search(r"<h1>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap \(", text)
-    assert re.search(r" of the gap \(confidence \d+\u202f%\)\.</h1>", text)
+    amount = r'<h1 class="sentence">[\d.]+\xa0mN\xa0m of Coulomb friction at joint: '
+    falls = r"the error after 0\.1\xa0s falls from [\d.]+\xa0mrad to [\d.]+\xa0mrad on experiments that"
+    assert re.search(amount + falls, text)
+    assert re.search(r"<title>Coulomb friction at joint explains \d+(?:\.\d)?\u202f% of the gap \(", text)
+    assert re.search(
+        r">What remains is [\d.]+ times the error that sensor noise alone causes; a network", text
+    )
     assert "<mi>τ</mi><mo>=</mo>" in text and "<mi>sign</mi>" in text
-    assert "A network in every port predicts" not in text
     models = (tmp_path / "out" / "tables" / "models.csv").read_text().splitlines()
     assert models[0] == "Model,Score (nats),Difference,Standard error"
     assert [row.partition(",")[0] for row in models[1:]] == [
@@ -84,6 +88,46 @@ def test_the_page_says_what_was_found(folder: Path, tmp_path: Path) -> None:
     assert rows[0] == "Number,Value,95 % interval,Unit" and rows[1].startswith("F_c,0.0")
 
 
+SVG_NAME = "{http://www.w3.org/2000/svg}"
+
+
+def drawings(text: str) -> list[ElementTree.Element]:
+    return [ElementTree.fromstring(svg) for svg in re.findall(r"<svg class=.*?</svg>", text, re.DOTALL)]
+
+
+def test_the_machine_is_drawn_with_what_is_missing(folder: Path, tmp_path: Path) -> None:
+    found = drawings(page_of(folder, tmp_path / "out"))
+    assert [svg.get("class") for svg in found] == ["wide", "narrow"]
+    for svg in found:
+        (guilty,) = (
+            g
+            for g in svg.iter(f"{SVG_NAME}g")
+            if (r := g.find(f"{SVG_NAME}rect")) is not None and r.get("class") == "guilty"
+        )
+        lines = [text.text for text in guilty.iter(f"{SVG_NAME}text")]
+        assert lines[:2] == ["port joint", "effort tau (N m)"]
+        assert " ".join(filter(None, lines[2:])) == "✕ missing: Coulomb friction 100\u202f% of the gap"
+        words = {text.text for text in svg.iter(f"{SVG_NAME}text")}
+        assert {"torque (N m)", "actuator of torque", "sensor of theta", "theta (rad)"} <= words
+        width, height = (float(n) for n in str(svg.get("viewBox")).split()[2:])
+        for rect in svg.iter(f"{SVG_NAME}rect"):
+            x, y, w, h = (float(rect.get(key, "nan")) for key in ("x", "y", "width", "height"))
+            assert x >= 0.0 and y >= 0.0 and x + w <= width and y + h <= height
+
+
+def test_a_suspect_is_marked_where_no_effect_was_found(folder: Path, tmp_path: Path) -> None:
+    text = page_of(folder, tmp_path / "out", verdict="unknown", effects=[])
+    for svg in drawings(text):
+        assert [r.get("class") for r in svg.iter(f"{SVG_NAME}rect")].count("guilty") == 1
+        assert "missing:" not in ElementTree.tostring(svg, "unicode")
+    assert not drawings(page_of(folder, tmp_path / "old", verdict="no_gap", effects=[], where=NOWHERE))[
+        0
+    ].findall(f".//{SVG_NAME}rect[@class='guilty']")
+
+
+NOWHERE: dict[str, Any] = {"channels": [], "regions": [], "factors": [], "experiments": []}
+
+
 def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     content = json.loads((folder / "diagnosis.json").read_text())
     nowhere = content["where"] | {"channels": [], "regions": [], "factors": []}
@@ -92,10 +136,10 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     assert "Nowhere: there is no gap to divide." in text
     left = {"share": 0.11, "predictable": 0.07, "channel": "actuator:torque"}
     text = page_of(folder, tmp_path / "part", verdict="main_effect", remainder=left)
-    assert re.search(r" of the gap \(confidence \d+\u202f%\); more is missing\.</h1>", text)
-    assert (
-        "predicts 7\u202f% of the whole; the further effect that predicts best is at actuator:torque." in text
-    )
+    assert re.search(r"<title>.* of the gap \(confidence \d+\u202f%\); more is missing\.", text)
+    assert ">More is missing: what remains is" in text
+    assert "11\u202f% of the squared error; a network in every port predicts 7\u202f% of the whole." in text
+    assert "The further effect that predicts best is at actuator:torque." in text
     assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
         "A gap that no known effect explains; 100\u202f% of it enters at joint"
     )

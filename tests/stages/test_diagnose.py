@@ -170,6 +170,21 @@ def test_no_fault_after_the_answer_costs_it(
     assert not (case / "out" / "index.html").exists()
 
 
+def test_a_machine_that_cannot_be_shown_live_costs_no_page(
+    case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise ValueError("the machine has no instruction for this")
+
+    call(case, "whole")
+    assert 'id="live-data"' in (case / "whole" / "index.html").read_text()
+    monkeypatch.setattr(findings, "write_live", fail)
+    call(case)
+    page = (case / "out" / "index.html").read_text()
+    assert "live.json could not be made (ValueError: the machine has no" in page
+    assert 'id="live-data"' not in page and "uPlot" not in page and 'id="live"' not in page
+
+
 def test_a_disk_that_is_full_after_the_answer_does_not_cost_it(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

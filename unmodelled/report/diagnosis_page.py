@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
+from unmodelled.engine.machine.javascript import SCRIPT
 from unmodelled.report.diagnosis_tables import (
     GAPS,
     comparison_table,
@@ -22,20 +24,28 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import effect_name, headline, percent
+from unmodelled.report.headline import effect_name, headline, outcome, percent, remains
+from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, unit_text
-from unmodelled.report.rendering import ORIGINS, STATIC, templates
-from unmodelled.report.search import figure_entries, script, table_entries
+from unmodelled.report.rendering import ORIGINS, STATIC, THEME, templates
+from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
 PAGE = "index.html"
+#: Scripts of the machine in the page, in the order in which they need each other.
+LIVE_SCRIPTS = (
+    *(STATIC / "uplot.min.js", SCRIPT),
+    *(STATIC / f"{name}.js" for name in ("simulation", "format", "plots", "live")),
+)
 
 
 def write_page(folder: Path, command: str) -> None:
     """Write index.html, the page of a diagnosis, from diagnosis.json and the folders `tables` and `figures`.
 
     The tables of the page are also written as CSV files into `tables`, and figures/figures.json gets the
-    command. The page contains its style, its script and its figures.
+    command. The page contains its style, its scripts, its figures and, where tables/live.json exists, the
+    machine that it simulates. Its content security policy allows these scripts by their digests only: names
+    and logs are data.
 
     Args:
         folder: folder of the diagnosis.
@@ -48,12 +58,18 @@ def write_page(folder: Path, command: str) -> None:
     write_json(listed, [{**figure, "command": command} for figure in read_json(listed)])
     shown = view(folder)
     figures, tables = shown["figures"].values(), shown["tables"]
+    live = _live(folder, shown)
+    styles = ("uplot.min", "style") if live else ("style",)
+    scripts = [path.read_text() for path in (LIVE_SCRIPTS if live else ())]
     inside = {
-        "style": (STATIC / "style.css").read_text(),
-        "script": (STATIC / "report.js").read_text(),
-        "search": script([*figure_entries(figures, ""), *table_entries(tables, "")]),
+        "style": "\n".join((STATIC / f"{name}.css").read_text() for name in styles),
+        "scripts": [*scripts, (STATIC / "report.js").read_text()],
+        "search": as_block([*figure_entries(figures, ""), *table_entries(tables, "")]),
+        "live": live,
+        "uplot_licence": (STATIC / "uplot.LICENSE.txt").read_text() if live else "",
     }
-    text = templates().get_template("diagnosis.html.j2").render(**shown, **inside, root="")
+    template = templates().get_template("diagnosis.html.j2")
+    text = template.render(**shown, **inside, policy=_policy([THEME, *inside["scripts"]]), root="")
     for figure in figures:
         address = f"figures/{figure.source.name}"
         data = base64.b64encode(figure.source.read_bytes()).decode()
@@ -63,6 +79,29 @@ def write_page(folder: Path, command: str) -> None:
             temporary.write_text(table.csv)
     with replacing(folder / PAGE) as temporary:
         temporary.write_text(text)
+
+
+def _live(folder: Path, shown: Mapping[str, Any]) -> str:
+    """Content of tables/live.json as a data block, with the names of the page; empty where there is none."""
+    path = folder / "tables" / "live.json"
+    if not path.exists():
+        return ""
+    content, units = read_json(path), shown["about"]["units"]
+    for effect, entry in zip(content["effects"], shown["effects"], strict=True):
+        effect["name"] = entry["name"]
+        if effect["curve"]:
+            effect["curve"]["x_unit"] = units.get(effect["curve"]["x"], "")
+    return as_block(content)
+
+
+def _policy(scripts: Iterable[str]) -> str:
+    """Content security policy under which a browser runs these scripts and loads nothing else."""
+    digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
+    allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
 
 
 def view(folder: Path) -> dict[str, Any]:
@@ -89,6 +128,9 @@ def view(folder: Path) -> dict[str, Any]:
         "content": content,
         "about": about,
         "headline": headline(content),
+        "outcome": outcome(content),
+        "remains": remains(content),
+        "drawing": machine_drawing(content, about["machine"]) if "machine" in about else "",
         "faults": list(dict.fromkeys(row["sentence"] for row in content.get("logs", ()))),
         "summary": _summary(content),
         "searched": content["verdict"] != "check_logs",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from unmodelled.report.numbers import number
+from unmodelled.report.numbers import amounts, number
 
 #: People after whom families of effects are called.
 NAMES = ("Coulomb", "Stribeck")
@@ -33,6 +33,62 @@ def headline(content: Mapping[str, Any]) -> str:
     first = content["where"]["channels"][:1]
     found = [f"{percent(row['share'])} of it enters at {_place(row['port'])}" for row in first]
     return "; ".join(["A gap that no known effect explains", *found]) + "."
+
+
+def outcome(content: Mapping[str, Any]) -> str:
+    """Return what was found as one sentence with amounts in units, or the verdict where nothing was found.
+
+    Args:
+        content: content of diagnosis.json.
+    """
+    gap = content["gap"]
+    fallen = [
+        (name, entry)
+        for name, entry in gap.get("units", {}).items()
+        if None not in (entry["known"], entry["augmented"]) and entry["augmented"] < entry["known"]
+    ]
+    if not content["effects"] or not fallen:
+        return headline(content)
+    *others, last = [_amount_of(effect) for effect in content["effects"]]
+    together = f"{', '.join(others)} and {last}" if others else last
+    name, entry = fallen[0]
+    before, after = amounts([entry["known"], entry["augmented"]], entry["unit"])
+    of, (late,) = f" of {name}" if len(gap["units"]) > 1 else "", amounts([gap["horizon"]], "s")
+    return (
+        f"{together[:1].upper()}{together[1:]}: the error{of} after {late} falls from {before} to {after} "
+        "on experiments that took no part in the fit."
+    )
+
+
+def remains(content: Mapping[str, Any]) -> str:
+    """Return what remains of the gap as one sentence; empty where no effect was found.
+
+    Args:
+        content: content of diagnosis.json.
+    """
+    gap, left = content["gap"], content.get("remainder")
+    if not content["effects"] or not gap["floor"]:
+        return ""
+    start = "More is missing: what" if content["verdict"] == "main_effect" else "What"
+    times = number(float(f"{gap['augmented'] / gap['floor']:.2g}"))
+    text = f"{start} remains is {times} times the error that sensor noise alone causes"
+    if not left:
+        return f"{text}; a network in every port predicts no part of it."
+    part = f"{percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
+    return f"{text}: {percent(left['share'])} of the squared error; a network in every port predicts {part}."
+
+
+def _amount_of(effect: Mapping[str, Any]) -> str:
+    """An effect with the first of its numbers that has a unit and differs from zero, such as an amplitude."""
+    name = effect_name(effect)
+    for kind in PLACES.values():  # a sensor delay at sensor theta is a delay at sensor theta
+        name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
+    for entry in effect["parameters"].values():
+        value, unit, ends = entry["value"], str(entry["unit"]), entry["interval"]
+        known = value is not None and None not in ends and ends[0] * ends[1] > 0.0
+        if known and unit not in ("", "1", "-") and entry.get("determined", True):
+            return f"{amounts([value], unit, 3)[0]} of {name}"
+    return name
 
 
 def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:

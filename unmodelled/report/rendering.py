@@ -8,6 +8,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 HERE = Path(__file__).parent
 STATIC = HERE / "static"
+#: Script that sets light or dark before a page is drawn.
+THEME = (STATIC / "theme.js").read_text()
 
 #: What stands at the head of a page about the data behind it.
 ORIGINS = {
@@ -24,7 +26,7 @@ def templates(*more: Path) -> Environment:
     Args:
         *more: folders of further templates.
     """
-    return Environment(
+    made = Environment(
         loader=FileSystemLoader([HERE / "templates", *more]),
         autoescape=True,
         undefined=StrictUndefined,
@@ -32,3 +34,5 @@ def templates(*more: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    made.globals["theme"] = THEME
+    return made

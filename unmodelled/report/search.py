@@ -1,9 +1,10 @@
-"""Entries of the search box of a page, as a script."""
+"""Entries of the search box of a page, and data in a page."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from unmodelled.report.drawn import Figure
 from unmodelled.report.tables import Table
@@ -37,8 +38,20 @@ def script(entries: Sequence[Entry]) -> str:
     Args:
         entries: entries of the search box.
     """
-    text = json.dumps(entries, indent=0).replace("<", "\\u003c")
-    return f"window.SEARCH = {text};\n"
+    return f"window.SEARCH = {as_block(entries)};\n"
+
+
+def as_block(content: Any) -> str:
+    """Return values as JSON that cannot end its own script element.
+
+    Args:
+        content: values that JSON knows.
+
+    Examples:
+        >>> as_block({"name": "</script>"})
+        '{"name":"\\\\u003c/script>"}'
+    """
+    return json.dumps(content, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def entry(kind: str, title: str, text: str, url: str) -> Entry:

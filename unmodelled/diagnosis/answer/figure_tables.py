@@ -25,6 +25,7 @@ from unmodelled.diagnosis.where.correction_tables import (
 )
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
+from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
@@ -89,11 +90,23 @@ def _about(diagnosis: Diagnosis, where: Where, found: pd.DataFrame, worst: str) 
         "worst": worst,
         "data": str(diagnosis.logs.provenance.get("data", "")),
         "units": _units(diagnosis, where, channels),
+        "machine": _machine(diagnosis.system),
         "outputs": [
             {"name": output.name, "unit": output.unit, "noise": float(sigma)}
             for output, sigma in zip(diagnosis.system.outputs, noise, strict=True)
         ],
     }
+
+
+def _machine(system: System) -> dict[str, Any]:
+    """What a drawing of the machine shows: names and units of inputs, states, ports and outputs."""
+    named = {
+        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
+        "states": [{"name": item.name, "unit": item.unit} for item in system.states],
+        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
+    }
+    ports = [{"name": port.name, "effort": port.effort, "unit": port.unit} for port in system.ports]
+    return {**named, "ports": ports}
 
 
 def _units(diagnosis: Diagnosis, where: Where, channels: list[str]) -> dict[str, str]:

@@ -18,6 +18,7 @@ from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
+from unmodelled.diagnosis.answer.live import LIVE, write_live
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
@@ -78,6 +79,7 @@ class Findings:
     def save(self, out: Path, drawn: Mapping[str, Part] | None = None) -> Findings:
         """Write diagnosis.json and augmented_system.yaml, then the tables, then further parts.
 
+        The data of the machine in the page, tables/live.json, are written only where there are further parts.
         diagnosis.json is complete before the first table is written. A part that cannot be made becomes a
         note in it, and the parts after it are left out.
 
@@ -102,7 +104,9 @@ class Findings:
     def _with_parts(self, folder: Path, drawn: Mapping[str, Part]) -> Findings:
         found = self
         tables: Part = lambda into: write_tables(self.diagnosis, self.where, into)  # noqa: E731
-        for name, write in {TABLES: tables, **drawn}.items():
+        machine: Part = lambda into: write_live(self.diagnosis, into)  # noqa: E731
+        shown = drawn and self.diagnosis.verdict != "check_logs"
+        for name, write in {TABLES: tables, **({LIVE: machine} if shown else {}), **drawn}.items():
             try:
                 faults = write(folder) or {}
             except Exception as fault:
@@ -112,7 +116,8 @@ class Findings:
                 found = found.with_notes(*notes)
                 with suppress(BadInput):  # a full disk: the answer stays as it was, the caller has the notes
                     write_json(folder / SUMMARY, found.content)
-            if name in faults:  # the other parts are made from this one
+            # the other parts are made from this one; the page shows without the machine what it can
+            if name in faults and name != LIVE:
                 break
         return found
 

@@ -26,7 +26,8 @@ function searchBox() {
   const input = document.getElementById("search");
   const found = document.getElementById("found");
   const root = document.body.dataset.root;
-  const entries = (window.SEARCH || []).map((e) => ({ ...e, all: `${KINDS[e.kind]} ${e.title} ${e.text}`.toLowerCase() }));
+  const block = document.getElementById("search-data");
+  const entries = (block ? JSON.parse(block.textContent) : window.SEARCH || []).map((e) => ({ ...e, all: `${KINDS[e.kind]} ${e.title} ${e.text}`.toLowerCase() }));
   const href = (url) => (url.startsWith("../") && root ? url.slice(3) : root + url);
   const close = () => { found.hidden = true; };
 
@@ -182,7 +183,7 @@ function copyButtons() {
 
 themeButton();
 searchBox();
-document.querySelectorAll("main table").forEach(sortable);
+document.querySelectorAll("main table:has(> thead)").forEach(sortable);
 document.querySelectorAll("[data-filter]").forEach(filterable);
 verdictTiles();
 zoom();

@@ -1,0 +1,124 @@
+"""Numbers of the augmented system that a reader of the page can change, and what switches an effect off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate
+from unmodelled.engine.machine.javascript import as_text
+from unmodelled.systems.model import System
+
+#: Share of the span of a slider that lies beyond the values that it must reach, on either side.
+MARGIN = 0.25
+
+Place = dict[str, Any]
+
+
+def given_values(diagnosis: Diagnosis, system: System) -> dict[str, Any]:
+    """Return parameters and delays of a system in the order of the augmented one.
+
+    Args:
+        diagnosis: diagnosis with a fitted model.
+        system: the system as given, or the augmented one. Amplitudes that it lacks are zero, shapes are as
+            identified.
+
+    Returns:
+        Parameters as text (SI), delays of the inputs beyond those of the logs, and delays of the outputs, s.
+    """
+    augmented = diagnosis.augmented.system
+    off = {name: 0.0 for found in diagnosis.effects for name in found.added.amplitudes}
+    own = {p.name: p.value for p in system.parameters}
+    logged = diagnosis.logs.delays or (0.0,) * len(system.inputs)
+    return {
+        "p": as_text([own.get(p.name, off.get(p.name, p.value)) for p in augmented.parameters]),
+        "inputs": [item.delay - late for item, late in zip(system.inputs, logged, strict=True)],
+        "outputs": [item.delay for item in system.outputs],
+    }
+
+
+def about_effects(diagnosis: Diagnosis) -> Iterator[dict[str, Any]]:
+    """Yield, for every effect, the places of the numbers that are zero where the effect is switched off.
+
+    Args:
+        diagnosis: diagnosis with a fitted model.
+
+    Yields:
+        `off`: places, each with kind, index and the value to subtract.
+    """
+    for found in diagnosis.effects:
+        names = (*found.added.amplitudes, *found.added.delays)
+        yield {"off": [_place(diagnosis, found, name) for name in names]}
+
+
+def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return every identified number with its 95 % interval and the range of its slider.
+
+    Args:
+        diagnosis: diagnosis with a fitted model.
+
+    Returns:
+        Rows of name, unit, effect (its number, or None), place of the number, known (value in the system as
+        given, or None), interval (None for numbers of single experiments), low and high.
+    """
+    rows = []
+    for k, found in enumerate(diagnosis.effects):
+        off = (*found.added.amplitudes, *found.added.delays)  # without the effect they are zero
+        for name, estimate in found.estimates.items():
+            bounds = found.added.bounds.get(name)
+            about = {"effect": k, "at": _place(diagnosis, found, name)}
+            rows.append(_slider(name, estimate, bounds, about, [0.0] * (name in off)))
+        for name, values in found.own.items():
+            each = np.array(list(values.values()))
+            low, high = _range([*each, 0.0], found.added.bounds.get(name))
+            about = {"effect": k, "at": _place(diagnosis, found, name), "interval": None, "known": None}
+            rows.append({"name": name, "unit": found.added.units[name], "low": low, "high": high, **about})
+    parameters = {p.name: p for p in diagnosis.augmented.system.parameters}
+    for name, estimate in diagnosis.parameters.items():
+        about = {"effect": None, "at": _place(diagnosis, None, name)}
+        rows.append(_slider(name, estimate, parameters[name].bounds, about, []))
+    return [row for row in rows if row["low"] < row["high"]]
+
+
+def _slider(
+    name: str,
+    estimate: Estimate,
+    bounds: tuple[float, float] | None,
+    about: dict[str, Any],
+    reached: Sequence[float],
+) -> dict[str, Any]:
+    known = estimate.known if np.isfinite(estimate.known) else None
+    ends = [float(end) for end in estimate.interval]
+    interval = ends if np.isfinite(ends).all() else None
+    values = [estimate.value, *(interval or ()), *([] if known is None else [known]), *reached]
+    low, high = _range(values, bounds)
+    return {"name": name, "unit": estimate.unit, "low": low, "high": high} | {
+        "interval": interval,
+        "known": known,
+        **about,
+    }
+
+
+def _range(values: Sequence[float], bounds: tuple[float, float] | None) -> tuple[float, float]:
+    """Range that reaches all values with some room, and a fifth of the largest; within the bounds."""
+    low, high = float(min(values)), float(max(values))
+    room = max(MARGIN * (high - low), 0.2 * max(abs(low), abs(high)))
+    below, above = bounds or (-np.inf, np.inf)
+    return max(low - room, min(below, low)), min(high + room, max(above, high))
+
+
+def _place(diagnosis: Diagnosis, found: DiagnosedEffect | None, name: str) -> Place:
+    """Where the page finds a number; a delay of an effect is part of the delay of its input or output."""
+    model = diagnosis.augmented
+    if found is not None and name in found.added.delays:
+        place = found.added.delays[name]
+        items = model.system.inputs if place.kind == "actuator" else model.system.outputs
+        kind = "inputs" if place.kind == "actuator" else "outputs"
+        index = [item.name for item in items].index(place.name)
+        return {"kind": kind, "index": index, "value": found.estimates[name].value}
+    parameters = [p.name for p in model.system.parameters]
+    if name in parameters:
+        return {"kind": "p", "index": parameters.index(name)}
+    return {"kind": "c", "index": model.logs.constants.index(name)}

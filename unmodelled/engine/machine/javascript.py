@@ -1,0 +1,67 @@
+"""Programs of the register machine as data for a browser.
+
+The browser runs the instructions of a program by `machine.js`, the twin of the interpreter: what a system
+file says stays data, and no script is generated from it.
+"""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from unmodelled.engine.machine.program import Program
+
+#: The interpreter in JavaScript: the object `machine` with `loaded`, `simulate` and `evaluate`.
+SCRIPT = Path(__file__).with_name("machine.js")
+
+
+def as_text(values: ArrayLike) -> str:
+    """Return numbers of double precision as text, without loss of a digit.
+
+    Args:
+        values: numbers, any shape, written row by row; they need not be finite.
+
+    Returns:
+        Base64 of the little-endian bytes.
+
+    Examples:
+        >>> as_text([1.0, float("inf")])
+        'AAAAAAAA8D8AAAAAAADwfw=='
+    """
+    return base64.b64encode(np.asarray(values, "<f8").tobytes()).decode()
+
+
+def as_data(program: Program) -> dict[str, Any]:
+    """Return a program as values that JSON knows; `machine.loaded` of the script reads them.
+
+    Args:
+        program: program of a system.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.engine.machine.program import Program
+        >>> from unmodelled.systems.reader import read_system
+        >>> system = read_system(Path("systems/pendulum.yaml"))
+        >>> data = as_data(Program.of(system, system.x))
+        >>> data["shown"], len(data["code"]) % 6
+        ([0, 1], 0)
+    """
+    curves = program.curves
+    return {
+        "at": program.at._asdict(),
+        "code": program.code.ravel().tolist(),
+        "numbers": as_text(program.numbers),
+        "curves": {
+            "knots": as_text(curves.knots),
+            "pieces": as_text(curves.pieces),
+            "spans": curves.spans.ravel().tolist(),
+            "ends": as_text(curves.ends),
+        },
+        "rates": program.rates.tolist(),
+        "shown": program.shown.tolist(),
+    }

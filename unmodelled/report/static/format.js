@@ -1,0 +1,19 @@
+// Numbers and units as text, as numbers.py writes them.
+"use strict";
+
+const format = (() => {
+  const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
+
+  function shown(value, digits = 4) {
+    const size = Math.abs(value);
+    if (size < 1e5 && (size === 0 || size >= 1e-3)) return String(Number(value.toPrecision(digits))).replace("-", "−");
+    const [mantissa, exponent] = value.toExponential(Math.min(digits, 3) - 1).split("e");
+    return `${mantissa}×10${[...String(Number(exponent))].map((c) => RAISED[c]).join("")}`.replace("-", "−");
+  }
+
+  const unitText = (unit) => (["", "1", "-"].includes(unit) ? "" : unit.replace(/\^(-?\d+)/g, (_, n) => [...n].map((c) => RAISED[c]).join("")));
+  const withUnit = (value, unit, digits) => `${shown(value, digits)} ${unitText(unit)}`.trim();
+  const named = ({ name, unit }) => (unitText(unit) ? `${name} (${unitText(unit)})` : name);
+
+  return { shown, withUnit, named };
+})();
