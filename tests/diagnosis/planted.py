@@ -83,6 +83,19 @@ parameters:
 ports: {winding: {effort: e, unit: V, velocity: i}}
 dynamics: {i: (u - R*i - e)/L}
 """
+#: Its voltage follows the current at once.
+CELL = """
+schema: system/1
+name: cell
+states: {q: {unit: A s}}
+inputs: {i: {unit: A}}
+outputs: {v: {unit: V, expression: 3.6 - q/C - R*i}}
+parameters:
+  C: {value: 2.0, unit: A s/V}
+  R: {value: 0.5, unit: ohm, identify: true, bounds: [0.1, 1]}
+ports: {charge: {effort: i_x, unit: A, position: q}}
+dynamics: {q: i - i_x}
+"""
 
 
 def with_companions(effect: Effect) -> tuple[Effect, ...]:
@@ -102,7 +115,7 @@ def plant(
         ids: ids of the experiments.
         numbers: values of some numbers of the law; default: a size that can be seen of every number.
     """
-    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL))
+    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL))
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
     _write(folder / "logs", known, {}, ids, rates)

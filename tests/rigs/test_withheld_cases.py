@@ -26,7 +26,7 @@ from unmodelled.effects.library import effects
 
 #: Families of the library that no machine plants, so that no number tells how often they are found.
 BALANCES = ("linear_loss", "root_outflow", "overflow", "radiation", "nonlinear_loss", "storage")
-UNPLANTED = frozenset({*BALANCES, "inductance_saturation"})
+UNPLANTED = frozenset({*BALANCES, "inductance_saturation", "rc_branch"})
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import Browser
 
-from tests.report.test_browser import browser as browser
 from tests.stages.planted_law import (
     Diagnosed,
     along_travel,

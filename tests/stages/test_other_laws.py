@@ -8,7 +8,6 @@ import pytest
 from playwright.sync_api import Browser
 
 from tests.diagnosis.planted import with_companions
-from tests.report.test_browser import browser as browser
 from tests.stages.planted_law import (
     Diagnosed,
     along_travel,

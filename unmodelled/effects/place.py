@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
 
@@ -13,7 +13,7 @@ from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.systems import units
-from unmodelled.systems.model import System, symbol
+from unmodelled.systems.model import Input, Output, System, symbol
 from unmodelled.systems.units import SECOND, Dimension, parse_unit
 
 Kind = Literal["port", "actuator", "sensor", "parameter"]
@@ -164,7 +164,22 @@ def _output(system: System, place: Place, scales: Scales) -> Site:
     written = system.text.get(f"outputs.{item.name}.expression")
     text = item.name if written is None else f"({written})"
     quantity = _quantity(system, text, item.expression, item.unit, scales.outputs[item.name])
-    return _single(system, place, scales, "y", quantity)
+    found = _single(system, place, scales, "y", quantity)
+    if (direct := direct_input(system, item)) is None:
+        return found
+    u = _quantity(system, direct.name, symbol(direct.name), direct.unit, scales.of[direct.name])
+    return replace(found, quantities={**found.quantities, "u": u})
+
+
+def direct_input(system: System, output: Output) -> Input | None:
+    """Return the only input that acts on an output at once, without a state between; None if there is none.
+
+    Args:
+        system: system of the output.
+        output: output of the system.
+    """
+    acting = [item for item in system.inputs if output.expression.has(symbol(item.name))]
+    return acting[0] if len(acting) == 1 else None
 
 
 def _parameter(system: System, place: Place, scales: Scales) -> Site:

@@ -32,6 +32,7 @@ FILES = {
     "volts": SYSTEMS / "silverbox" / "hardening_withheld.yaml",
     "room": Path(__file__).with_name("room.yaml"),
     "coil": Path(__file__).with_name("coil.yaml"),
+    "cell": Path(__file__).with_name("cell.yaml"),
 }
 #: Parameters of a system that effects on parameters are tried on.
 FEW = 2

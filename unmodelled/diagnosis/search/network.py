@@ -36,7 +36,7 @@ AT_REST = 3.0, 10.0, 30.0
 def fit_network(
     base: FittedHypothesis, fitted: Recording, screened: Recording, seed: int
 ) -> FittedHypothesis:
-    """Fit a network in every port of a fitted model, beside its effects.
+    """Fit a network in every port of a fitted model, beside its effects; a system without ports has none.
 
     Args:
         base: fitted model.
@@ -44,6 +44,8 @@ def fit_network(
         screened: some of these windows, from which the prior of the weights is chosen.
         seed: seed of the random hidden layers.
     """
+    if not base.hypothesis.system.ports:
+        return base
     tries = [with_networks(base.hypothesis, seed, prior) for prior in WEIGHT_PRIORS]
     first, tangent = tries[0], Tangent(base, screened)
     names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
