@@ -16,13 +16,29 @@ from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.limits import check_file, limit_process
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.readers.delimited import Delimited
+from unmodelled.logs.readers.hdf5 import Hdf5
 from unmodelled.logs.readers.json_records import JsonRecords
+from unmodelled.logs.readers.mat import Mat
+from unmodelled.logs.readers.mcap import Mcap
+from unmodelled.logs.readers.mdf import Mdf
 from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import START, Reader, Table
+from unmodelled.logs.readers.rosbag import RosBag
+from unmodelled.logs.readers.ulog import ULog
 from unmodelled.logs.recognition import foreign
 
 #: Readers in the order in which they are asked; what is left is text.
-READERS: tuple[Reader, ...] = (Parquet(), JsonRecords(), Delimited())
+READERS: tuple[Reader, ...] = (
+    Parquet(),
+    Hdf5(),
+    Mat(),
+    Mdf(),
+    Mcap(),
+    RosBag(),
+    ULog(),
+    JsonRecords(),
+    Delimited(),
+)
 #: Group of entry points by which other packages add readers; each names an object, not a class.
 GROUP = "unmodelled.readers"
 #: Processor time that reading a file may take: seconds for any of them, and bytes per further second.

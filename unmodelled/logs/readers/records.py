@@ -16,6 +16,9 @@ ELEMENTS = 64
 #: Deepest field inside fields.
 DEPTH = 8
 
+#: Fields of a time stamp of ROS: seconds and nanoseconds.
+STAMPS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"))
+
 Fields = Callable[[Any], Mapping[str, Any] | None]
 
 
@@ -149,3 +152,70 @@ def is_wanted(topic: str, wanted: Sequence[str] | None) -> bool:
     if wanted is None or not all(name.startswith("/") for name in wanted):
         return True
     return any(name.startswith(f"{topic}.") for name in wanted)
+
+
+def tables_by_length(
+    name: str, arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str], texts: Mapping[str, str]
+) -> list[Table]:
+    """Return the tables of arrays at one place of a file, one for every length.
+
+    The longer axis of a matrix is time.
+
+    Args:
+        name: name of the place.
+        arrays: numbers by name, of one or two axes.
+        units: unit by name of an array, where it has one.
+        texts: single texts by name.
+    """
+    found: dict[int, dict[str, Array]] = {1: {}} if texts else {}
+    given: dict[str, str] = {}
+    for key, values in arrays.items():
+        upright = np.atleast_1d(
+            values.T if values.ndim == 2 and values.shape[0] < values.shape[1] else values
+        )
+        flat = upright[:, 0] if upright.ndim == 2 and upright.shape[1] == 1 else upright
+        columns = listed(key, flat) if flat.ndim < 3 and len(flat) else {}
+        if columns:
+            found.setdefault(len(flat), {}).update(columns)
+            given |= dict.fromkeys(columns, units[key]) if key in units else {}
+    return [
+        Table(
+            name,
+            columns,
+            {key: given[key] for key in columns if key in given},
+            {key: (text,) for key, text in texts.items()} if length == 1 else {},
+        )
+        for length, columns in found.items()
+    ]
+
+
+def message_fields(message: Any) -> Mapping[str, Any] | None:
+    """Return the fields of a message of ROS; a time stamp is a number, in s.
+
+    Args:
+        message: message or field; None is returned for numbers, texts and lists.
+    """
+    names = getattr(message, "__dataclass_fields__", None) or getattr(type(message), "__slots__", None)
+    if isinstance(message, Mapping):
+        names = message
+    if not names or isinstance(message, str | int | float | list | tuple | np.ndarray | np.generic):
+        return None
+    fields = {
+        name: message[name] if isinstance(message, Mapping) else getattr(message, name)
+        for name in names
+        if not name.startswith("__")
+    }
+    return {name: _stamp(field) for name, field in fields.items()}
+
+
+def _stamp(field: Any) -> Any:
+    """A time stamp in s; any other field as it is."""
+    for second, rest in STAMPS:
+        pair = (_member(field, second), _member(field, rest))
+        if None not in pair:
+            return pair[0] + 1e-9 * pair[1]
+    return field
+
+
+def _member(field: Any, name: str) -> Any:
+    return field.get(name) if isinstance(field, Mapping) else getattr(field, name, None)
