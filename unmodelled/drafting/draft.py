@@ -16,8 +16,8 @@ from unmodelled.drafting.names import Role, role_of
 from unmodelled.logs.clock import SHORTEST_LOG, TOLERANCE
 from unmodelled.logs.readers.reader import Table
 
-#: Parts into which a single long record is cut: enough to hold some of them out.
-PARTS = 8
+#: Parts into which a single long record is cut: as many as it allows, to hold some of them out.
+PARTS = (8, 6, 4, 3, 2)
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def draft_of(logs: Path) -> Draft:
         tuple(signals[place] for place in kept.read),
         tuple(joints),
         split_by,
-        _cut(joints[0].position.signal) if len(kept.read) == 1 and split_by is None else None,
+        _cut(signals[next(iter(kept.read))], joints) if len(kept.read) == 1 and split_by is None else None,
         tuple(table.address(name) for table in first if len(table) == 1 for name in table.columns),
     )
 
@@ -99,7 +99,7 @@ def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[J
     for place, each in signals.items():
         here = {signal.address: signal for signal in each}
         if still := sorted(used - here.keys()):
-            left_out[place] = f"{still[0]} does not change"
+            left_out[place] = f"{still[0]} does not change while time increases"
         elif len(here[base].t) < SHORTEST_LOG:
             left_out[place] = f"fewer than {SHORTEST_LOG} samples"
         else:
@@ -131,8 +131,16 @@ def _split_by(table: Table) -> str | None:
     return None
 
 
-def _cut(position: Signal) -> float | None:
-    """Length of parts of a record, s; None if it is too short to be cut."""
-    duration = float(position.t[-1] - position.t[0])
-    length = max(duration / PARTS, 1.5 * SHORTEST_LOG / position.rate)
-    return float(f"{length:.2g}") if duration > 2.5 * length else None
+def _cut(signals: Sequence[Signal], joints: Sequence[Joint]) -> float | None:
+    """Length of parts of a record in which all outputs change, s; None if there are none."""
+    outputs = [signal for signal in signals if signal.address in _outputs(joints)]
+    t = next(signal.t for signal in outputs if signal.address == joints[0].position.signal.address)
+    for parts in PARTS:
+        length = float(f"{(t[-1] - t[0]) / parts:.2g}")
+        starts = t[0] + length * np.arange(round((t[-1] - t[0]) / length))
+        inside = [[s.values[(s.t >= a) & (s.t < a + length)] for a in starts] for s in outputs]
+        if len(starts) > 1 and all(
+            len(v) > SHORTEST_LOG and np.ptp(v) > 0.0 for each in inside for v in each
+        ):
+            return length
+    return None

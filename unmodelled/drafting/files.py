@@ -152,9 +152,9 @@ def patterns_of(folder: Path, places: list[Path]) -> tuple[str, ...]:
     if places == [folder]:
         return (".",)
     parents = sorted({place.parent.relative_to(folder).as_posix() for place in places})
-    suffixes = sorted({place.suffix for place in places})
-    tried = [f"*{suffixes[0]}", f"*/*{suffixes[0]}", *(f"{parent}/*{suffixes[0]}" for parent in parents)]
-    for pattern in tried if len(suffixes) == 1 else ():
+    endings = sorted({"/" if place.is_dir() else place.suffix for place in places})
+    tried = [f"*{endings[0]}", f"*/*{endings[0]}", *(f"{parent}/*{endings[0]}" for parent in parents)]
+    for pattern in tried if len(endings) == 1 and endings[0] else ():
         if set(folder.glob(pattern)) == set(places):
             return (pattern,)
     return tuple(glob.escape(place.relative_to(folder).as_posix()) for place in places)

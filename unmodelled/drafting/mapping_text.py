@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import posixpath
 import re
 
 from unmodelled.drafting.comments import numbered, one_line, word
@@ -22,7 +21,7 @@ def mapping_text(draft: Draft, folder: str) -> str:
         draft: what was found.
         folder: folder of the logs, seen from that of the mapping, "." if both are the same.
     """
-    patterns = [posixpath.normpath(f"{folder}/{pattern}") for pattern in draft.survey.patterns]
+    patterns = [_seen_from(folder, pattern) for pattern in draft.survey.patterns]
     lines = ["schema: mapping/1", "files:" if len(patterns) > 1 else f"files: {_quoted(patterns[0])}"]
     lines += [f"  - {_quoted(pattern)}" for pattern in patterns] if len(patterns) > 1 else []
     left = [f"{path.name} ({reason})" for path, reason in draft.survey.left_out.items()]
@@ -73,6 +72,12 @@ def _signal(name: str, channel: Channel, against: bool = False) -> str:
 
 def _is_against(joint: Joint) -> bool:
     return joint.trusted and joint.fit.gain < 0.0 and not joint.servo
+
+
+def _seen_from(folder: str, pattern: str) -> str:
+    if folder == ".":
+        return pattern
+    return folder if pattern == "." else f"{folder}/{pattern}"
 
 
 def _quoted(text: str) -> str:

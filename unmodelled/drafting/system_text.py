@@ -101,6 +101,8 @@ def _body(k: str, joint: Joint) -> list[str]:
     damping = size * joint.fit.damping if joint.trusted and joint.fit.damping > 0.0 else 0.0
     origin = "fitted to the logs" if joint.trusted else "a guess"
     lines = [f"  # Question: what is the inertia of q{k}? This one is {origin}."]
+    if joint.drive is None:
+        lines = [f"  # Question: which column drives q{k}? None was found.", *lines]
     if joint.drive is not None and (unit := _factor(joint)) is not None:
         lines.append(f"  # Question: which {effort} does one {_si(joint.drive)} of u{k} make?")
         lines.append(f"  k{k}: {{value: 1, unit: {unit}}}")
