@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
@@ -152,17 +153,27 @@ def ulog(path: Path) -> Path:
     return path
 
 
-#: Writer of a file of every format, the name of the file, and the columns of angle and voltage in it.
-RECORDERS: dict[str, tuple[Callable[[Path], Path], str, str, str]] = {
-    "csv": (csv, "a.csv", "angle", "voltage"),
-    "parquet": (parquet, "a.parquet", "position[1]", "voltage"),
-    "hdf5": (hdf5, "a.h5", "arm.position[1]", "arm.voltage"),
-    "mat": (mat, "a.mat", "arm.position[1]", "arm.drive.voltage"),
-    "mdf": (mdf, "a.mf4", "arm.angle", "voltage"),
-    "json": (json_records, "a.json", "entries.position[1]", "voltage"),
-    "mcap": (mcap, "a.mcap", "/joint_states.position[knee]", "/joint_states.position[1]"),
-    "mcap_json": (mcap_json, "a.mcap", "/drive.position[1]", "/drive.voltage"),
-    "bag_1": (bag_1, "a.bag", "/joint_states.position[knee]", "/drive.data"),
-    "bag_2": (bag_2, "a", "/arm.data", "/drive.data"),
-    "ulog": (ulog, "a.ulg", "arm.position[1]", "arm.voltage"),
+@dataclass(frozen=True)
+class Recorder:
+    """A format: the writer of a file, the name of the file, its columns, and its time if it has no clock."""
+
+    write: Callable[[Path], Path]
+    file: str
+    angle: str
+    voltage: str
+    time: str | None = None
+
+
+RECORDERS = {
+    "csv": Recorder(csv, "a.csv", "angle", "voltage", "t"),
+    "parquet": Recorder(parquet, "a.parquet", "position[1]", "voltage", "t"),
+    "hdf5": Recorder(hdf5, "a.h5", "arm.position[1]", "arm.voltage", "t"),
+    "mat": Recorder(mat, "a.mat", "arm.position[1]", "arm.drive.voltage", "arm.t"),
+    "mdf": Recorder(mdf, "a.mf4", "arm.angle", "voltage"),
+    "json": Recorder(json_records, "a.json", "entries.position[1]", "voltage", "t"),
+    "mcap": Recorder(mcap, "a.mcap", "/joint_states.position[knee]", "/joint_states.position[1]"),
+    "mcap_json": Recorder(mcap_json, "a.mcap", "/drive.position[1]", "/drive.voltage"),
+    "bag_1": Recorder(bag_1, "a.bag", "/joint_states.position[knee]", "/drive.data"),
+    "bag_2": Recorder(bag_2, "a", "/arm.data", "/drive.data"),
+    "ulog": Recorder(ulog, "a.ulg", "arm.position[1]", "arm.voltage"),
 }

@@ -154,6 +154,14 @@ def test_rows_without_a_value_are_left_out_or_read_between_others(tmp_path: Path
     )
 
 
+def test_what_is_beyond_any_measurement_is_no_number(tmp_path: Path) -> None:
+    log = run(100)
+    log["voltage"] = np.linspace(0.0, 1.0, 100)
+    log["voltage"][50] = 1e200
+    write(tmp_path, {"a": log})
+    np.testing.assert_allclose(read_logs(tmp_path, motor()).u[:, 0], np.linspace(0.0, 1.0, 100))
+
+
 def test_a_clock_that_starts_again_begins_an_experiment(tmp_path: Path) -> None:
     parts = [run(60), run(70, rate=5.0)]
     write(tmp_path / "raw", {"a": {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}})

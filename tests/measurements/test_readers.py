@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import yaml
+from asammdf import MDF, Signal
 
 from tests.measurements import recorders
 from tests.measurements.recorders import ANGLE, RECORDERS, VOLTAGE, T
@@ -23,8 +24,6 @@ from unmodelled.logs.readers import known
 from unmodelled.logs.readers.reader import START, Table
 
 FORMATS = pytest.mark.parametrize("name", RECORDERS)
-#: Formats that give no time of their own.
-WITHOUT_CLOCK = ("csv", "parquet", "hdf5", "mat", "json")
 
 
 def tables(path: Path) -> list[Table]:
@@ -36,20 +35,19 @@ def tables(path: Path) -> list[Table]:
 
 def write(folder: Path, name: str) -> Path:
     folder.mkdir(exist_ok=True)
-    writer, file, *_ = RECORDERS[name]
-    return writer(folder / file)
+    return RECORDERS[name].write(folder / RECORDERS[name].file)
 
 
 def with_mapping(folder: Path, name: str) -> Path:
     path = write(folder, name)
-    _, _, angle, voltage = RECORDERS[name]
+    recorder = RECORDERS[name]
     mapping = {
         "schema": "mapping/1",
         "files": path.name,
-        "signals": {"angle": angle, "voltage": voltage},
+        "signals": {"angle": recorder.angle, "voltage": recorder.voltage},
         "constants": {"m": 0.5},
     }
-    mapping |= {"time": "arm.t" if name == "mat" else "t"} if name in WITHOUT_CLOCK else {}
+    mapping |= {"time": recorder.time} if recorder.time else {}
     (folder / "mapping.yaml").write_text(yaml.safe_dump(mapping))
     return folder
 
@@ -60,7 +58,7 @@ def test_every_format_gives_the_same_logs(tmp_path: Path, name: str) -> None:
     assert logs.ids == ("a",) and logs.period == pytest.approx(0.002, rel=1e-6)
     single = 1e-7 if name == "ulog" else 1e-12
     np.testing.assert_allclose(logs.y[:, 0], ANGLE, atol=single)
-    expected = ANGLE if RECORDERS[name][3].endswith("position[1]") else VOLTAGE
+    expected = ANGLE if RECORDERS[name].voltage.endswith("position[1]") else VOLTAGE
     np.testing.assert_allclose(logs.u[:, 0], expected, atol=10 * single)
 
 
@@ -77,7 +75,7 @@ def test_tables_keep_the_contract(tmp_path: Path, name: str) -> None:
         assert {*table.units, *table.aliases.values()} <= {*table.columns, *table.texts}
         assert not {*table.aliases} & {*table.columns}
     clocks = [table.clock for table in found if table.clock is not None]
-    assert (not clocks) == (name in WITHOUT_CLOCK)
+    assert (not clocks) == (RECORDERS[name].time is not None)
     for clock in clocks:
         np.testing.assert_allclose(clock, T, atol=1e-9)
 
@@ -197,6 +195,20 @@ def test_a_lerobot_data_set_names_its_joints(tmp_path: Path) -> None:
     logs = read_logs(tmp_path, motor())
     assert logs.ids == ("episode_000000-0", "episode_000001-1")
     np.testing.assert_allclose(logs.y[:80, 0], ANGLE, atol=1e-4)
+
+
+def test_a_formula_in_a_file_is_not_executed(tmp_path: Path) -> None:
+    with_mapping(tmp_path, "mdf")
+    with MDF(version="4.10") as file:
+        drive = Signal(VOLTAGE, T, name="voltage", conversion={"formula": "2*X1"})
+        file.append([Signal(ANGLE, T, name="angle"), drive], acq_name="arm")
+        file.save(tmp_path / "a.mf4", overwrite=True)
+    (table,) = tables(tmp_path / "a.mf4")
+    assert list(table.columns) == ["angle"]
+    with pytest.raises(
+        BadInput, match=r"channel 'voltage' is converted by a formula .* not executed: export"
+    ):
+        read_logs(tmp_path, motor())
 
 
 def test_messages_that_cannot_be_decoded_are_named(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ class Signal:
         t: time of its values, shape (samples,), s.
         values: values, shape (samples,), as logged.
         unit: unit that file or name give; None: neither does.
-        role: what its name or unit say that it is; None: neither does.
+        role: probable role by its name or unit; None: neither tells.
     """
 
     address: str

@@ -22,7 +22,7 @@ PARTS = (8, 6, 4, 3, 2)
 
 @dataclass(frozen=True)
 class Draft:
-    """What was found in logs.
+    """Findings in logs.
 
     Attributes:
         survey: files of the experiments.

@@ -63,7 +63,7 @@ class Joint:
     Attributes:
         position: its position.
         velocity: its speed; None: it is not logged.
-        drive: what drives it; None: nothing that is logged.
+        drive: its drive; None: none is logged.
         servo: whether `drive` is a commanded position.
         fit: acceleration by `drive`, in SI units.
         others: further columns that could drive it.

@@ -18,7 +18,7 @@ def mapping_text(draft: Draft, folder: str) -> str:
     """Return the text of a mapping.
 
     Args:
-        draft: what was found.
+        draft: findings in the logs.
         folder: folder of the logs, seen from that of the mapping, "." if both are the same.
     """
     patterns = [_seen_from(folder, pattern) for pattern in draft.survey.patterns]

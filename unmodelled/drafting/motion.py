@@ -16,7 +16,7 @@ SLOW = 0.02
 
 @dataclass(frozen=True)
 class Slope:
-    """How a column runs beside the slope of a position.
+    """Agreement of a column with the slope of a position.
 
     Attributes:
         correlation: correlation with the slope.
@@ -43,12 +43,15 @@ class Drive:
 
 
 def at(t: Array, own: Array, values: Array) -> Array:
-    """Return values at other instants, by straight lines.
+    """Read values at other instants, by straight lines.
 
     Args:
         t: instants, shape (samples,), s.
         own: time of the values, shape (values,), s.
         values: values, shape (values,).
+
+    Returns:
+        Values at the instants, shape (samples,).
     """
     return np.asarray(np.interp(t, own, values))
 
@@ -87,12 +90,15 @@ def slope_of(t: Array, position: Array, column: Array) -> Slope:
 
 
 def over(t: Array, values: Array, k: int) -> Array:
-    """Return integrals over k samples, shape (samples - k,).
+    """Integrate values over k samples from every sample on.
 
     Args:
         t: time of the samples, shape (samples,), s.
         values: values, shape (samples,).
         k: number of samples.
+
+    Returns:
+        Integrals, shape (samples - k,).
     """
     total = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(t))])
     return np.asarray(total[k:] - total[:-k])

@@ -10,7 +10,7 @@ from unmodelled.systems.units import describe, parse_logged
 
 
 class Role(Enum):
-    """What a column may be."""
+    """Meaning that a column may have."""
 
     TIME = "time"
     POSITION = "position"

@@ -19,7 +19,7 @@ def system_text(draft: Draft, name: str) -> str:
     """Return the text of a system file with one inertia or mass per joint.
 
     Args:
-        draft: what was found.
+        draft: findings in the logs.
         name: name of the system.
     """
     joints = list(numbered(draft.joints))

@@ -15,7 +15,7 @@ def table_text(draft: Draft) -> str:
     """Return a table with a row per column: samples, rate, range, unit, and what it looks like.
 
     Args:
-        draft: what was found.
+        draft: findings in the logs.
     """
     found: dict[str, list[Signal]] = {}
     for signals in draft.experiments:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
@@ -48,7 +48,7 @@ class Samples(Columns):
 class _Experiment:
     name: str
     log: Samples
-    described: dict[str, str]
+    described: Mapping[str, str]
 
 
 def read_mapped(place: Path, system: System) -> Logs | None:

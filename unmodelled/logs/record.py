@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, nearest
+from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.mapping import Column, LogMapping, seconds_of
 from unmodelled.logs.readers.reader import Array, Table
@@ -82,10 +83,13 @@ class Record:
         raise column.node.wrong(f"{self.path} has no column {column.name!r}; {told}")
 
     def numbers(self, column: Column) -> tuple[Found, Array]:
-        """Return a column of numbers, shape (rows,).
+        """Return a column of numbers.
 
         Args:
             column: column as the mapping names it.
+
+        Returns:
+            Its place, and its numbers, shape (rows,).
 
         Raises:
             BadInput: when there is none, or it holds text.
@@ -94,13 +98,17 @@ class Record:
         if found.numbers is None:
             cell = str(found.table.texts[found.name][0])[:30]
             raise column.node.wrong(f"{self.path}: column {column.name!r} holds text such as {cell!r}")
-        return found, found.numbers
+        # beyond any measurement is no number, as in a tidy log
+        return found, np.where(np.abs(found.numbers) < LARGEST, found.numbers, np.nan)
 
     def clock(self, table: Table) -> Array:
-        """Return the time of every row of a table, shape (rows,), s.
+        """Return the time of every row of a table.
 
         Args:
             table: one of the tables.
+
+        Returns:
+            Time, shape (rows,), s.
 
         Raises:
             BadInput: when neither the format nor the mapping gives the time.
@@ -150,6 +158,9 @@ def from_start(t: Array) -> Array:
 
     Args:
         t: time of the samples, shape (samples,), s, such as seconds since 1970.
+
+    Returns:
+        Time, shape (samples,), s.
 
     Examples:
         >>> from_start(np.array([1764041247.01, 1764041247.02])).tolist()

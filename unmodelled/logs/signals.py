@@ -25,7 +25,7 @@ class Channel:
     Attributes:
         name: name in the system file.
         column: column of the log, by which the system reads it.
-        kind: how it runs between samples: "cubic", "linear" or "hold".
+        kind: course between samples: "cubic", "linear" or "hold".
         signal: column of the files, with its unit.
         item: the input or output.
     """
@@ -42,7 +42,7 @@ class Channel:
         Args:
             record: file of both columns.
             base: column whose table gives the instants.
-            t: time of all rows of that table, s.
+            t: time of all rows of that table, shape (all,), s.
             rows: rows of interest, shape (rows,), in the order of time.
 
         Returns:

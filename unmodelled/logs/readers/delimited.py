@@ -12,14 +12,14 @@ import pandas as pd
 from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.logs.readers.dialect import UNIT, Dialect, dialect_of
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.readers.reader import Array, Reader, Table
 from unmodelled.logs.readers.records import listed
 
 #: Share of the cells of a column that must hold values if it is one of numbers.
 SHARE = 0.5
 
 
-class Delimited:
+class Delimited(Reader):
     """Reader of text tables."""
 
     name = "CSV"
@@ -27,11 +27,9 @@ class Delimited:
     isolated = False
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file begins as text does."""
         return bool(start) and (b"\x00" not in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"))
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the one table of a text file."""
         check_file(path, OBJECTS / 4)
         dialect = dialect_of(path)
         frame = _frame(path, dialect)

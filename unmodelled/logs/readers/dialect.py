@@ -33,7 +33,7 @@ UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a text table is written.
+    """Way in which a text table is written.
 
     Attributes:
         encoding: name of the encoding.

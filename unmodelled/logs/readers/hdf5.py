@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.limits import check_memory
 from unmodelled.logs.hdf5 import FILTERS, SIGNATURE, STARTS
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import tables_by_length
 
 #: Attributes that give the unit of a dataset.
@@ -21,7 +21,7 @@ UNITS = ("unit", "units")
 DEPTH = 8
 
 
-class Hdf5:
+class Hdf5(Reader):
     """Reader of HDF5 files: every group is a table; nothing outside the file is followed."""
 
     name = "HDF5"
@@ -29,11 +29,9 @@ class Hdf5:
     isolated = True
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file begins as an HDF5 file does."""
         return any(start.startswith(SIGNATURE, at) for at in STARTS)
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the datasets of numbers with one or two axes in all groups."""
         import h5py
 
         with h5py.File(path, "r") as file:

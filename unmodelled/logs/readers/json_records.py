@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.limits import OBJECTS, check_file
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import Records
 
 
-class JsonRecords:
+class JsonRecords(Reader):
     """Reader of JSON files: a list of objects is a table, and so is an object of lists of numbers."""
 
     name = "JSON"
@@ -21,12 +21,10 @@ class JsonRecords:
     isolated = False
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file is JSON by its ending and its first character."""
         endings = (".json", ".jsonl", ".ndjson")
         return path.suffix.lower() in endings and start.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] in (b"{", b"[")
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the tables of a JSON file; single values at the top are a table of one row."""
         check_file(path, OBJECTS)
         text = path.read_text(encoding="utf-8-sig")
         try:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import tables_by_length
 
 
-class Mat:
+class Mat(Reader):
     """Reader of MAT files up to version 7: every struct is a table."""
 
     name = "MAT"
@@ -21,11 +21,9 @@ class Mat:
     isolated = True
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file begins as a MAT file of version 5 to 7 does, or has its ending."""
         return start.startswith(b"MATLAB 5.0 MAT-file") or (bool(start) and path.suffix.lower() == ".mat")
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the variables at the top, and the fields of structs."""
         from scipy.io import loadmat
 
         variables = loadmat(path, appendmat=False, simplify_cells=True)

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.errors import BadInput
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import Records, is_wanted, message_fields
 
 
-class Mcap:
+class Mcap(Reader):
     """Reader of MCAP files: every topic is a table with the time at which its messages were logged."""
 
     name = "MCAP"
@@ -20,11 +20,9 @@ class Mcap:
     isolated = True
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file begins as an MCAP file does."""
         return start.startswith(b"\x89MCAP0\r\n")
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the messages of all topics that are used."""
         from mcap.reader import make_reader
 
         topics: dict[str, Records] = {}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from unmodelled.base.files import read_json
-from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.readers.reader import Array, Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
 
 #: Where a LeRobot data set says what its columns hold, seen from a folder above its Parquet files.
@@ -18,7 +18,7 @@ INFO = Path("meta") / "info.json"
 ABOVE = 4
 
 
-class Parquet:
+class Parquet(Reader):
     """Reader of Parquet files."""
 
     name = "Parquet"
@@ -26,11 +26,9 @@ class Parquet:
     isolated = False
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file begins as a Parquet file does."""
         return start.startswith(b"PAR1")
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the one table of a Parquet file."""
         from unmodelled.base.parquet import column_names, read_arrow
 
         names = column_names(path)

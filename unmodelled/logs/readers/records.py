@@ -130,6 +130,9 @@ def listed(name: str, values: NDArray[Any]) -> dict[str, Array]:
         name: name of the array.
         values: numbers of shape (rows,) or (rows, elements).
 
+    Returns:
+        Columns by name, each of shape (rows,).
+
     Examples:
         >>> {name: column.tolist() for name, column in listed("q", np.eye(2)).items()}
         {'q[0]': [1.0, 0.0], 'q[1]': [0.0, 1.0]}
@@ -163,7 +166,7 @@ def tables_by_length(
 
     Args:
         name: name of the place.
-        arrays: numbers by name, of one or two axes.
+        arrays: numbers by name, each of shape (rows,), (rows, columns) or (columns, rows).
         units: unit by name of an array, where it has one.
         texts: single texts by name.
     """

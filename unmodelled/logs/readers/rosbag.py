@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import Records, is_wanted, message_fields
 
 
-class RosBag:
+class RosBag(Reader):
     """Reader of bags: every topic is a table with the time at which its messages were recorded."""
 
     name = "ROS bag"
@@ -17,7 +17,6 @@ class RosBag:
     isolated = True
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a path is a bag of ROS 1, a database of ROS 2, or a folder of one with metadata."""
         if path.is_dir():
             return (path / "metadata.yaml").is_file()
         return start.startswith(b"#ROSBAG V2.0") or (
@@ -25,7 +24,6 @@ class RosBag:
         )
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read the messages of all topics that are used."""
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
 

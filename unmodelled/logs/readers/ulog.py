@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.readers.reader import Reader, Table
 
 #: Column with the time of every message, and microseconds in a second.
 STAMP, MICRO = "timestamp", 1e6
 
 
-class ULog:
+class ULog(Reader):
     """Reader of ULog files: every message is a table, several instances of one are told apart by a number."""
 
     name = "ULog"
@@ -21,11 +21,9 @@ class ULog:
     isolated = True
 
     def recognises(self, path: Path, start: bytes) -> bool:
-        """Return whether a file begins as a ULog file does."""
         return start.startswith(b"ULog\x01\x12\x35")
 
     def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
-        """Read all messages that were logged."""
         from pyulog import ULog as File
 
         found = []
