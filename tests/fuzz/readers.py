@@ -32,6 +32,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
 from tests.fuzz.inputs import Case
+from tests.measurements.recorders import RECORDERS
 from tests.measurements.systems import motor, run, write_folder
 from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.recordings.published import MACHINES
@@ -107,6 +108,38 @@ def plain_cases(folder: Path) -> dict[str, Case]:
         "bounce": Case({"b.json": bounce}, ("b.json",), lambda f: BounceParameters.read(f / "b.json")),
         "sweep": Case(sweep, tuple(sweep), lambda f: read_run(f, f.parent)),
     }
+
+
+def recorder_cases(folder: Path) -> dict[str, Case]:
+    """Mappings, and files of recorders that one names."""
+    system_of = motor()
+    mapping = {
+        "schema": "mapping/1",
+        "files": ["a.csv", "b.json"],
+        "time": {"column": "t", "unit": "s"},
+        "signals": {"angle": {"column": "angle", "sign": 1}, "voltage": "voltage"},
+        "constants": {"m": 0.5},
+        "cut": "0.1 s",
+    }
+    texts = folder / "texts"
+    texts.mkdir()
+    (texts / "mapping.yaml").write_text(yaml.safe_dump(mapping))
+    pd.DataFrame(run(60)).to_csv(texts / "a.csv", sep=";", decimal=",", index=False)
+    (texts / "b.json").write_text(pd.DataFrame(run(60)).to_json(orient="records"))
+    read = _checked(Case.of(texts, ("mapping.yaml", "a.csv", "b.json"), lambda f: read_logs(f, system_of)))
+    found = {"mapping": read}
+    for name in ("mat", "mcap", "bag_1", "mdf", "ulog"):
+        recorder, place = RECORDERS[name], folder / name
+        place.mkdir()
+        recorder.write(place / recorder.file)
+        signals = {"angle": recorder.angle, "voltage": recorder.voltage}
+        own = {**mapping, "files": recorder.file, "signals": signals, "cut": None}
+        own |= {"time": recorder.time}
+        text = yaml.safe_dump({key: value for key, value in own.items() if value is not None})
+        (place / "mapping.yaml").write_text(text)
+        case = _checked(Case.of(place, (recorder.file,), lambda f: read_logs(f, system_of)))
+        found[name] = replace(case, share=0.1)  # a process of its own reads it, within a second or two
+    return found
 
 
 def _checked(case: Case) -> Case:
