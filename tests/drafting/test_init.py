@@ -12,7 +12,9 @@ import pandas as pd
 import pytest
 import yaml
 from numpy.typing import NDArray
+from scipy.io import savemat
 
+from tests.measurements.recorders import ANGLE, RECORDERS
 from unmodelled.api.simulation import simulate
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.init import init
@@ -171,6 +173,26 @@ def test_messages_of_a_servo_follow_a_commanded_position(tmp_path: Path) -> None
     assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2
 
 
+@pytest.mark.parametrize("name", [name for name in RECORDERS if name != "bag_2"])
+def test_files_of_every_format(tmp_path: Path, name: str) -> None:
+    """The bag of ROS 2 has two topics with the column `data`: nothing says that one is a position."""
+    RECORDERS[name].write(tmp_path / RECORDERS[name].file)
+    mapping, system = drafted(tmp_path)
+    assert mapping["files"] == f"*{Path(RECORDERS[name].file).suffix}"
+    assert mapping["signals"]["q"]["column"] in (RECORDERS[name].angle, "/joint_states.position[1]")
+    np.testing.assert_allclose(read_logs(tmp_path, system).y[:, 0], ANGLE, atol=1e-7)
+
+
+def test_a_clock_in_another_table_is_found(tmp_path: Path) -> None:
+    log = LOGS[0]
+    arm = {"t": log["t"], "joint": {"position": log["angle"], "torque": log["torque"]}}
+    savemat(tmp_path / "a.mat", {"arm": arm})
+    mapping, system = drafted(tmp_path)
+    assert mapping["time"] == {"column": "t", "unit": "s"}
+    assert mapping["signals"]["u"]["column"] == "arm.joint.torque"
+    np.testing.assert_allclose(read_logs(tmp_path, system).u[:100, 0], log["torque"][:100])
+
+
 def test_one_record_is_cut_into_experiments(tmp_path: Path) -> None:
     pd.DataFrame(LOGS[0]).to_csv(tmp_path / "record.csv", index=False)
     mapping, system = drafted(tmp_path / "record.csv")
@@ -251,3 +273,27 @@ def test_logs_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
             init(tmp_path / name, None, None)
         assert str(caught.value).startswith(str(tmp_path / name))
         assert not (tmp_path / name / "mapping.yaml").exists()
+
+
+def test_a_lerobot_data_set(tmp_path: Path) -> None:
+    place = tmp_path / "data" / "chunk-000"
+    place.mkdir(parents=True)
+    (tmp_path / "meta").mkdir()
+    names = {"names": ["pan.pos", "lift.pos"]}
+    info = {"fps": 100, "features": {"observation.state": names, "action": names}}
+    (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
+    (tmp_path / "meta" / "tasks.jsonl").write_text('{"task_index": 0, "task": "pick"}\n')
+    for episode in range(3):
+        pan, lift = servo(episode), servo(episode + 10)
+        table = {
+            "observation.state": np.column_stack([pan["q"], lift["q"]]).tolist(),
+            "action": np.column_stack([pan["goal"], lift["goal"]]).tolist(),
+            "timestamp": pan["t"].astype(np.float32),
+            "episode_index": np.full(len(pan["t"]), episode),
+        }
+        pd.DataFrame(table).to_parquet(place / f"episode_{episode:06d}.parquet")
+    mapping, system = drafted(tmp_path)
+    assert mapping["files"] == "data/chunk-000/*.parquet"
+    assert mapping["signals"]["u2"] == {"column": "action[1]", "unit": "rad"}
+    assert values(system)["K2"] == pytest.approx(64.0, rel=0.1)
+    assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2

@@ -105,7 +105,7 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
     """
     found = []
     for table in (table for table in tables if len(table) >= ROWS):
-        t = _clock(table, timing)
+        t = _clock(table, tables, timing)
         labels = {own: other for other, own in table.aliases.items()}
         for name, values in table.columns.items():
             rows = np.flatnonzero(np.isfinite(values) & np.isfinite(t))
@@ -120,15 +120,20 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
     return found
 
 
-def _clock(table: Table, timing: Timing) -> Array:
-    """Time of every row, s, up to where it starts again."""
+def _clock(table: Table, tables: Sequence[Table], timing: Timing) -> Array:
+    """Time of every row, s, up to where it starts again; nan where there is none."""
+    none = np.full(len(table), np.nan)
     if timing.rate is not None:
         return np.arange(len(table)) / timing.rate
     if timing.column is None:
-        t = table.clock if table.clock is not None else np.full(len(table), np.nan)
+        t = none if table.clock is None else table.clock
     else:
-        t = table.columns.get(timing.column, np.full(len(table), np.nan)) * (seconds_of(timing.unit) or 1.0)
-    again = np.flatnonzero(np.diff(t) < -0.5 * max(float(np.nanmax(t) - np.nanmin(t)), 0.0))
+        name = timing.column
+        columns = [each.columns[name] for each in (table, *tables) if name in each.columns]
+        fitting = (column for column in columns if len(column) == len(table))
+        t = next(fitting, none) * (seconds_of(timing.unit) or 1.0)
+    known = t[np.isfinite(t)]
+    again = np.flatnonzero(np.diff(t) < -0.5 * (np.ptp(known) if len(known) else 0.0))
     return np.where(np.arange(len(t)) > again[0], np.nan, t) if len(again) else t
 
 
