@@ -173,7 +173,7 @@ def test_a_recorders_files_lead_to_a_simulation_as_shown(
     page = [
         line for text in blocks(ROOT / "docs" / "own_data" / "README.md", "sh") for line in text.splitlines()
     ]
-    first, second = (line.split(" # ")[0].split() for line in page if "recordings" in line)
+    first, second, _ = (line.split(" # ")[0].split() for line in page if "recordings" in line)
     assert main(first[1:]) == 0
     assert capsys.readouterr().out in shown
     assert main(second[1:]) == 0
