@@ -66,6 +66,11 @@ def mat(path: Path) -> Path:
     return path
 
 
+def npz(path: Path) -> Path:
+    np.savez(path, t=T, position=np.column_stack([0.0 * ANGLE, ANGLE]), voltage=VOLTAGE)
+    return path
+
+
 def mdf(path: Path) -> Path:
     with MDF(version="4.10") as file:
         file.append([Signal(np.rad2deg(ANGLE), T, name="angle", unit="deg")], acq_name="arm")
@@ -169,6 +174,7 @@ RECORDERS = {
     "parquet": Recorder(parquet, "a.parquet", "position[1]", "voltage", "t"),
     "hdf5": Recorder(hdf5, "a.h5", "arm.position[1]", "arm.voltage", "t"),
     "mat": Recorder(mat, "a.mat", "arm.position[1]", "arm.drive.voltage", "arm.t"),
+    "npz": Recorder(npz, "a.npz", "position[1]", "voltage", "t"),
     "mdf": Recorder(mdf, "a.mf4", "arm.angle", "voltage"),
     "json": Recorder(json_records, "a.json", "entries.position[1]", "voltage", "t"),
     "mcap": Recorder(mcap, "a.mcap", "/joint_states.position[knee]", "/joint_states.position[1]"),

@@ -211,6 +211,12 @@ def test_a_formula_in_a_file_is_not_executed(tmp_path: Path) -> None:
         read_logs(tmp_path, motor())
 
 
+def test_pickled_objects_are_not_read(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", x=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(BadInput, match="not in format NumPy, or damaged"):
+        tables(tmp_path / "a.npz")
+
+
 def test_messages_that_cannot_be_decoded_are_named(tmp_path: Path) -> None:
     from mcap.writer import Writer
 

@@ -21,6 +21,7 @@ from unmodelled.logs.readers.json_records import JsonRecords
 from unmodelled.logs.readers.mat import Mat
 from unmodelled.logs.readers.mcap import Mcap
 from unmodelled.logs.readers.mdf import Mdf
+from unmodelled.logs.readers.npz import Npz
 from unmodelled.logs.readers.parquet import Parquet
 from unmodelled.logs.readers.reader import START, Reader, Table
 from unmodelled.logs.readers.rosbag import RosBag
@@ -34,6 +35,7 @@ READERS: tuple[Reader, ...] = (
     Mat(),
     Mdf(),
     Mcap(),
+    Npz(),
     RosBag(),
     ULog(),
     JsonRecords(),
