@@ -128,8 +128,8 @@ def test_rows_out_of_order_and_repeated_stamps_are_mended_and_counted(tmp_path: 
     found = read_logs(tmp_path / "raw", motor())
     assert_equal(found, read_logs(write_folder(tmp_path / "tidy", {"a": log}), motor()))
     assert found.notes[:2] == (
-        "1 rows were out of order, and were sorted by time",
-        "2 rows repeat a time stamp, and were left out",
+        "rows out of order, sorted by time: 1",
+        "rows that repeat a time stamp, left out: 2",
     )
 
 
@@ -149,7 +149,7 @@ def test_rows_without_a_value_are_left_out_or_read_between_others(tmp_path: Path
     assert len(found.t) == 98
     np.testing.assert_allclose(found.u[:, 0], np.linspace(0.0, 1.0, 100)[2:])
     assert found.notes[:2] == (
-        "2 rows without a time or a value of theta were left out",
+        "rows without a time or a value of theta, left out: 2",
         "V has empty cells, and was read between the others",
     )
 
@@ -167,7 +167,14 @@ def test_a_clock_that_starts_again_begins_an_experiment(tmp_path: Path) -> None:
     write(tmp_path / "raw", {"a": {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}})
     found = read_logs(tmp_path / "raw", motor())
     assert found.ids == ("a-1", "a-2") and np.diff(found.offsets).tolist() == [60, 70]
-    assert found.notes[0] == "time starts again in 1 places, where another experiment begins"
+    assert found.notes[0] == "starts of time within a file, where another experiment begins: 1"
+
+
+def test_names_of_columns_may_have_any_characters(tmp_path: Path) -> None:
+    log = {name: column.tolist() for name, column in run(60).items()}
+    content = {"{a} 1": {"t": log["t"], "x{0}": log["angle"]}, "b.c": {"t": log["t"][1:], "u": log["t"][1:]}}
+    signals = {"angle": "{a} 1.x{0}", "voltage": "b.c.u"}
+    assert len(read_logs(write_json(tmp_path, content, signals=signals), motor()).t) == 59
 
 
 def test_runs_of_equal_values_are_experiments(tmp_path: Path) -> None:
@@ -188,7 +195,7 @@ def test_long_records_are_cut(tmp_path: Path) -> None:
     found = read_logs(tmp_path, motor())
     assert found.ids == ("a-1", "a-2", "a-3", "a-4") and set(np.diff(found.offsets)) == {100}
     np.testing.assert_allclose(found.y[100:200, 0], run(430)["angle"][100:200])
-    assert found.notes[0] == "1 rests of less than half the length of a cut were left out"
+    assert found.notes[0] == "rests of less than half the length of a cut, left out: 1"
 
 
 def write_json(folder: Path, content: Any, **keys: Any) -> Path:

@@ -90,9 +90,9 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     ]
     if not rows:
         faults.check()
-    origin = {"data": "measured", "description": f"files of the mapping {path.resolve()}"}
+    origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
     logs_of = assembled(system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
-    notes = [text.format(count=count) for text, count in told.items()]
+    notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
 
 
@@ -121,17 +121,14 @@ def _experiments(
     base, values = record.numbers(channels[0].signal.column)
     t = record.clock(base.table)
     usable = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
-    _tell(
-        told,
-        "{count} rows without a time or a value of " + channels[0].name + " were left out",
-        len(t) - len(usable),
-    )
+    unusable = len(t) - len(usable)
+    _tell(told, f"rows without a time or a value of {channels[0].name}, left out", unusable)
     found = []
     for label, rows in _split(name, record, base, t, usable, files, told):
         ordered, late, repeated = in_order(t, rows)
         check_coarse(str(record.path), repeated, len(rows))
-        _tell(told, "{count} rows were out of order, and were sorted by time", late)
-        _tell(told, "{count} rows repeat a time stamp, and were left out", repeated)
+        _tell(told, "rows out of order, sorted by time", late)
+        _tell(told, "rows that repeat a time stamp, left out", repeated)
         log = _log(record, channels, base, t, ordered, told)
         described = {
             key: _described(record, base, ordered, t, column)
@@ -161,9 +158,7 @@ def _split(
         runs = [rows[a:b] for a, b in pairwise(ends) if b > a]
         parts = [(f"{name}-{cells[run[0]]}" if files > 1 else str(cells[run[0]]), run) for run in runs]
     again = [(label, part) for label, run in parts for part in parts_of(t, run)]
-    _tell(
-        told, "time starts again in {count} places, where another experiment begins", len(again) - len(parts)
-    )
+    _tell(told, "starts of time within a file, where another experiment begins", len(again) - len(parts))
     labels = [label for label, _ in again]
     return [
         (label if labels.count(label) == 1 else f"{label}-{labels[: k + 1].count(label)}", part)
@@ -179,9 +174,9 @@ def _log(
     inside = np.all([np.isfinite(values) for values, _ in others], axis=0)
     for channel, (_, how) in zip(channels, others, strict=True):
         if how:
-            told.setdefault(f"{channel.name} {how}", 1)
+            told.setdefault(f"{channel.name} {how}", 0)
     missed = int(np.count_nonzero(~inside))
-    _tell(told, "{count} rows were left out, because a signal of another clock has no value then", missed)
+    _tell(told, "rows at which a signal of another clock has no value, left out", missed)
     if not inside.any():
         raise BadInput(f"{record.path}: its signals have no time in common: check the clocks of their tables")
     values = {"t": from_start(t[rows][inside])}
@@ -199,7 +194,7 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
     for k in range(int(part[-1]) + 1):
         rows = np.flatnonzero(part == k)
         if len(rows) < SHORTEST_LOG or t[rows[-1]] - t[rows[0]] < 0.5 * length:
-            _tell(told, "{count} rests of less than half the length of a cut were left out", 1)
+            _tell(told, "rests of less than half the length of a cut, left out", 1)
             continue
         values = {key: column[rows] for key, column in log.values.items()}
         values["t"] = values["t"] - values["t"][0]
@@ -233,9 +228,12 @@ def _texts(found: Found) -> np.ndarray[tuple[int], np.dtype[np.str_]]:
     """The cells of a column as text, numbers as short as they are exact; "" where there is none."""
     if found.numbers is None:
         return np.array([re.sub(r"\s+", " ", str(cell)).strip() for cell in found.table.texts[found.name]])
-    return np.array(
-        ["" if np.isnan(v) else f"{v:.17g}" if f"{v:g}" != f"{v:.15g}" else f"{v:g}" for v in found.numbers]
-    )
+    return np.array(["" if np.isnan(v) else _shortest(float(v)) for v in found.numbers])
+
+
+def _shortest(value: float) -> str:
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
 
 
 def _tell(told: Counter[str], text: str, count: int) -> None:

@@ -102,8 +102,8 @@ class LogMapping:
         for k, pattern in enumerate(self.files):
             # Path.glob takes no pattern with ".." and none that is absolute
             names = glob.glob(pattern, root_dir=self.path.parent, recursive=True)  # noqa: PTH207
-            found_here = [self.path.parent / name for name in names if Path(name).name != MAPPING]
-            paths = sorted(Path(os.path.normpath(path)) for path in found_here)
+            named = [os.path.normpath(self.path.parent / name) for name in names]
+            paths = sorted(Path(name) for name in named if Path(name).name != MAPPING)
             if not paths:
                 raise self.node.entries()["files"].wrong(
                     f"files[{k}]: {shown(pattern)} matches no file beside the mapping: correct the pattern"
