@@ -103,6 +103,18 @@ def test_lists_in_cells_words_truths_and_empty_cells(tmp_path: Path) -> None:
     assert list(found.texts["type"]) == ["STATE"] * 60
 
 
+@pytest.mark.parametrize("cell", ["[{x}, {y}]", "[{x} {y}]", "[ {x};{y} ]", "[{x}, nan]"])
+def test_lists_of_any_separator(tmp_path: Path, cell: str) -> None:
+    cells = [cell.format(x=x, y=2.0 * x) for x in X]
+    cells[5] = ""
+    rows = [f'{t},"{each}"' for t, each in zip(T, cells, strict=True)]
+    found = table(tmp_path / "a.csv", "t,q\n" + "\n".join(rows)).columns
+    second = np.full(60, np.nan) if "nan" in cell else 2.0 * X
+    for name, expected in (("q[0]", X), ("q[1]", second)):
+        np.testing.assert_array_equal(np.delete(found[name], 5), np.delete(expected, 5))
+        assert np.isnan(found[name][5])
+
+
 def test_a_word_in_a_column_of_numbers_is_an_empty_cell(tmp_path: Path) -> None:
     found = table(tmp_path / "a.csv", "t,x\n" + BODY.replace(ROWS[30], "7.5,overflow"))
     assert np.isnan(found.columns["x"][30]) and np.isfinite(np.delete(found.columns["x"], 30)).all()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -82,9 +83,19 @@ def _lists(name: str, cells: pd.Series) -> dict[str, Array] | None:
     first = next((cell for cell in cells if cell), "")
     if not (first.startswith("[") and first.endswith("]")):
         return None
-    rows = [_list(cell) for cell in cells]
+    rows = _plain_lists(cells) or [_list(cell) for cell in cells]
     width = max(map(len, rows))
     return listed(name, np.array([row + [np.nan] * (width - len(row)) for row in rows]))
+
+
+def _plain_lists(cells: pd.Series) -> list[list[float]]:
+    """Lists that are written as in JSON, read all at once; none if there is another one."""
+    try:
+        rows = json.loads(f"[{','.join(cells)}]")
+    except (ValueError, RecursionError):
+        return []
+    plain = all(isinstance(row, list) and all(type(x) in (int, float) for x in row) for row in rows)
+    return rows if plain and len(rows) == len(cells) else []
 
 
 def _list(cell: str) -> list[float]:
