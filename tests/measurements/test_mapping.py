@@ -154,6 +154,26 @@ def test_rows_without_a_value_are_left_out_or_read_between_others(tmp_path: Path
     )
 
 
+def test_stamps_that_are_damaged_are_left_out(tmp_path: Path) -> None:
+    log = run(100)
+    log["t"] = log["t"] + 5.0
+    log["t"][[3, 70]] = [1e98, np.nan]
+    write(tmp_path, {"a": log})
+    found = read_logs(tmp_path, motor())
+    assert found.notes[0] == "rows without a time or a value of theta, left out: 2"
+    assert found.period == pytest.approx(0.002)
+
+
+def test_files_without_a_usable_row_are_refused(tmp_path: Path) -> None:
+    log = run(60)
+    write(tmp_path, {"a": {**log, "t": log["t"] * 1e9 + 1.7e18}})
+    assert "time.column: " in (told := refused(tmp_path)) and "no row has a time below 1e+11 s" in told
+    content = {"arm": {name: log[name].tolist() for name in ("t", "angle")}}
+    content["drive"] = {"t": [1e99] * 60, "voltage": log["voltage"].tolist()}
+    write_json(tmp_path / "other", content, signals={"angle": "angle", "voltage": "voltage"})
+    assert "its signals have no time in common" in refused(tmp_path / "other")
+
+
 def test_what_is_beyond_any_measurement_is_no_number(tmp_path: Path) -> None:
     log = run(100)
     log["voltage"] = np.linspace(0.0, 1.0, 100)

@@ -19,7 +19,7 @@ from unmodelled.logs.logs import Logs
 from unmodelled.logs.mapping import Column, LogMapping, mapping_of, read_mapping
 from unmodelled.logs.readers.known import read_files
 from unmodelled.logs.readers.reader import Array
-from unmodelled.logs.record import Found, Record, Rows, check_coarse, from_start, in_order, parts_of
+from unmodelled.logs.record import LATEST, Found, Record, Rows, check_coarse, from_start, in_order, parts_of
 from unmodelled.logs.signals import Channel, channels_of
 from unmodelled.logs.table import Columns
 from unmodelled.systems.model import System
@@ -121,6 +121,13 @@ def _experiments(
     base, values = record.numbers(channels[0].signal.column)
     t = record.clock(base.table)
     usable = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
+    if not len(usable):
+        column = record.mapping.time.column if record.mapping.time else None
+        node = column.node if column else channels[0].signal.column.node
+        raise node.wrong(
+            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].name}: "
+            "check the columns, and the unit of the time"
+        )
     unusable = len(t) - len(usable)
     _tell(told, f"rows without a time or a value of {channels[0].name}, left out", unusable)
     found = []

@@ -17,6 +17,8 @@ from unmodelled.logs.readers.reader import Array, Table
 
 Rows = NDArray[np.int64]
 
+#: Time stamps of recorders are below, s, also those that count from 1970.
+LATEST = 1e11
 #: Share of equal time stamps from which on the clock is too coarse for its samples.
 COARSE = 0.25
 #: Names of columns that a message shows.
@@ -108,11 +110,15 @@ class Record:
             table: one of the tables.
 
         Returns:
-            Time, shape (rows,), s.
+            Time, shape (rows,), s, nan where there is none or it is damaged.
 
         Raises:
             BadInput: when neither the format nor the mapping gives the time.
         """
+        t = self._stamps(table)
+        return np.where(np.abs(t) < LATEST, t, np.nan)
+
+    def _stamps(self, table: Table) -> Array:
         time = self.mapping.time
         if time is None:
             if table.clock is None:

@@ -61,6 +61,8 @@ class Channel:
         else:
             clock = record.clock(found.table)
             usable = np.flatnonzero(np.isfinite(clock) & np.isfinite(values))
+            if not len(usable):
+                return np.full(len(rows), np.nan), ""
             order, _, repeated = in_order(clock, usable)
             check_coarse(str(record.path), repeated, len(usable))
             own_t, own = clock[order], values[order]
