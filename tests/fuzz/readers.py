@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +40,7 @@ from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
 from unmodelled.base.campaign import Campaign
 from unmodelled.cli.sweep.runs import OVERRIDES, read_run
+from unmodelled.cli.verbs.init import init
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
 from unmodelled.learning.fit import Fit
@@ -127,7 +129,17 @@ def recorder_cases(folder: Path) -> dict[str, Case]:
     pd.DataFrame(run(60)).to_csv(texts / "a.csv", sep=";", decimal=",", index=False)
     (texts / "b.json").write_text(pd.DataFrame(run(60)).to_json(orient="records"))
     read = _checked(Case.of(texts, ("mapping.yaml", "a.csv", "b.json"), lambda f: read_logs(f, system_of)))
-    found = {"mapping": read}
+    raw = folder / "raw"
+    raw.mkdir()
+    for name in ("a", "b"):
+        pd.DataFrame(run(60)).round(4).to_csv(raw / f"{name}.csv", sep=";", decimal=",", index=False)
+
+    def drafted(place: Path) -> object:
+        shutil.rmtree(place / "drafts", ignore_errors=True)
+        init(place, None, place / "drafts")
+        return read_logs(place / "drafts", read_system(place / "drafts" / "system.yaml"))
+
+    found = {"mapping": read, "init": _checked(Case.of(raw, ("a.csv", "b.csv"), drafted))}
     for name in ("mat", "mcap", "bag_1", "mdf", "ulog"):
         recorder, place = RECORDERS[name], folder / name
         place.mkdir()
