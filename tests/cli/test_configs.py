@@ -22,8 +22,8 @@ GROUPS = [
 ]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
-#: Of no part of the graph: what reads sweeps, writes a file of the program, or draws a diagnosis at once.
-NODES = [verb for verb in PROGRAM.verbs if verb not in ("compare", "calibrate_withheld", "diagnose")]
+#: Of no part of the graph: what reads sweeps, writes a file of the program, diagnoses at once, or drafts.
+NODES = [verb for verb in PROGRAM.verbs if verb not in ("compare", "calibrate_withheld", "diagnose", "init")]
 
 
 def composed(verb: str, *overrides: str) -> DictConfig:

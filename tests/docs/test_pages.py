@@ -14,6 +14,8 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from pipeline.__main__ import CONF, PROGRAM, main
@@ -21,6 +23,7 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from pipeline.stages.acquire import acquire
 from unmodelled.__main__ import PROGRAM as LIBRARY
 from unmodelled.cli.verbs.simulate import simulate
+from unmodelled.logs.mapping import read_mapping
 from unmodelled.systems.reader import read_system
 
 ROOT = CONF.parent
@@ -76,7 +79,10 @@ def test_commands_have_a_configuration(program: str, call: str) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_system_files_can_be_read(page: Path, tmp_path: Path) -> None:
     for text in blocks(page, "yaml"):
-        if text.startswith("schema:"):
+        if text.startswith("schema: mapping/"):
+            (tmp_path / "mapping.yaml").write_text(text)
+            assert read_mapping(tmp_path / "mapping.yaml").signals
+        elif text.startswith("schema:"):
             (tmp_path / "system.yaml").write_text(text)
             assert read_system(tmp_path / "system.yaml").states
 
@@ -150,6 +156,27 @@ def test_a_log_folder_is_refused_as_shown(
         main(["simulate", f"system={ROOT}/systems/pendulum.yaml", "logs=mylogs", "out=x"])
     assert left.value.code == 2
     assert capsys.readouterr().err in (ROOT / "docs" / "own_data" / "README.md").read_text()
+
+
+def test_a_recorders_files_lead_to_a_simulation_as_shown(
+    newcomer: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The logs of the pendulum as another recorder writes them, and the two commands of docs/own_data."""
+    monkeypatch.chdir(tmp_path)
+    Path("recordings").mkdir()
+    for log in sorted((newcomer / "logs").glob("run*.csv")):
+        t, torque, theta = pd.read_csv(log)[["t", "torque", "theta"]].to_numpy().T
+        table = pd.DataFrame({"Zeit [ms]": 1e3 * t, "Winkel [deg]": np.rad2deg(theta), "Moment": torque})
+        table.round(6).to_csv(Path("recordings") / log.name, sep=";", decimal=",", index=False)
+    shown = (ROOT / "docs" / "own_data" / "README.md").read_text()
+    assert "\n".join(Path("recordings/run1.csv").read_text().splitlines()[:3]) in shown
+    page = [
+        line for text in blocks(ROOT / "docs" / "own_data" / "README.md", "sh") for line in text.splitlines()
+    ]
+    first, second, _ = (line.split(" # ")[0].split() for line in page if "recordings" in line)
+    assert main(first[1:]) == 0
+    assert capsys.readouterr().out in shown
+    assert main(second[1:]) == 0
 
 
 def test_every_page_is_in_the_index() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.fuzz.inputs import Case
-from tests.fuzz.readers import archive_cases, checkpoint_cases, plain_cases
+from tests.fuzz.readers import archive_cases, checkpoint_cases, plain_cases, recorder_cases
 from unmodelled.base.campaign import Campaign
 
 
@@ -13,9 +13,11 @@ from unmodelled.base.campaign import Campaign
 def cases(
     tmp_path_factory: pytest.TempPathFactory, small_campaign: Campaign, jump_campaign: Campaign
 ) -> dict[str, Case]:
-    plain, archives, fits = (tmp_path_factory.mktemp(name) for name in ("plain", "archives", "fits"))
+    names = ("plain", "recorders", "archives", "fits")
+    plain, recorders, archives, fits = (tmp_path_factory.mktemp(name) for name in names)
     return {
         **plain_cases(plain),
+        **recorder_cases(recorders),
         **archive_cases(archives),
         **checkpoint_cases(fits, small_campaign, jump_campaign),
     }

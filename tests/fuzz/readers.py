@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import shutil
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -32,12 +33,14 @@ from pipeline.rigs.pendulum import PendulumCampaign
 from tests.conftest import log_text, write_archive
 from tests.evaluation.withheld_cases import diagnosis, effect, refit, truth
 from tests.fuzz.inputs import Case
+from tests.measurements.recorders import RECORDERS
 from tests.measurements.systems import motor, run, write_folder
 from tests.physics.system.hoist import CONVERTER, HOIST
 from tests.recordings.published import MACHINES
 from tests.stages.test_tabulate_real import diagnosis as told
 from unmodelled.base.campaign import Campaign
 from unmodelled.cli.sweep.runs import OVERRIDES, read_run
+from unmodelled.cli.verbs.init import init
 from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.checkpoint import save
 from unmodelled.learning.fit import Fit
@@ -107,6 +110,48 @@ def plain_cases(folder: Path) -> dict[str, Case]:
         "bounce": Case({"b.json": bounce}, ("b.json",), lambda f: BounceParameters.read(f / "b.json")),
         "sweep": Case(sweep, tuple(sweep), lambda f: read_run(f, f.parent)),
     }
+
+
+def recorder_cases(folder: Path) -> dict[str, Case]:
+    """Mappings, and files of recorders that one names."""
+    system_of = motor()
+    mapping = {
+        "schema": "mapping/1",
+        "files": ["a.csv", "b.json"],
+        "time": {"column": "t", "unit": "s"},
+        "signals": {"angle": {"column": "angle", "sign": 1}, "voltage": "voltage"},
+        "constants": {"m": 0.5},
+        "cut": "0.1 s",
+    }
+    texts = folder / "texts"
+    texts.mkdir()
+    (texts / "mapping.yaml").write_text(yaml.safe_dump(mapping))
+    pd.DataFrame(run(60)).to_csv(texts / "a.csv", sep=";", decimal=",", index=False)
+    (texts / "b.json").write_text(pd.DataFrame(run(60)).to_json(orient="records"))
+    read = _checked(Case.of(texts, ("mapping.yaml", "a.csv", "b.json"), lambda f: read_logs(f, system_of)))
+    raw = folder / "raw"
+    raw.mkdir()
+    for name in ("a", "b"):
+        pd.DataFrame(run(60)).round(4).to_csv(raw / f"{name}.csv", sep=";", decimal=",", index=False)
+
+    def drafted(place: Path) -> object:
+        shutil.rmtree(place / "drafts", ignore_errors=True)
+        init(place, None, place / "drafts")
+        return read_logs(place / "drafts", read_system(place / "drafts" / "system.yaml"))
+
+    found = {"mapping": read, "init": _checked(Case.of(raw, ("a.csv", "b.csv"), drafted))}
+    for name in ("mat", "mcap", "bag_1", "mdf", "ulog"):
+        recorder, place = RECORDERS[name], folder / name
+        place.mkdir()
+        recorder.write(place / recorder.file)
+        signals = {"angle": recorder.angle, "voltage": recorder.voltage}
+        own = {**mapping, "files": recorder.file, "signals": signals, "cut": None}
+        own |= {"time": recorder.time}
+        text = yaml.safe_dump({key: value for key, value in own.items() if value is not None})
+        (place / "mapping.yaml").write_text(text)
+        case = _checked(Case.of(place, (recorder.file,), lambda f: read_logs(f, system_of)))
+        found[name] = replace(case, share=0.1)  # a process of its own reads it, within a second or two
+    return found
 
 
 def _checked(case: Case) -> Case:

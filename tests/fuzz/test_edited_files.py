@@ -24,6 +24,7 @@ NAMES = [
         "fit",
         "lstm",
     ),
+    *("mapping", "init", "mat", "mcap", "bag_1", "mdf", "ulog"),
     *("xl330", "so101", "ur10e_joint", "cascaded_tanks"),
 ]
 

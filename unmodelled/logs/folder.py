@@ -16,6 +16,7 @@ from unmodelled.logs.assembly import assembled, check_log, in_si, units_of
 from unmodelled.logs.constants import logged
 from unmodelled.logs.hdf5 import Address, is_hdf5, read_campaign, read_hdf5
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.mapped import read_mapped
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.logs.recognition import foreign
 from unmodelled.logs.table import Columns, Rows, numbers, read_columns, read_rows
@@ -55,6 +56,8 @@ def read_logs(folder: Path | str, system: System) -> Logs:
     """
     folder = Path(folder)
     check_file(folder)
+    if (mapped := read_mapped(folder, system)) is not None:
+        return mapped
     faults, provenance = Faults(), dict[str, Any]()
     if folder.is_file() and is_hdf5(folder):
         table = folder

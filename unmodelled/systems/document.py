@@ -1,4 +1,4 @@
-"""Reader of the YAML subset of system files: mappings, lists and texts with line numbers, no references."""
+"""Reader of the YAML subset of system and mapping files: mappings, lists and texts with line numbers."""
 
 from __future__ import annotations
 
@@ -156,11 +156,12 @@ class Node:
         return shown(self.content)
 
 
-def load_yaml(path: Path) -> Node:
+def load_yaml(path: Path, kind: str = "system") -> Node:
     """Read a YAML file whose top level is a mapping.
 
     Args:
         path: path of the file; at most 1 MB.
+        kind: kind of the file, for messages; its schema is `<kind>/1`.
 
     Returns:
         Top level of the file.
@@ -168,9 +169,9 @@ def load_yaml(path: Path) -> Node:
     Raises:
         BadInput: if the file is missing, too large, not UTF-8 or not YAML, or uses anchors, aliases or tags.
     """
-    text = _text(path)
+    text = _text(path, kind)
     try:
-        return _Events(path, iter(yaml.parse(text, Loader=_LOADER))).document()
+        return _Events(path, kind, iter(yaml.parse(text, Loader=_LOADER))).document()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = f" line {mark.line + 1}:" if mark else ""
@@ -180,14 +181,14 @@ def load_yaml(path: Path) -> Node:
         raise BadInput(f"{path}: not a YAML file: {shown(' '.join(str(error).split()))}") from None
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, kind: str) -> str:
     check_file(path)
     try:
         if not path.is_file():
             raise BadInput(f"{path}: no such file: check the path")
         if path.stat().st_size > _LARGEST:
             raise BadInput(
-                f"{path}: a system file has at most {_LARGEST} bytes, got {path.stat().st_size}: "
+                f"{path}: a {kind} file has at most {_LARGEST} bytes, got {path.stat().st_size}: "
                 "move tables to CSV files"
             )
         raw = path.read_bytes()
@@ -210,17 +211,18 @@ def _text(path: Path) -> str:
 @dataclass(frozen=True)
 class _Events:
     path: Path
+    kind: str
     events: Iterator[Any]
 
     def document(self) -> Node:
         next(self.events)
         first = next(self.events)
         if isinstance(first, yaml.StreamEndEvent):
-            raise BadInput(f"{self.path}: line 1: the file is empty: start with 'schema: system/1'")
+            raise BadInput(f"{self.path}: line 1: the file is empty: start with 'schema: {self.kind}/1'")
         event = next(self.events)
         root = self._node(event, event.start_mark.line + 1, "", 0)
         if not isinstance(root.content, dict):
-            raise root.wrong("a system file is a mapping (key: value)")
+            raise root.wrong(f"a {self.kind} file is a mapping (key: value)")
         next(self.events)
         after = next(self.events)
         if not isinstance(after, yaml.StreamEndEvent):
@@ -237,7 +239,7 @@ class _Events:
         if event.tag is not None:
             raise bare.wrong(f"the tag {shown(event.tag)} is not allowed: remove it")
         if depth > _DEEPEST:
-            raise bare.wrong("nested too deeply: a system file has at most 6 levels")
+            raise bare.wrong(f"nested too deeply: a {self.kind} file has at most 6 levels")
         if isinstance(event, yaml.MappingStartEvent):
             return Node(self.path, line, place, self._mapping(place, depth))
         if isinstance(event, yaml.SequenceStartEvent):

@@ -1,0 +1,299 @@
+"""The verb init: what it recognises in logs of known machines, and that simulate accepts what it writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from numpy.typing import NDArray
+from scipy.io import savemat
+
+from tests.measurements.recorders import ANGLE, RECORDERS
+from unmodelled.api.simulation import simulate
+from unmodelled.base.errors import BadInput
+from unmodelled.cli.verbs.init import init
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+Array = NDArray[np.float64]
+INERTIA, FRICTION, GRAVITY = 0.02, 0.05, 0.3
+
+
+def pendulum(seed: int, n: int = 1500, period: float = 0.004) -> dict[str, Array]:
+    """Angle (rad), speed and torque of a pendulum with viscous friction, by Euler steps of a tenth."""
+    generator = np.random.default_rng(seed)
+    t = np.arange(n) * period
+    phase, rate = generator.uniform(0.0, 6.0, 3), generator.uniform(2.0, 9.0, 3)
+    torque = 0.12 * np.sin(np.outer(t, rate) + phase).sum(axis=1)
+    angle, speed = np.zeros(n), np.zeros(n)
+    for i in range(1, n):
+        q, w = angle[i - 1], speed[i - 1]
+        for _ in range(10):
+            w += 0.1 * period * (torque[i - 1] - FRICTION * w - GRAVITY * np.sin(q)) / INERTIA
+            q += 0.1 * period * w
+        angle[i], speed[i] = q, w
+    return {"t": t, "angle": angle, "speed": speed, "torque": torque}
+
+
+LOGS = [pendulum(seed) for seed in range(3)]
+
+
+def write(folder: Path, columns: Mapping[str, str], **factors: float) -> Path:
+    """A folder with a CSV file per log: columns by the names of `pendulum`, times a factor."""
+    folder.mkdir()
+    for k, log in enumerate(LOGS):
+        table = {name: log[own] * factors.get(own, 1.0) for name, own in columns.items()}
+        pd.DataFrame(table).to_csv(folder / f"run {k}.csv", index=False)
+    return folder
+
+
+def drafted(logs: Path) -> tuple[dict[str, Any], System]:
+    init(logs, None, None)
+    folder = logs if logs.is_dir() else logs.parent
+    content = yaml.safe_load((folder / "mapping.yaml").read_text())
+    return content, read_system(folder / "system.yaml")
+
+
+def values(system: System) -> dict[str, float]:
+    return {parameter.name: parameter.value for parameter in system.parameters}
+
+
+def test_names_tell_clock_position_speed_and_drive(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = {"Time [ms]": "t", "motor_pos_deg": "angle", "speed (rpm)": "speed", "torque": "torque"}
+    logs = write(tmp_path / "raw", columns, t=1e3, angle=180.0 / np.pi, speed=30.0 / np.pi)
+    mapping, system = drafted(logs)
+    assert mapping["files"] == "*.csv" and mapping["time"] == {"column": "Time [ms]", "unit": "ms"}
+    assert mapping["signals"] == {
+        "q": {"column": "motor_pos_deg", "unit": "deg"},
+        "w": {"column": "speed (rpm)", "unit": "rpm"},
+        "u": {"column": "torque", "unit": "N m"},
+    }
+    read = read_logs(logs, system)
+    np.testing.assert_allclose(
+        read.y[: len(LOGS[0]["t"])], np.c_[LOGS[0]["angle"], LOGS[0]["speed"]], atol=1e-12
+    )
+    assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
+    assert values(system)["b"] == pytest.approx(FRICTION, rel=0.1)
+    assert simulate(system, read).gap.value < 10.0
+    told = capsys.readouterr().out
+    assert "motor_pos_deg  250 Hz" in told and "q, position" in told and "u, drive" in told
+    assert f"next: unmodelled simulate system={logs}/system.yaml logs={logs} out=simulation" in told
+    text = (logs / "mapping.yaml").read_text()
+    assert [line for line in text.splitlines() if "Question" in line] == [
+        "  u: {column: torque, unit: N m}  # Question: is it in N m?"
+    ]
+
+
+def test_values_tell_what_columns_without_names_are(tmp_path: Path) -> None:
+    folder = tmp_path / "raw"
+    folder.mkdir()
+    for k, log in enumerate(LOGS):
+        noise = np.random.default_rng(k).normal(size=len(log["t"]))
+        table = [log["t"] + 1000.0, noise, log["speed"], log["torque"], log["angle"]]
+        np.savetxt(folder / f"{k}.csv", np.column_stack(table), delimiter=",")
+    mapping, system = drafted(folder)
+    found = {name: signal["column"] for name, signal in mapping["signals"].items()}
+    assert mapping["time"]["column"] == "1" and found == {"q": "5", "w": "3", "u": "4"}
+    assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
+
+
+def test_a_drive_with_the_other_sign_is_turned_with_a_question(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"}, torque=-1.0)
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["u"] == {"column": "torque", "unit": "N m", "sign": -1}
+    assert "is it logged with the other sign?" in (logs / "mapping.yaml").read_text()
+    assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
+    np.testing.assert_allclose(read_logs(logs, system).u[: len(LOGS[0]["t"]), 0], LOGS[0]["torque"])
+
+
+def test_a_current_gets_a_torque_constant(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "current_mA": "torque"}, torque=2e3)
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["u"] == {"column": "current_mA", "unit": "mA"}
+    assert values(system)["k"] == 1.0 and values(system)["J"] == pytest.approx(2.0 * INERTIA, rel=0.05)
+    assert "which N m does one A of u make?" in (logs / "system.yaml").read_text()
+    assert simulate(system, read_logs(logs, system)).gap.value < 10.0
+
+
+def test_several_joints_are_told_apart_by_their_numbers(tmp_path: Path) -> None:
+    folder = tmp_path / "raw"
+    folder.mkdir()
+    for k in range(2):
+        a, b = LOGS[k], LOGS[k + 1]
+        table = {"t": a["t"]}
+        for number, log in ((1, a), (2, b)):
+            table |= {f"tau_{number}": log["torque"], f"vel_{number}": log["speed"]}
+            table |= {f"pos_filt_{number}": log["angle"] * 1.001, f"pos_meas_{number}": log["angle"]}
+        pd.DataFrame(table).to_csv(folder / f"{k}.csv", index=False)
+    mapping, system = drafted(folder)
+    found = {name: signal["column"] for name, signal in mapping["signals"].items()}
+    assert found == {
+        f"{own}{n}": f"{name}_{n}"
+        for n in (1, 2)
+        for own, name in (("q", "pos_meas"), ("w", "vel"), ("u", "tau"))
+    }
+    assert system.port_names == ("joint1", "joint2")
+    assert simulate(system, read_logs(folder, system)).gap.value < 10.0
+
+
+def servo(seed: int) -> dict[str, Array]:
+    """A servo of 8 rad/s that follows steps."""
+    generator = np.random.default_rng(seed)
+    t = np.arange(1500) * 0.01
+    goal = np.repeat(generator.uniform(-1.0, 1.0, 15), 100)
+    q, w = np.zeros(1500), np.zeros(1500)
+    for i in range(1, 1500):
+        q[i], w[i] = q[i - 1], w[i - 1]
+        for _ in range(10):
+            w[i] += 1e-3 * (64.0 * (goal[i - 1] - q[i]) - 12.0 * w[i])
+            q[i] += 1e-3 * w[i]
+    return {"t": t, "goal": goal, "q": q}
+
+
+def test_messages_of_a_servo_follow_a_commanded_position(tmp_path: Path) -> None:
+    for k in range(2):
+        log = servo(k)
+        rows = zip(log["t"].tolist(), log["goal"].tolist(), log["q"].tolist(), strict=True)
+        entries = [{"timestamp": t, "goal_position": goal, "position": q} for t, goal, q in rows]
+        (tmp_path / f"{k}.json").write_text(json.dumps({"mass": 0.5, "entries": entries}))
+    mapping, system = drafted(tmp_path)
+    assert mapping["signals"]["u"] == {"column": "entries.goal_position", "unit": "rad"}
+    assert values(system)["K"] == pytest.approx(64.0, rel=0.1)
+    assert values(system)["D"] == pytest.approx(12.0, rel=0.1)
+    assert "# constants: {mass: {column: mass}}" in (tmp_path / "mapping.yaml").read_text()
+    assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2
+
+
+@pytest.mark.parametrize("name", [name for name in RECORDERS if name != "bag_2"])
+def test_files_of_every_format(tmp_path: Path, name: str) -> None:
+    """The bag of ROS 2 has two topics with the column `data`: nothing says that one is a position."""
+    RECORDERS[name].write(tmp_path / RECORDERS[name].file)
+    mapping, system = drafted(tmp_path)
+    assert mapping["files"] == f"*{Path(RECORDERS[name].file).suffix}"
+    assert mapping["signals"]["q"]["column"] in (RECORDERS[name].angle, "/joint_states.position[1]")
+    np.testing.assert_allclose(read_logs(tmp_path, system).y[:, 0], ANGLE, atol=1e-7)
+
+
+def test_a_clock_in_another_table_is_found(tmp_path: Path) -> None:
+    log = LOGS[0]
+    arm = {"t": log["t"], "joint": {"position": log["angle"], "torque": log["torque"]}}
+    savemat(tmp_path / "a.mat", {"arm": arm})
+    mapping, system = drafted(tmp_path)
+    assert mapping["time"] == {"column": "t", "unit": "s"}
+    assert mapping["signals"]["u"]["column"] == "arm.joint.torque"
+    np.testing.assert_allclose(read_logs(tmp_path, system).u[:100, 0], log["torque"][:100])
+
+
+def test_one_record_is_cut_into_experiments(tmp_path: Path) -> None:
+    pd.DataFrame(LOGS[0]).to_csv(tmp_path / "record.csv", index=False)
+    mapping, system = drafted(tmp_path / "record.csv")
+    assert mapping["cut"] == "0.75 s" and len(read_logs(tmp_path, system)) == 8
+
+
+def test_a_column_of_episodes_splits_a_table(tmp_path: Path) -> None:
+    tables = [pd.DataFrame({**log, "episode_index": k}) for k, log in enumerate(LOGS)]
+    pd.concat(tables).to_csv(tmp_path / "all.csv", index=False)
+    mapping, system = drafted(tmp_path)
+    assert mapping["split_by"] == "episode_index" and "cut" not in mapping
+    assert read_logs(tmp_path, system).ids == ("0", "1", "2")
+
+
+def test_folders_with_equal_files_are_experiments(tmp_path: Path) -> None:
+    for k, log in enumerate(LOGS):
+        (tmp_path / f"run{k}").mkdir()
+        for name, own in (("state", ["angle", "speed"]), ("control", ["torque"])):
+            table = {"timestamp": log["t"] * 1e6, **{each: log[each] for each in own}}
+            pd.DataFrame(table).to_csv(tmp_path / f"run{k}" / f"{name}.csv", index=False)
+    mapping, system = drafted(tmp_path)
+    assert mapping["files"] == "*/"
+    assert mapping["signals"]["u"]["column"] == "control.torque"
+    assert read_logs(tmp_path, system).ids == ("run0", "run1", "run2")
+
+
+def test_other_files_dead_records_and_other_rates_are_left_out_with_the_reason(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
+    dead = {"t": LOGS[0]["t"], "theta": 0.0, "torque": LOGS[0]["torque"]}
+    pd.DataFrame(dead).to_csv(logs / "dead.csv", index=False)
+    slow = {"t": 2.0 * LOGS[0]["t"], "theta": LOGS[0]["angle"], "torque": LOGS[0]["torque"]}
+    pd.DataFrame(slow).to_csv(logs / "slow.csv", index=False)
+    (logs / "notes.txt").write_text("a note\n")
+    (logs / "other.csv").write_text("a,b\n1,2\n3,4\n")
+    mapping, system = drafted(logs)
+    assert mapping["files"] == ["run 0.csv", "run 1.csv", "run 2.csv"]
+    text = (logs / "mapping.yaml").read_text()
+    assert "# left out: dead.csv (theta does not change while time increases)" in text
+    assert "# left out: slow.csv (125 samples a second, most others 250)" in text
+    assert "# left out: other.csv (other columns)" in text and "# left out: notes.txt (row 1: no row" in text
+    assert len(read_logs(logs, system)) == 3
+
+
+def test_files_may_be_written_elsewhere(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
+    init(logs, tmp_path / "models" / "pendulum.yaml", tmp_path / "mine")
+    assert yaml.safe_load((tmp_path / "mine" / "mapping.yaml").read_text())["files"] == "../raw/*.csv"
+    assert len(read_logs(tmp_path / "mine", read_system(tmp_path / "models" / "pendulum.yaml"))) == 3
+    assert sorted(path.name for path in logs.iterdir()) == ["run 0.csv", "run 1.csv", "run 2.csv"]
+
+
+@pytest.mark.parametrize("name", ["mapping.yaml", "system.yaml"])
+def test_no_file_is_overwritten(tmp_path: Path, name: str) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
+    (logs / name).write_text("mine")
+    with pytest.raises(BadInput, match="exists, and is not overwritten"):
+        init(logs, None, None)
+    assert (logs / name).read_text() == "mine" and len(list(logs.iterdir())) == 4
+
+
+def test_logs_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "tidy").mkdir()
+    (tmp_path / "tidy" / "experiments.csv").write_text("id,file\n")
+    (tmp_path / "still").mkdir()
+    table = {"t": LOGS[0]["t"], "temperature": LOGS[0]["torque"]}
+    pd.DataFrame(table).to_csv(tmp_path / "still" / "a.csv", index=False)
+    (tmp_path / "zip").mkdir()
+    (tmp_path / "zip" / "a.csv").write_bytes(b"PK\x03\x04" + bytes(60))
+    for name, message in (
+        ("nowhere", "no such file or folder"),
+        ("empty", "holds no files"),
+        ("tidy", "is a log folder already"),
+        ("still", "no moving position was found among the columns 'temperature'"),
+        ("zip", "no file in it can be read; the first one: is a zip archive"),
+    ):
+        with pytest.raises(BadInput, match=message) as caught:
+            init(tmp_path / name, None, None)
+        assert str(caught.value).startswith(str(tmp_path / name))
+        assert not (tmp_path / name / "mapping.yaml").exists()
+
+
+def test_a_lerobot_data_set(tmp_path: Path) -> None:
+    place = tmp_path / "data" / "chunk-000"
+    place.mkdir(parents=True)
+    (tmp_path / "meta").mkdir()
+    names = {"names": ["pan.pos", "lift.pos"]}
+    info = {"fps": 100, "features": {"observation.state": names, "action": names}}
+    (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
+    (tmp_path / "meta" / "tasks.jsonl").write_text('{"task_index": 0, "task": "pick"}\n')
+    for episode in range(3):
+        pan, lift = servo(episode), servo(episode + 10)
+        table = {
+            "observation.state": np.column_stack([pan["q"], lift["q"]]).tolist(),
+            "action": np.column_stack([pan["goal"], lift["goal"]]).tolist(),
+            "timestamp": pan["t"].astype(np.float32),
+            "episode_index": np.full(len(pan["t"]), episode),
+        }
+        pd.DataFrame(table).to_parquet(place / f"episode_{episode:06d}.parquet")
+    mapping, system = drafted(tmp_path)
+    assert mapping["files"] == "data/chunk-000/*.parquet"
+    assert mapping["signals"]["u2"] == {"column": "action[1]", "unit": "rad"}
+    assert values(system)["K2"] == pytest.approx(64.0, rel=0.1)
+    assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2

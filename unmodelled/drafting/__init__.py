@@ -1,0 +1,1 @@
+"""A first mapping and a first system file, guessed from logs."""

@@ -1,0 +1,144 @@
+"""The columns of logs with their clocks, ranges, units and probable roles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from unmodelled.drafting.names import Role, role_of, unit_in
+from unmodelled.logs.mapping import seconds_of
+from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.systems.units import parse_logged
+
+#: Units of time that recorders use, and the sampling rate, Hz, that most of them are nearest to.
+TIMES, USUAL = ("s", "ms", "us", "ns"), 100.0
+#: Fewest rows of a table that is a log, and of values that a signal takes.
+ROWS, VALUES = 20, 2
+
+
+@dataclass(frozen=True)
+class Timing:
+    """The clock of the logs.
+
+    Attributes:
+        column: name of its column; None: the format has a clock, or there is none.
+        unit: unit of the column.
+        rate: rate that is assumed where there is no clock, Hz; None: there is one.
+        certain: whether the file or the name says so.
+    """
+
+    column: str | None = None
+    unit: str = "s"
+    rate: float | None = None
+    certain: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A column that changes, in one experiment.
+
+    Attributes:
+        address: name by which a mapping finds it.
+        t: time of its values, shape (samples,), s.
+        values: values, shape (samples,), as logged.
+        unit: unit that file or name give; None: neither does.
+        role: probable role by its name or unit; None: neither tells.
+    """
+
+    address: str
+    t: Array
+    values: Array
+    unit: str | None
+    role: Role | None
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate, Hz."""
+        step = float(np.median(np.diff(self.t))) if len(self.t) > 1 else 0.0
+        return 1.0 / step if step > 0.0 else 0.0
+
+
+def timing_of(tables: Sequence[Table]) -> Timing:
+    """Find the clock of the tables of an experiment.
+
+    Args:
+        tables: tables of one experiment.
+    """
+    logs = [table for table in tables if len(table) >= ROWS]
+    if any(table.clock is not None for table in logs) or not logs:
+        return Timing()
+    base = max(logs, key=len)
+    found = {name: score for name in base.columns if (score := _likeness(base, name)) > 0.0}
+    if not found:
+        return Timing(rate=USUAL, certain=False)
+    name = max(found, key=lambda each: found[each])
+    given = base.units.get(name) or unit_in(name) or ""
+    if seconds_of(given) is not None:
+        return Timing(name, given)
+    step = float(np.median(np.abs(np.diff(base.columns[name]))))
+    rates = {unit: 1.0 / (step * (seconds_of(unit) or 1.0)) for unit in TIMES}
+    unit = min(TIMES, key=lambda each: abs(np.log(rates[each] / USUAL)))
+    return Timing(name, unit, certain=unit == "s" and 5.0 < rates["s"] < 1e4)
+
+
+def _likeness(table: Table, name: str) -> float:
+    """How much a column looks like a clock: it grows, and its name, unit, place or evenness say so."""
+    values = table.columns[name]
+    steps = np.diff(values[np.isfinite(values)])
+    if len(steps) < ROWS or not np.median(steps) > 0.0 or np.mean(steps >= 0.0) < 0.95:
+        return 0.0
+    unit = table.units.get(name) or unit_in(name)
+    named = 4.0 * (role_of(name, unit) is Role.TIME)
+    even = float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > 0.9)
+    first = float(next(iter(table.columns)) == name)
+    return named + even + first if named or even else 0.0
+
+
+def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
+    """Return the columns of an experiment that change and are no clock.
+
+    Args:
+        tables: tables of the experiment.
+        timing: clock of the tables.
+    """
+    found = []
+    for table in (table for table in tables if len(table) >= ROWS):
+        t = _clock(table, tables, timing)
+        labels = {own: other for other, own in table.aliases.items()}
+        for name, values in table.columns.items():
+            rows = np.flatnonzero(np.isfinite(values) & np.isfinite(t))
+            if name == timing.column or len(np.unique(values[rows])) < VALUES:
+                continue
+            rows = rows[np.argsort(t[rows], kind="stable")]
+            rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
+            unit = _known(table.units.get(name)) or unit_in(name)
+            role = role_of(table.address(labels.get(name, name)), unit)
+            if len(rows) >= ROWS and role is not Role.TIME:
+                found.append(Signal(table.address(name), t[rows], values[rows], unit, role))
+    return found
+
+
+def _clock(table: Table, tables: Sequence[Table], timing: Timing) -> Array:
+    """Time of every row, s, up to where it starts again; nan where there is none."""
+    none = np.full(len(table), np.nan)
+    if timing.rate is not None:
+        return np.arange(len(table)) / timing.rate
+    if timing.column is None:
+        t = none if table.clock is None else table.clock
+    else:
+        name = timing.column
+        columns = [each.columns[name] for each in (table, *tables) if name in each.columns]
+        fitting = (column for column in columns if len(column) == len(table))
+        t = next(fitting, none) * (seconds_of(timing.unit) or 1.0)
+    known = t[np.isfinite(t)]
+    again = np.flatnonzero(np.diff(t) < -0.5 * (np.ptp(known) if len(known) else 0.0))
+    return np.where(np.arange(len(t)) > again[0], np.nan, t) if len(again) else t
+
+
+def _known(unit: str | None) -> str | None:
+    try:
+        return unit if unit and parse_logged(unit) else None
+    except ValueError:
+        return None

@@ -1,0 +1,160 @@
+"""Which files of a folder are the experiments: those with equal columns, or folders with equal files."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput, Faults
+from unmodelled.logs.mapping import MAPPING
+from unmodelled.logs.readers.known import read_files, reader_of
+from unmodelled.logs.readers.reader import Table
+
+#: Endings of files that lie beside logs and are none.
+OTHERS = (
+    ".yaml",
+    ".yml",
+    ".md",
+    ".xml",
+    ".urdf",
+    ".pdf",
+    ".png",
+    ".jpg",
+    ".svg",
+    ".py",
+    ".m",
+    ".mp4",
+    ".stl",
+)
+#: JSON files that describe a data set.
+DESCRIPTIONS = ("info.json", "stats.json", "tasks.json", "provenance.json", "package.json")
+#: Files that are looked into, and files or folders below a folder that are looked at.
+MOST, SEEN = 40, 2000
+
+
+@dataclass(frozen=True)
+class Survey:
+    """The experiments that were found.
+
+    Attributes:
+        folder: folder to which `patterns` are relative.
+        patterns: patterns of the paths of the experiments.
+        read: tables of the experiments that were looked into, by path.
+        left_out: files that are no such experiments, with the reason.
+    """
+
+    folder: Path
+    patterns: tuple[str, ...]
+    read: dict[Path, list[Table]]
+    left_out: dict[Path, str]
+
+
+def survey(logs: Path) -> Survey:
+    """Find the experiments in a folder, or take one file as one.
+
+    Args:
+        logs: file of a recorder, or folder with such files.
+
+    Raises:
+        BadInput: when there is none that can be read.
+    """
+    if not logs.exists():
+        raise BadInput(f"{logs}: no such file or folder: check the path")
+    if logs.is_file():
+        faults = Faults()
+        read = read_files([logs], None, faults)
+        faults.check()
+        return Survey(logs.parent, (logs.name,), read, {})
+    places = _places(logs)
+    if not places:
+        raise BadInput(f"{logs}: holds no files: give the folder with the logs")
+    read, left_out = dict[Path, list[Table]](), dict[Path, str]()
+    for place in places[:MOST]:
+        faults = Faults()
+        read |= read_files([place], None, faults)
+        try:
+            faults.check()
+        except BadInput as error:
+            left_out[place] = str(error).removeprefix(f"{place}: ")
+    if not read:
+        raise BadInput(f"{logs}: no file in it can be read; the first one: {next(iter(left_out.values()))}")
+    if len(read) > 1 and _differ(read) and all(place.parent == logs for place in read):
+        return Survey(logs, (".",), read_files([logs], None, Faults()), left_out)
+    kept = _largest(read)
+    left_out |= {place: "other columns" for place in read if place not in kept}
+    # what was not looked into is of the experiments, if it has the ending of one
+    rest = [place for place in places[MOST:] if place.suffix in {kept_place.suffix for kept_place in kept}]
+    return Survey(logs, patterns_of(logs, [*kept, *rest]), {place: read[place] for place in kept}, left_out)
+
+
+def _places(folder: Path) -> list[Path]:
+    """The files below a folder that may be experiments, and the folders that stand for one."""
+    if _is_bag(folder):
+        return [folder]
+    entries = [path for path in sorted(folder.rglob("*"))[:SEEN] if not _is_hidden(path, folder)]
+    bags = [path for path in entries if path.is_dir() and _is_bag(path)]
+    files = [
+        path
+        for path in entries
+        if path.is_file()
+        and path.suffix.lower() not in OTHERS
+        and path.name not in (*DESCRIPTIONS, "experiments.csv", MAPPING)
+        and not any(bag in path.parents for bag in bags)
+    ]
+    inside: dict[Path, list[str]] = {}
+    for path in files:
+        inside.setdefault(path.parent, []).append(path.name)
+    alike = [
+        place
+        for place, names in inside.items()
+        if place != folder and len(names) > 1 and list(inside.values()).count(names) > 1
+    ]
+    return sorted([*bags, *alike, *(path for path in files if path.parent not in alike)])
+
+
+def _is_hidden(path: Path, folder: Path) -> bool:
+    return any(part.startswith(".") for part in path.relative_to(folder).parts)
+
+
+def _is_bag(folder: Path) -> bool:
+    return reader_of(folder) is not None
+
+
+def _differ(read: dict[Path, list[Table]]) -> bool:
+    """Whether no two files have the same columns: they are tables of one recording."""
+    kinds = [_columns(tables) for tables in read.values()]
+    return len(set(kinds)) == len(kinds)
+
+
+def _columns(tables: Sequence[Table]) -> frozenset[str]:
+    return frozenset(table.address(name) for table in tables for name in table.columns)
+
+
+def _largest(read: dict[Path, list[Table]]) -> list[Path]:
+    """Of the files with equal columns, those with most rows."""
+    rows: dict[frozenset[str], int] = {}
+    for tables in read.values():
+        kind = _columns(tables)
+        rows[kind] = rows.get(kind, 0) + sum(map(len, tables))
+    best = max(rows, key=lambda kind: rows[kind])
+    return [place for place, tables in read.items() if _columns(tables) == best]
+
+
+def patterns_of(folder: Path, places: list[Path]) -> tuple[str, ...]:
+    """Return patterns that match some files or folders and no others; their names if there are none.
+
+    Args:
+        folder: folder to which they are relative.
+        places: files or folders in it.
+    """
+    if places == [folder]:
+        return (".",)
+    parents = sorted({place.parent.relative_to(folder).as_posix() for place in places})
+    endings = sorted({"/" if place.is_dir() else place.suffix for place in places})
+    tried = [f"*{endings[0]}", f"*/*{endings[0]}", *(f"{parent}/*{endings[0]}" for parent in parents)]
+    for pattern in tried if len(endings) == 1 and endings[0] else ():
+        if set(folder.glob(pattern)) == set(places):
+            return (pattern,)
+    return tuple(glob.escape(place.relative_to(folder).as_posix()) for place in places)

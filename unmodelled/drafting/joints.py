@@ -1,0 +1,272 @@
+"""The moving positions of a machine, each with its speed and what drives it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from unmodelled.drafting.columns import Signal
+from unmodelled.drafting.motion import Drive, at, drive_of, slope_of
+from unmodelled.drafting.names import Role, is_measured, number_of, words_of
+from unmodelled.logs.readers.reader import Array
+from unmodelled.systems.units import parse_logged
+
+#: Joints of a first model, and samples of a log that are looked at.
+MOST, SAMPLES = 6, 20_000
+#: Share of the largest motion below which a position stands still, and sizes of noise that motion is beyond.
+STILL, NOISE = 0.02, 20.0
+#: Correlation with the slope of a position from which on a column is its speed: named so, and without a name.
+NAMED, UNNAMED = 0.7, 0.95
+#: Share of an acceleration that an input must explain: to give its sign and size, and to be found by it.
+EXPLAINED, FOUND = 0.1, 0.3
+#: Difference between such shares that says nothing.
+ALIKE = 0.05
+#: Range of an angle beyond which it is in degrees.
+DEGREES = 40.0
+#: Units of a position and of its speed, by the factor between them.
+RATIOS = {
+    ("rad", "rad/s"): 1.0,
+    ("deg", "deg/s"): 1.0,
+    ("m", "m/s"): 1.0,
+    ("mm", "mm/s"): 1.0,
+    ("rad", "deg/s"): 180.0 / np.pi,
+    ("deg", "rad/s"): np.pi / 180.0,
+    ("rad", "rpm"): 30.0 / np.pi,
+    ("deg", "rpm"): 1.0 / 6.0,
+    ("mm", "m/s"): 1e-3,
+    ("m", "mm/s"): 1e3,
+}
+_LENGTHS = frozenset(["travel", "stroke", "weg", "x"])
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A signal in a unit.
+
+    Attributes:
+        signal: signal of the logs.
+        unit: its unit.
+        certain: whether the file or the name gives the unit.
+    """
+
+    signal: Signal
+    unit: str
+    certain: bool
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A moving position.
+
+    Attributes:
+        position: its position.
+        velocity: its speed; None: it is not logged.
+        drive: its drive; None: none is logged.
+        servo: whether `drive` is a commanded position.
+        fit: acceleration by `drive`, in SI units.
+        others: further columns that could drive it.
+    """
+
+    position: Channel
+    velocity: Channel | None
+    drive: Channel | None
+    servo: bool
+    fit: Drive
+    others: tuple[Signal, ...]
+
+    @property
+    def angular(self) -> bool:
+        """Whether the position is an angle."""
+        return parse_logged(self.position.unit)[0].text == "rad"
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the logs show how the drive accelerates the position."""
+        return self.fit.share > EXPLAINED and self.fit.gain != 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Home:
+    """A position in the experiment in which it moves most, and its speed if only the values tell it."""
+
+    position: Signal
+    signals: Sequence[Signal]
+    velocity: Signal | None
+
+    @property
+    def motion(self) -> float:
+        return float(np.ptp(self.position.values))
+
+    def moves(self, least: float) -> bool:
+        """Whether it moves by more than a least range and by far more than its noise."""
+        noise = float(np.std(np.diff(self.position.values, 2))) / np.sqrt(6.0)
+        return bool(self.motion > max(least, NOISE * noise))
+
+
+def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
+    """Find the moving positions with their speeds and drives.
+
+    Args:
+        experiments: columns that change, of every experiment.
+    """
+    named = any(signal.role is Role.POSITION for signals in experiments for signal in signals)
+    homes: dict[str, _Home] = {}
+    for signals in experiments:
+        pairs = {} if named else _pairs(signals)
+        for position in [s for s in signals if s.role is Role.POSITION] if named else pairs:
+            home = _Home(position, signals, pairs.get(position))
+            homes[position.address] = max(
+                homes.get(position.address, home), home, key=lambda each: each.motion
+            )
+    most = max((home.motion for home in homes.values()), default=0.0)
+    moving = [home for home in homes.values() if home.moves(STILL * most if named else 0.0)]
+    kept = _distinct(moving)[:MOST]
+    taken = {home.position.address for home in kept}
+    return [_fitted(_joint(home, taken), experiments) for home in kept]
+
+
+def _pairs(signals: Sequence[Signal]) -> dict[Signal, Signal]:
+    """Positions without a telling name, by a column that is their slope."""
+    found: dict[Signal, Signal] = {}
+    unnamed = [signal for signal in signals if signal.role is None]
+    for position in (signal for signal in unnamed if _Home(signal, signals, None).moves(0.0)):
+        others = [other for other in unnamed if other is not position]
+        rated = [(abs(_slope(position, other)[0]), other) for other in others]
+        best, velocity = max(rated, key=lambda pair: pair[0], default=(0.0, position))
+        if best > UNNAMED and velocity not in found:
+            found[position] = velocity
+    return {position: velocity for position, velocity in found.items() if position not in found.values()}
+
+
+def _fitted(joint: Joint, experiments: Sequence[Sequence[Signal]]) -> Joint:
+    """The joint with the fit of the experiment that shows best how its drive accelerates it."""
+    fits, drive = [joint.fit], joint.drive
+    for signals in experiments:
+        here = {signal.address: signal for signal in signals}
+        q, u = here.get(joint.position.signal.address), here.get(drive.signal.address if drive else "")
+        if drive and q and u:
+            fits.append(_fit(replace(joint.position, signal=q), replace(drive, signal=u), joint.servo))
+    return replace(joint, fit=max(fits, key=lambda fit: fit.share * (fit.gain > 0.0 or not joint.servo)))
+
+
+def _slope(position: Signal, other: Signal) -> tuple[float, float]:
+    t = position.t[:SAMPLES]
+    found = slope_of(t, _plain(position)[: len(t)], at(t, other.t, other.values))
+    return found.correlation, found.ratio
+
+
+def _plain(signal: Signal) -> Array:
+    """Values of a position, unwrapped if it jumps by a turn."""
+    for turn in (2.0 * np.pi, 360.0):
+        jumps = np.abs(np.diff(signal.values)) > 0.9 * turn
+        if jumps.any() and np.ptp(signal.values) < 1.01 * turn:
+            return np.asarray(np.unwrap(signal.values, period=turn))
+    return signal.values
+
+
+def _distinct(homes: Sequence[_Home]) -> list[_Home]:
+    """Positions without copies, such as filtered ones; the one that is called measured stays."""
+    kept: list[_Home] = []
+    for home in sorted(homes, key=lambda each: not is_measured(each.position.address)):
+        here = {signal.address: signal for signal in home.signals}
+        others = [here[other.position.address] for other in kept if other.position.address in here]
+        if not any(_alike(home.position, other) for other in others):
+            kept.append(home)
+    return [home for home in homes if home in kept]
+
+
+def _alike(signal: Signal, other: Signal) -> bool:
+    t = signal.t[:SAMPLES]
+    a, b = signal.values[: len(t)], at(t, other.t, other.values)
+    return bool(np.std(a - b) < 0.02 * min(np.std(a), np.std(b)))
+
+
+def _velocity(home: _Home, free: Sequence[Signal]) -> Channel | None:
+    position, found = home.position, home.velocity
+    if found is None:
+        same = [s for s in free if s.role is Role.VELOCITY and _same(position, s)]
+        known = same or [s for s in free if s.role is Role.VELOCITY]
+        best, found = max(
+            ((_slope(position, s)[0], s) for s in known), key=lambda pair: pair[0], default=(0.0, None)
+        )
+        if found is None or best < NAMED:
+            return None
+    ratio = abs(_slope(position, found)[1])
+    units = [pair for pair, factor in RATIOS.items() if abs(np.log(max(ratio, 1e-9) / factor)) < 0.15]
+    own = position.unit or (None if found.unit or not units else units[0][0])
+    fitting = [v for p, v in units if own in (None, p)] or ["rad/s"]
+    return Channel(found, found.unit or fitting[0], found.unit is not None)
+
+
+def _same(position: Signal, other: Signal) -> bool:
+    """Whether two columns have the number of one joint."""
+    number = number_of(position.address)
+    return bool(number) and number == number_of(other.address)
+
+
+def _joint(home: _Home, taken: set[str]) -> Joint:
+    position, many = home.position, len(taken) > 1
+    free = [signal for signal in home.signals if signal.address not in taken]
+    velocity = _velocity(home, free)
+    free = [signal for signal in free if velocity is None or signal is not velocity.signal]
+    unit, certain = _position_unit(position, velocity)
+    here = Channel(position, unit, certain)
+    near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
+    efforts = [s for s in near if s.role in (Role.EFFORT, Role.CURRENT, Role.VOLTAGE)]
+    goals = [s for s in near if s.role is Role.GOAL]
+    unknown = [s for s in free if s.role is None]
+    if goals:
+        goal = max(goals, key=lambda signal: _correlation(position, signal))
+        servo = Channel(goal, goal.unit or unit, goal.unit is not None)
+        return Joint(here, velocity, servo, True, _fit(here, servo, True), (*efforts, *_without(goal, goals)))
+    rated = [(_fit(here, _input(s), False), s) for s in efforts or unknown]
+    best = max((fit.share for fit, _ in rated), default=0.0)
+    if not efforts and best < FOUND:
+        return Joint(here, velocity, None, False, Drive(0.0, 0.0, 0.0), ())
+    # of those that explain about the same: the first with a telling name, otherwise what varies most
+    alike = [pair for pair in rated if pair[0].share > best - ALIKE]
+    fit, effort = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].values)))
+    return Joint(here, velocity, _input(effort), False, fit, _without(effort, efforts))
+
+
+def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:
+    return tuple(other for other in signals if other is not signal)
+
+
+def _position_unit(position: Signal, velocity: Channel | None) -> tuple[str, bool]:
+    if position.unit is not None:
+        return position.unit, True
+    if velocity is not None:
+        ratio = abs(_slope(position, velocity.signal)[1])
+        for (own, other), factor in RATIOS.items():
+            fits = other == velocity.unit and abs(np.log(max(ratio, 1e-9) / factor)) < 0.15
+            if fits and not (own == "rad" and np.ptp(position.values) > DEGREES and not velocity.certain):
+                return own, velocity.certain
+    if _LENGTHS & set(words_of(position.address)):
+        return "m", False
+    return ("deg" if np.ptp(position.values) > DEGREES else "rad"), False
+
+
+def _input(signal: Signal) -> Channel:
+    unit = signal.unit or {Role.CURRENT: "A", Role.VOLTAGE: "V"}.get(signal.role or Role.OTHER, "N m")
+    return Channel(signal, unit, signal.unit is not None)
+
+
+def _correlation(position: Signal, other: Signal) -> float:
+    t = position.t[:SAMPLES]
+    return float(np.corrcoef(position.values[: len(t)], at(t, other.t, other.values))[0, 1])
+
+
+def _fit(position: Channel, drive: Channel, servo: bool) -> Drive:
+    """The acceleration of a position by a drive, or by the error of a commanded position, in SI units."""
+    t = position.signal.t[:SAMPLES]
+    q = _si(position.unit, _plain(position.signal)[: len(t)])
+    u = _si(drive.unit, at(t, drive.signal.t, drive.signal.values))
+    return drive_of(t, q, u - q if servo else u)
+
+
+def _si(unit: str, values: Array) -> Array:
+    _, logged = parse_logged(unit)
+    return values if logged is None else logged.to_si(values)

@@ -1,0 +1,147 @@
+"""The text of a drafted system file."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unmodelled.drafting.comments import numbered, one_line, word
+from unmodelled.drafting.draft import Draft
+from unmodelled.drafting.joints import Channel, Joint
+from unmodelled.systems.units import describe, parse_logged, parse_unit
+
+#: Other columns that are named in a comment.
+NAMES = 5
+#: Stiffness and damping of a joint that follows a commanded position, by its inertia: a servo of 10 rad/s.
+STIFFNESS, DAMPING = 100.0, 20.0
+
+
+def system_text(draft: Draft, name: str) -> str:
+    """Return the text of a system file with one inertia or mass per joint.
+
+    Args:
+        draft: findings in the logs.
+        name: name of the system.
+    """
+    joints = list(numbered(draft.joints))
+    inputs = [line for k, joint in joints for line in _input(k, joint)]
+    sections = {
+        "states": [line for k, joint in joints for line in _states(k, joint)],
+        "inputs": inputs,
+        "outputs": [line for k, joint in joints for line in _outputs(k, joint)],
+        "parameters": [line for k, joint in joints for line in _parameters(k, joint)],
+        "ports": [_port(k, joint) for k, joint in joints],
+        "dynamics": [line for k, joint in joints for line in _dynamics(k, joint)],
+    }
+    head = [
+        "# A first model: one body per position that moves. It lacks what you know of the machine: gravity,",
+        "# gears, coupling between joints. Add that, answer the questions, and run simulate again.",
+        "schema: system/1",
+        f"name: {word(name)}",
+    ]
+    body = [line for key, lines in sections.items() if lines for line in (f"{key}:", *lines)]
+    return "\n".join([*head, *body]) + "\n"
+
+
+def _units(joint: Joint) -> tuple[str, str, str, str]:
+    """SI units of position and speed, of effort and of inertia."""
+    return ("rad", "rad/s", "N m", "kg m^2") if joint.angular else ("m", "m/s", "N", "kg")
+
+
+def _states(k: str, joint: Joint) -> list[str]:
+    position, speed, *_ = _units(joint)
+    return [
+        f"  q{k}: {{unit: {position}}}  # {one_line(joint.position.signal.address)}",
+        f"  w{k}: {{unit: {speed}}}",
+    ]
+
+
+def _input(k: str, joint: Joint) -> list[str]:
+    if joint.drive is None:
+        return []
+    said = joint.drive.signal.address
+    if not joint.trusted or joint.others:
+        kind = "commanded position" if joint.servo else "effort"
+        said += f". Question: is this {kind} what drives q{k}?"
+    if joint.others:
+        said += f" Others: {', '.join(signal.address for signal in joint.others[:NAMES])}"
+    return [f"  u{k}: {{unit: {_si(joint.drive)}}}  # {one_line(said)}"]
+
+
+def _si(channel: Channel) -> str:
+    return parse_logged(channel.unit)[0].text or "1"
+
+
+def _outputs(k: str, joint: Joint) -> list[str]:
+    position, speed, *_ = _units(joint)
+    return [f"  q{k}: {{unit: {position}}}", *([f"  w{k}: {{unit: {speed}}}"] if joint.velocity else [])]
+
+
+def _parameters(k: str, joint: Joint) -> list[str]:
+    return _servo(k, joint) if joint.servo else _body(k, joint)
+
+
+def _servo(k: str, joint: Joint) -> list[str]:
+    """Inertia of a joint that follows a commanded position, with stiffness and damping of its loop."""
+    position, _, effort, inertia = _units(joint)
+    fitted = joint.trusted and joint.fit.gain > 0.0
+    stiffness, damping = (joint.fit.gain, joint.fit.damping) if fitted else (STIFFNESS, DAMPING)
+    damping = damping if damping > 0.0 else 2.0 * float(np.sqrt(stiffness))
+    return [
+        f"  # Question: what is the inertia of q{k}? Positions give no torques: K{k} and D{k} go with it.",
+        f"  J{k}: {{value: 1, unit: {inertia}}}",
+        f"  K{k}: {_identified(stiffness, f'{effort}/{position}')}",
+        f"  D{k}: {_identified(damping, f'{effort} s/{position}')}",
+    ]
+
+
+def _body(k: str, joint: Joint) -> list[str]:
+    """Inertia and viscous friction of a joint, and the effort that one unit of its input makes."""
+    position, _, effort, inertia = _units(joint)
+    size = 1.0 / abs(joint.fit.gain) if joint.trusted else 1.0
+    damping = size * joint.fit.damping if joint.trusted and joint.fit.damping > 0.0 else 0.0
+    origin = "fitted to the logs" if joint.trusted else "a guess"
+    lines = [f"  # Question: what is the inertia of q{k}? This one is {origin}."]
+    if joint.drive is None:
+        lines = [f"  # Question: which column drives q{k}? None was found.", *lines]
+    if joint.drive is not None and (unit := _factor(joint)) is not None:
+        lines.append(f"  # Question: which {effort} does one {_si(joint.drive)} of u{k} make?")
+        lines.append(f"  k{k}: {{value: 1, unit: {unit}}}")
+    bounds = f"identify: true, bounds: [0, {max(10.0 * damping, size):.3g}]"
+    return [
+        *lines,
+        f"  J{k}: {_identified(size, inertia)}",
+        f"  b{k}: {{value: {damping:.3g}, unit: {effort} s/{position}, {bounds}}}",
+    ]
+
+
+def _identified(value: float, unit: str) -> str:
+    low, high = value / 10.0, 10.0 * value
+    return f"{{value: {value:.3g}, unit: {unit}, identify: true, bounds: [{low:.3g}, {high:.3g}]}}"
+
+
+def _factor(joint: Joint) -> str | None:
+    """Unit of the factor between input and effort; None if the input is an effort."""
+    if joint.drive is None:
+        return None
+    effort = _units(joint)[2]
+    own = parse_logged(joint.drive.unit)[0].dimension
+    if own == parse_unit(effort).dimension:
+        return None
+    unit = describe(own)
+    return (
+        effort if unit == "1" else f"{effort}/({unit})" if " " in unit or "/" in unit else f"{effort}/{unit}"
+    )
+
+
+def _port(k: str, joint: Joint) -> str:
+    kind = "joint" if joint.angular else "rail"
+    return f"  {kind}{k}: {{effort: tau{k}, unit: {_units(joint)[2]}, position: q{k}, velocity: w{k}}}"
+
+
+def _dynamics(k: str, joint: Joint) -> list[str]:
+    if joint.servo:
+        forces = f"K{k}*(u{k} - q{k}) - D{k}*w{k} - tau{k}"
+    else:
+        drive = "" if joint.drive is None else f"k{k}*u{k} " if _factor(joint) else f"u{k} "
+        forces = f"{drive}- b{k}*w{k} - tau{k}"
+    return [f"  q{k}: w{k}", f"  w{k}: ({forces})/J{k}"]

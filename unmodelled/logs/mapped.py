@@ -1,0 +1,249 @@
+"""Logs from a recorder's files, by a mapping of their columns to the signals of a system."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from unmodelled.base.errors import BadInput, Faults, closest
+from unmodelled.logs.assembly import assembled, check_log, in_si
+from unmodelled.logs.clock import SHORTEST_LOG
+from unmodelled.logs.constants import logged
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.mapping import Column, LogMapping, mapping_of, read_mapping
+from unmodelled.logs.readers.known import read_files
+from unmodelled.logs.readers.reader import Array
+from unmodelled.logs.record import LATEST, Found, Record, Rows, check_coarse, from_start, in_order, parts_of
+from unmodelled.logs.signals import Channel, channels_of
+from unmodelled.logs.table import Columns
+from unmodelled.systems.model import System
+
+
+@dataclass(frozen=True)
+class Samples(Columns):
+    """Columns of an experiment whose rows were chosen from those of a file.
+
+    Attributes:
+        numbers: number of every sample's row in the file, shape (samples,).
+    """
+
+    numbers: Rows = field(default_factory=lambda: np.empty(0, np.int64))
+
+    def row(self, i: int) -> int:
+        """Return the row of a sample in its file.
+
+        Args:
+            i: number of the sample, from 0.
+        """
+        return int(self.numbers[min(i, len(self.numbers) - 1)]) if len(self.numbers) else 1
+
+
+@dataclass(frozen=True)
+class _Experiment:
+    name: str
+    log: Samples
+    described: Mapping[str, str]
+
+
+def read_mapped(place: Path, system: System) -> Logs | None:
+    """Read the experiments that a mapping describes.
+
+    Args:
+        place: mapping file, or a log folder with one.
+        system: system whose inputs and outputs name the signals.
+
+    Returns:
+        The experiments on one uniform clock; None if `place` has no mapping.
+
+    Raises:
+        BadInput: a line for every fault, which names file and key, or file, row and column.
+    """
+    path = mapping_of(place)
+    if path is None:
+        return None
+    mapping = read_mapping(path)
+    channels = channels_of(system, mapping)
+    _check_constants(mapping, system)
+    faults, told = Faults(), Counter[str]()
+    paths = mapping.paths()
+    read = read_files(list(paths.values()), _wanted(mapping, channels), faults)
+    found: list[_Experiment] = []
+    for name, file in paths.items():
+        if file in read:
+            with faults.collected():
+                found += _experiments(name, Record(file, read[file], mapping), channels, told, len(paths))
+    logs: list[Columns] = []
+    for experiment in found:
+        with faults.collected():
+            check_log(experiment.log, system)
+            logs.append(in_si(experiment.log, system))
+    header = ["id", "file", *mapping.constants]
+    rows = [
+        (row, [each.name, str(each.log.path), *each.described.values()])
+        for row, each in enumerate(found, start=1)
+    ]
+    if not rows:
+        faults.check()
+    origin = {"data": "measured", "description": f"mapping {path.name} in {path.resolve().parent.name}"}
+    logs_of = assembled(system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
+    notes = [f"{text}: {count}" if count else text for text, count in told.items()]
+    return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
+
+
+def _check_constants(mapping: LogMapping, system: System) -> None:
+    for name in logged(system):
+        if name not in mapping.constants:
+            where = mapping.node.entries().get("constants", mapping.node)
+            raise where.wrong(
+                f"the constant {name!r} of the system file is missing{closest(name, mapping.constants)}: "
+                f"write 'constants: {{{name}: ...}}' with a number or {{column: ...}}"
+            )
+
+
+def _wanted(mapping: LogMapping, channels: Sequence[Channel]) -> list[str]:
+    columns = [channel.signal.column for channel in channels]
+    columns += [column for column in mapping.constants.values() if isinstance(column, Column)]
+    columns += [mapping.split_by] if mapping.split_by else []
+    columns += [mapping.time.column] if mapping.time and mapping.time.column else []
+    return [column.name for column in columns]
+
+
+def _experiments(
+    name: str, record: Record, channels: Sequence[Channel], told: Counter[str], files: int
+) -> list[_Experiment]:
+    """The experiments in one file: its parts with equal values of a column, cut to length."""
+    base, values = record.numbers(channels[0].signal.column)
+    t = record.clock(base.table)
+    usable = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
+    if not len(usable):
+        column = record.mapping.time.column if record.mapping.time else None
+        node = column.node if column else channels[0].signal.column.node
+        raise node.wrong(
+            f"{record.path}: no row has a time below {LATEST:g} s and a value of {channels[0].name}: "
+            "check the columns, and the unit of the time"
+        )
+    unusable = len(t) - len(usable)
+    _tell(told, f"rows without a time or a value of {channels[0].name}, left out", unusable)
+    found = []
+    for label, rows in _split(name, record, base, t, usable, files, told):
+        ordered, late, repeated = in_order(t, rows)
+        check_coarse(str(record.path), repeated, len(rows))
+        _tell(told, "rows out of order, sorted by time", late)
+        _tell(told, "rows that repeat a time stamp, left out", repeated)
+        log = _log(record, channels, base, t, ordered, told)
+        described = {
+            key: _described(record, base, ordered, t, column)
+            for key, column in record.mapping.constants.items()
+        }
+        found += [
+            _Experiment(part, cut, described) for part, cut in _cut(label, log, record.mapping.cut, told)
+        ]
+    return found
+
+
+def _split(
+    name: str, record: Record, base: Found, t: Array, rows: Rows, files: int, told: Counter[str]
+) -> list[tuple[str, Rows]]:
+    """Parts of a file with their ids: runs of equal values of a column, and where time starts again."""
+    parts = [(name, rows)]
+    column = record.mapping.split_by
+    if column is not None:
+        found = record.find(column)
+        if len(found.table) != len(base.table):
+            raise column.node.wrong(
+                f"{record.path}: {column.name!r} must be in the table of the first output, "
+                f"{base.table.name!r}"
+            )
+        cells = _texts(found)
+        ends = [0, *(np.flatnonzero(cells[rows][1:] != cells[rows][:-1]) + 1), len(rows)]
+        runs = [rows[a:b] for a, b in pairwise(ends) if b > a]
+        parts = [(f"{name}-{cells[run[0]]}" if files > 1 else str(cells[run[0]]), run) for run in runs]
+    again = [(label, part) for label, run in parts for part in parts_of(t, run)]
+    _tell(told, "starts of time within a file, where another experiment begins", len(again) - len(parts))
+    labels = [label for label, _ in again]
+    return [
+        (label if labels.count(label) == 1 else f"{label}-{labels[: k + 1].count(label)}", part)
+        for k, (label, part) in enumerate(again)
+    ]
+
+
+def _log(
+    record: Record, channels: Sequence[Channel], base: Found, t: Array, rows: Rows, told: Counter[str]
+) -> Samples:
+    """The signals of one experiment at the instants of the first one."""
+    others = [channel.series(record, base, t, rows) for channel in channels]
+    inside = np.all([np.isfinite(values) for values, _ in others], axis=0)
+    for channel, (_, how) in zip(channels, others, strict=True):
+        if how:
+            told.setdefault(f"{channel.name} {how}", 0)
+    missed = int(np.count_nonzero(~inside))
+    _tell(told, "rows at which a signal of another clock has no value, left out", missed)
+    if not inside.any():
+        raise BadInput(f"{record.path}: its signals have no time in common: check the clocks of their tables")
+    values = {"t": from_start(t[rows][inside])}
+    values |= {c.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
+    place = Path(f"{record.path}:{base.table.name}") if base.table.name else record.path
+    return Samples(place, values, False, 0, rows[inside] + base.table.first)
+
+
+def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> list[tuple[str, Samples]]:
+    """Parts of equal length, without a rest that is too short for an experiment."""
+    t = log.values["t"]
+    if length is None or t[-1] < 2.0 * length:
+        return [(name, log)]
+    parts, part = [], np.floor(t / length + 1e-9)
+    for k in range(int(part[-1]) + 1):
+        rows = np.flatnonzero(part == k)
+        if len(rows) < SHORTEST_LOG or t[rows[-1]] - t[rows[0]] < 0.5 * length:
+            _tell(told, "rests of less than half the length of a cut, left out", 1)
+            continue
+        values = {key: column[rows] for key, column in log.values.items()}
+        values["t"] = values["t"] - values["t"][0]
+        parts.append((f"{name}-{k + 1}", replace(log, values=values, numbers=log.numbers[rows])))
+    if not parts:
+        raise BadInput(
+            f"{log.path}: cut: {length:g} s hold fewer than {SHORTEST_LOG} samples: cut longer parts"
+        )
+    return parts
+
+
+def _described(record: Record, base: Found, rows: Rows, t: Array, column: Column | str) -> str:
+    """The one value that a column has during an experiment, as text."""
+    if isinstance(column, str):
+        return column
+    found = record.find(column)
+    cells = _texts(found)
+    if len(found.table) == len(base.table):
+        cells = cells[rows]
+    elif found.table.clock is not None:
+        last = np.searchsorted(found.table.clock, t[rows[[0, -1]]], "right") - 1
+        cells = cells[max(last[0], 0) : max(last[1], 0) + 1]
+    values = list(dict.fromkeys(cells[cells != ""].tolist()))
+    if len(values) != 1:
+        got = f"it changes from {values[0]} to {values[1]}" if values else "it is empty"
+        raise column.node.wrong(f"{record.path}: {column.name!r} must keep one value in an experiment, {got}")
+    return str(values[0])
+
+
+def _texts(found: Found) -> np.ndarray[tuple[int], np.dtype[np.str_]]:
+    """The cells of a column as text, numbers as short as they are exact; "" where there is none."""
+    if found.numbers is None:
+        return np.array([re.sub(r"\s+", " ", str(cell)).strip() for cell in found.table.texts[found.name]])
+    return np.array(["" if np.isnan(v) else _shortest(float(v)) for v in found.numbers])
+
+
+def _shortest(value: float) -> str:
+    short = f"{value:g}"
+    return short if float(short) == value else repr(value)
+
+
+def _tell(told: Counter[str], text: str, count: int) -> None:
+    """Count what was done to the data, for a note."""
+    if count:
+        told[text] += count

@@ -1,0 +1,258 @@
+"""The mapping file (mapping/1): which columns of a recorder's files are the signals of a system."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.document import Node, load_yaml
+from unmodelled.systems.syntax import shown
+from unmodelled.systems.units import SECOND, LoggedUnit, parse_logged
+
+SCHEMA = "mapping/1"
+#: Name of a mapping that stands in a log folder in place of experiments.csv.
+MAPPING = "mapping.yaml"
+_ENDINGS = (".yaml", ".yml")
+_WITH_UNIT = re.compile(r"\s*(?P<number>[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-zµμ]+)\s*", re.ASCII)
+_HERTZ = tuple(-exponent for exponent in SECOND)
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column that a mapping names.
+
+    Attributes:
+        name: name of the column in the files.
+        node: place in the mapping, for messages.
+    """
+
+    name: str
+    node: Node
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A signal: (factor * column + offset) in `unit`.
+
+    Attributes:
+        column: column of the files.
+        unit: unit of the signal, as written; None: that of the file, otherwise that of the system file.
+        factor: `scale` with `sign`, default 1.
+        offset: summand in `unit`, default 0.
+    """
+
+    column: Column
+    unit: str | None = None
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Time:
+    """The clock of all tables.
+
+    Attributes:
+        column: column of the time; None: there is none.
+        seconds: seconds in a unit of the column; None: as the file says, otherwise 1.
+        period: sampling period, s, of files without a clock; None: there is a clock.
+    """
+
+    column: Column | None = None
+    seconds: float | None = None
+    period: float | None = None
+
+
+@dataclass(frozen=True)
+class LogMapping:
+    """Content of a mapping file.
+
+    Attributes:
+        path: path of the mapping.
+        files: patterns of the paths of the files, relative to the folder of the mapping.
+        signals: signal by the name of a column in the system file.
+        time: clock; None: that of the format.
+        split_by: column whose runs of equal values are the experiments; None: every file is one.
+        cut: length of the parts into which every experiment is cut, s; None: not cut.
+        constants: constant of the operating point, or another description of an experiment, by name: a number
+            or a column.
+        node: top of the file, for messages.
+    """
+
+    path: Path
+    files: tuple[str, ...]
+    signals: Mapping[str, Signal]
+    time: Time | None
+    split_by: Column | None
+    cut: float | None
+    constants: Mapping[str, Column | str]
+    node: Node
+
+    def paths(self) -> dict[str, Path]:
+        """Return the files and folders that the patterns match, by the id of their experiment, in order.
+
+        Raises:
+            BadInput: when a pattern matches nothing.
+        """
+        found: dict[Path, None] = {}
+        for k, pattern in enumerate(self.files):
+            # Path.glob takes no pattern with ".." and none that is absolute
+            names = glob.glob(pattern, root_dir=self.path.parent, recursive=True)  # noqa: PTH207
+            named = [os.path.normpath(self.path.parent / name) for name in names]
+            paths = sorted(Path(name) for name in named if Path(name).name != MAPPING)
+            if not paths:
+                raise self.node.entries()["files"].wrong(
+                    f"files[{k}]: {shown(pattern)} matches no file beside the mapping: correct the pattern"
+                )
+            found |= dict.fromkeys(paths)
+        return _named(list(found))
+
+
+def _named(paths: list[Path]) -> dict[str, Path]:
+    """Files by their names without endings; by their paths where two names are equal."""
+    names = [path.stem if path.is_file() else path.resolve().name for path in paths]
+    long = ["-".join(path.with_suffix("").parts[-3:]) for path in paths]
+    return {
+        name if names.count(name) == 1 else other: path
+        for name, other, path in zip(names, long, paths, strict=True)
+    }
+
+
+def mapping_of(place: Path) -> Path | None:
+    """Return the path of the mapping that a user names as logs; None if it is another kind of logs.
+
+    Args:
+        place: mapping file, or a log folder with one.
+
+    Raises:
+        BadInput: when a folder has a mapping and experiments.csv.
+    """
+    if place.suffix.lower() in _ENDINGS and not place.is_dir():
+        return place
+    if not (place / MAPPING).is_file():
+        return None
+    if (place / "experiments.csv").exists():
+        raise BadInput(
+            f"{place}: has experiments.csv and {MAPPING}: remove one of them, or give logs={place / MAPPING}"
+        )
+    return place / MAPPING
+
+
+def read_mapping(path: Path) -> LogMapping:
+    """Read a mapping file.
+
+    Args:
+        path: YAML file.
+
+    Raises:
+        BadInput: when it is no mapping; the message names file, line and key.
+    """
+    root = load_yaml(path, "mapping")
+    schema = root.entries().get("schema")
+    if schema is None or schema.content != SCHEMA:
+        raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
+    keys = root.fields(("schema", "files", "signals"), ("time", "split_by", "cut", "constants"))
+    signals = {name: _signal(node) for name, node in keys["signals"].entries().items()}
+    if not signals:
+        raise keys["signals"].wrong("is empty: name a column for every input and output of the system file")
+    return LogMapping(
+        path=path,
+        files=_patterns(keys["files"]),
+        signals=signals,
+        time=_time(keys["time"]) if "time" in keys else None,
+        split_by=Column(keys["split_by"].text(), keys["split_by"]) if "split_by" in keys else None,
+        cut=_quantity(keys["cut"], "2 s", "time") if "cut" in keys else None,
+        constants={
+            name: _constant(node)
+            for name, node in (keys["constants"].entries() if "constants" in keys else {}).items()
+        },
+        node=root,
+    )
+
+
+def _patterns(node: Node) -> tuple[str, ...]:
+    items = node.content if isinstance(node.content, list) else [node]
+    found = tuple(item.text() for item in items)
+    if not found:
+        raise node.wrong('is empty: write patterns such as ["*.csv"]')
+    return found
+
+
+def _signal(node: Node) -> Signal:
+    if isinstance(node.content, str):
+        return Signal(Column(node.content, node))
+    keys = node.fields(("column",), ("unit", "sign", "scale", "offset"))
+    unit = keys["unit"].text() if "unit" in keys else None
+    if unit is not None:
+        try:
+            parse_logged(unit)
+        except ValueError as error:
+            raise keys["unit"].wrong(str(error)) from None
+    sign = keys["sign"].number() if "sign" in keys else 1.0
+    if abs(sign) != 1.0:
+        raise keys["sign"].wrong(f"must be 1 or -1, got {sign:g}: write another factor as scale")
+    scale = keys["scale"].number() if "scale" in keys else 1.0
+    if scale == 0.0:
+        raise keys["scale"].wrong("must not be 0: the signal would be lost")
+    offset = keys["offset"].number() if "offset" in keys else 0.0
+    return Signal(Column(keys["column"].text(), keys["column"]), unit, sign * scale, offset)
+
+
+def _time(node: Node) -> Time:
+    if isinstance(node.content, str):
+        return Time(Column(node.content, node))
+    keys = node.fields((), ("column", "unit", "rate"))
+    if ("column" in keys) == ("rate" in keys):
+        raise node.wrong("must have either 'column' or 'rate'")
+    if "rate" in keys:
+        if "unit" in keys:
+            raise keys["unit"].wrong("belongs to 'column': write the unit of the rate beside its number")
+        return Time(period=1.0 / _quantity(keys["rate"], "100 Hz", "frequency"))
+    seconds = seconds_of(keys["unit"].text()) if "unit" in keys else None
+    if "unit" in keys and seconds is None:
+        raise keys["unit"].wrong("must be a unit of time, such as s, ms, us or ns")
+    return Time(Column(keys["column"].text(), keys["column"]), seconds)
+
+
+def seconds_of(unit: str) -> float | None:
+    """Return how many seconds a unit of time has; None for other units and other texts.
+
+    Args:
+        unit: unit, such as "ms".
+
+    Examples:
+        >>> seconds_of("ms"), seconds_of("rad")
+        (0.001, None)
+    """
+    try:
+        si, logged = parse_logged(unit)
+    except ValueError:
+        return None
+    if si.dimension != SECOND:
+        return None
+    return float(f"{(logged or LoggedUnit(unit, 1.0, 0.0)).factor:.12g}")
+
+
+def _quantity(node: Node, example: str, kind: str) -> float:
+    """A positive number with a unit of time or frequency, in SI units."""
+    found, wanted = _WITH_UNIT.fullmatch(node.text()), SECOND if kind == "time" else _HERTZ
+    try:
+        si, logged = parse_logged(found["unit"]) if found else (None, None)
+        number = float(found["number"]) if found else 0.0
+    except ValueError:
+        si, logged, number = None, None, 0.0
+    value = number * (logged.factor if logged else 1.0)
+    if si is None or si.dimension != wanted or not value > 0.0:
+        raise node.wrong(f"must be a positive number with a unit of {kind}, such as {example}")
+    return value
+
+
+def _constant(node: Node) -> Column | str:
+    if isinstance(node.content, dict):
+        keys = node.fields(("column",))
+        return Column(keys["column"].text(), keys["column"])
+    return node.text()

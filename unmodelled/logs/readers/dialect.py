@@ -1,0 +1,195 @@
+"""The dialect of a text table: encoding, separator, decimal mark, comments, header and units."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.recognition import COMMENT
+from unmodelled.systems.units import parse_logged
+
+#: Bytes at the beginning of a file by which its dialect is found, and rows of it that count.
+SAMPLE, ROWS = 2**17, 400
+#: Separators of columns, those that stand in numbers and texts themselves last.
+SEPARATORS = ("\t", ";", "|", ",", " ")
+MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
+Cells = Sequence[tuple[int, list[str]]]  # line number from 0, cells
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.ASCII | re.I)
+COMMAED = re.compile(r"[-+]?(\d*,\d+)([eE][-+]?\d+)?", re.ASCII)
+#: A date or a time of day, alone or one after the other.
+DATE = re.compile(
+    r"(\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})?[T ]?(\d\d?:\d\d(:\d\d([.,]\d+)?)?)?\s*(Z|[-+]\d\d:?\d\d)?"
+)
+#: A name of a column with its unit in brackets.
+UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """Way in which a text table is written.
+
+    Attributes:
+        encoding: name of the encoding.
+        separator: separator of the columns; " " stands for any white space.
+        decimal: decimal mark, "." or ",".
+        skipped: rows above the first row of values.
+        names: names of the columns, unique; "1", "2", ... where no row names them.
+        units: unit by name of a column, where a row or the names give it.
+    """
+
+    encoding: str
+    separator: str
+    decimal: str
+    skipped: int
+    names: tuple[str, ...]
+    units: dict[str, str]
+
+
+def dialect_of(path: Path) -> Dialect:
+    """Find the dialect of a text table by its first rows.
+
+    Args:
+        path: path of the file.
+
+    Raises:
+        BadInput: when no row of it holds numbers.
+    """
+    with path.open("rb") as file:
+        raw = file.read(SAMPLE)
+        whole = not file.read(1)
+    encoding = _encoding(raw)
+    lines = raw.decode(encoding, "replace").splitlines()
+    lines = lines if whole else lines[:-1]  # the last one is cut
+    rows = [(k, line) for k, line in enumerate(lines[:ROWS]) if line.strip()]
+    plain = [(k, line) for k, line in rows if not line.lstrip().startswith(COMMENT)]
+    separator = _separator([line for _, line in plain])
+    cells = [(k, split(line, separator)) for k, line in plain]
+    start = _first_values([row for _, row in cells])
+    if start is None:
+        raise BadInput(f"{path}: row 1: no row of numbers was found: leave the file out")
+    width = len(cells[start][1])
+    names, units = _named(_head(rows, cells[:start], cells[start][0], separator, width), width)
+    values = [cell for _, row in cells[start:] for cell in row]
+    decimal = "," if separator != "," and any(COMMAED.fullmatch(cell) for cell in values) else "."
+    return Dialect(encoding, separator, decimal, cells[start][0], names, units)
+
+
+def split(line: str, separator: str) -> list[str]:
+    """Return the cells of a line, stripped.
+
+    Args:
+        line: line of a text table.
+        separator: separator of the columns; " " stands for any white space.
+    """
+    if separator == " ":
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
+
+
+def is_value(cell: str) -> bool:
+    """Return whether a cell holds a value: a number, a time, a list of numbers or a word for a truth.
+
+    Args:
+        cell: cell, stripped.
+    """
+    return bool(
+        NUMBER.fullmatch(cell)
+        or COMMAED.fullmatch(cell)
+        or (cell[:1].isdigit() and DATE.fullmatch(cell))
+        or (cell[:1] == "[" and cell[-1:] == "]" and any(c.isdigit() for c in cell))
+        or cell.lower() in ("true", "false")
+    )
+
+
+def _encoding(raw: bytes) -> str:
+    for mark, encoding in MARKS:
+        if raw.startswith(mark):
+            return encoding
+    try:
+        raw[: raw.rfind(b"\n") + 1].decode()
+    except UnicodeDecodeError:
+        return "latin-1"  # of most recorders that write a degree sign in one byte
+    return "utf-8"
+
+
+def _separator(lines: Sequence[str]) -> str:
+    """The separator that cuts most lines into equally many cells, two or more, with most values in them."""
+    best, most = ",", (0.0, 0)
+    for separator in SEPARATORS:
+        try:
+            rows = [split(line, separator) for line in lines]
+        except csv.Error:
+            continue
+        width, count = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
+        values = sum(is_value(cell) for row in rows if len(row) == width for cell in row)
+        cells = sum(len(row) for row in rows if len(row) == width) or 1
+        score = (round(count * values / cells, 3), width)
+        if width > 1 and score > most:
+            best, most = separator, score
+    return best
+
+
+def _first_values(rows: Sequence[Sequence[str]]) -> int | None:
+    """The first row with values in all columns that mostly hold values, as wide as most rows."""
+    width = Counter(map(len, rows)).most_common(1)[0][0] if rows else 0
+    usual = [row for row in rows if len(row) == width]
+    filled = [[cell for cell in column if cell] for column in zip(*usual, strict=True)]
+    held = [j for j, cells in enumerate(filled) if sum(map(is_value, cells)) > 0.5 * len(cells)]
+    for k, row in enumerate(rows):
+        cells = [row[j] for j in held if row[j]] if len(row) == width else []
+        if cells and all(map(is_value, cells)):
+            return k
+    return None
+
+
+def _head(
+    rows: Sequence[tuple[int, str]], above: Cells, start: int, separator: str, width: int
+) -> list[list[str]]:
+    """The row of names above the values, if there is one, and the row of units below it, if there is one."""
+    head = [(k, row) for k, row in above if len(row) == width]
+    if head:
+        pair = head[-2:]
+        shares = [_share_of_units(row) for _, row in pair]
+        beside = len(pair) == 2 and pair[0][0] == pair[1][0] - 1
+        if beside and shares[1] >= 0.5 and shares[1] > shares[0]:
+            return [row for _, row in pair]
+        return [head[-1][1]]
+    comments = [line for k, line in rows if k < start]
+    cells = split(comments[-1].lstrip(" #%/"), separator) if comments else []
+    return [cells] if len(cells) == width and not any(map(is_value, cells)) else []
+
+
+def _share_of_units(row: Sequence[str]) -> float:
+    filled = [cell for cell in row if cell]
+    return sum(map(_is_unit, filled)) / max(len(filled), 1)
+
+
+def _is_unit(cell: str) -> bool:
+    if cell[0] in "[(" and cell[-1] in ")]":
+        return True
+    try:
+        parse_logged(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _named(head: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Names and units from the rows above the values: the first one names, the next one may give units."""
+    found = list(head[0]) if head else [""] * width
+    names: list[str] = []
+    for k, cell in enumerate(found, start=1):
+        name = cell.strip(" \"'\ufeff") or str(k)
+        names.append(name if name not in names else f"{name}#{k}")
+    units = {name: match["unit"] for name in names if (match := UNIT.fullmatch(name)) and match["unit"]}
+    for row in head[1:2]:
+        given = {name: cell.strip("[]() ") for name, cell in zip(names, row, strict=True)}
+        units |= {name: unit for name, unit in given.items() if unit not in ("", "-")}
+    return tuple(names), units

@@ -1,0 +1,183 @@
+"""All readers, and the one that reads a file."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import cache
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.limits import check_file, limit_process
+from unmodelled.base.workers import pool_of
+from unmodelled.logs.readers.delimited import Delimited
+from unmodelled.logs.readers.hdf5 import Hdf5
+from unmodelled.logs.readers.json_records import JsonRecords
+from unmodelled.logs.readers.mat import Mat
+from unmodelled.logs.readers.mcap import Mcap
+from unmodelled.logs.readers.mdf import Mdf
+from unmodelled.logs.readers.npz import Npz
+from unmodelled.logs.readers.parquet import Parquet
+from unmodelled.logs.readers.reader import START, Reader, Table
+from unmodelled.logs.readers.rosbag import RosBag
+from unmodelled.logs.readers.ulog import ULog
+from unmodelled.logs.recognition import foreign
+
+#: Readers in the order in which they are asked; what is left is text.
+READERS: tuple[Reader, ...] = (
+    Parquet(),
+    Hdf5(),
+    Mat(),
+    Mdf(),
+    Mcap(),
+    Npz(),
+    RosBag(),
+    ULog(),
+    JsonRecords(),
+    Delimited(),
+)
+#: Group of entry points by which other packages add readers; each names an object, not a class.
+GROUP = "unmodelled.readers"
+#: Processor time that reading a file may take: seconds for any of them, and bytes per further second.
+SECONDS, RATE = 60.0, 2e5
+
+
+@cache
+def readers() -> tuple[Reader, ...]:
+    """Return all readers: those of other packages first, so that they may replace one.
+
+    Raises:
+        BadInput: when a package's reader cannot be loaded, naming its entry point.
+    """
+    others: list[Reader] = []
+    for point in entry_points(group=GROUP):
+        try:
+            others.append(point.load())
+        except Exception as error:  # there is no common base of what an import can raise
+            raise BadInput(
+                f"reader {point.name} ({point.value}) cannot be loaded ({error}): repair its package, or "
+                "remove it"
+            ) from None
+    return (*others, *READERS)
+
+
+def reader_of(path: Path) -> Reader | None:
+    """Return the reader of a file; None for a folder of files that belong together.
+
+    Args:
+        path: path of the file, or of a folder.
+
+    Raises:
+        BadInput: when there is none; the message says what the file is, if that is known.
+    """
+    check_file(path)
+    try:
+        with path.open("rb") as file:
+            start = file.read(START)
+    except IsADirectoryError:
+        start = b""
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path}: cannot be read ({getattr(error, 'strerror', error)})") from None
+    for reader in readers():
+        if reader.recognises(path, start):
+            return reader
+    if path.is_dir():
+        return None
+    wanted = f"of a format that is read ({', '.join(reader.name for reader in readers())})"
+    raise foreign(path, wanted) or BadInput(f"{path}: is not {wanted}: leave it out, or save it as CSV")
+
+
+def read_files(
+    paths: Sequence[Path], wanted: Sequence[str] | None, faults: Faults
+) -> dict[Path, list[Table]]:
+    """Read the tables of files, one after the other.
+
+    Args:
+        paths: paths of the files, and of folders: the files in a folder are tables of one recording.
+        wanted: names of the columns that are used; None: all.
+        faults: collector of the faults of each file: no reader, a library that is missing, damage.
+
+    Returns:
+        The tables of every file without a fault.
+    """
+    found: dict[Path, list[Table]] = {}
+    with ExitStack() as stack:
+        pool: ProcessPoolExecutor | None = None
+        for path in paths:
+            with faults.collected():
+                reader = reader_of(path)
+                if reader is None:
+                    found[path] = _together(path, wanted)
+                    continue
+                if not reader.isolated:
+                    found[path] = _read(reader, path, wanted)
+                    continue
+                pool = pool or stack.enter_context(pool_of(1))
+                try:
+                    found[path] = pool.submit(_limited, reader, path, wanted).result()
+                except BrokenProcessPool:
+                    pool = None
+                    how = "crashes on it, or does not end"
+                    raise BadInput(f"{path}: damaged: the library for {reader.name} {how}") from None
+    return found
+
+
+def _together(folder: Path, wanted: Sequence[str] | None) -> list[Table]:
+    """Read the files in a folder as the tables of one recording; a table has the name of its file."""
+    files = [path for path in sorted(folder.iterdir()) if path.is_file() and not path.name.startswith(".")]
+    named = [path for path in files if any(name.startswith(f"{path.stem}.") for name in wanted or ())]
+    faults = Faults()
+    read = read_files(named or files, None, faults)
+    if named or not read:
+        faults.check()
+    # a file that no column names may be anything: a list of names, a note
+    read |= read_files([path for path in files if path not in read], None, Faults())
+    found = [
+        replace(table, name=f"{path.stem}.{table.name}" if table.name else path.stem)
+        for path, tables in read.items()
+        for table in tables
+    ]
+    if not found:
+        raise BadInput(f"{folder}: holds no files: leave it out")
+    return found
+
+
+def _read(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Table]:
+    """Read a file; refuse what the reader cannot read."""
+    try:
+        tables = reader.read(path, wanted)
+    except BadInput:
+        raise
+    except ModuleNotFoundError as error:
+        raise BadInput(
+            f"{path}: is in format {reader.name}; {error.name} is not installed: pip install {reader.install}"
+        ) from None
+    except MemoryError:
+        raise BadInput(f"{path}: is too large for the memory that is left: record less in a file") from None
+    except Exception as error:  # there is no common base of what a damaged file can raise
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise BadInput(f"{path}: not in format {reader.name}, or damaged ({reason[:100]})") from None
+    if not any(len(table) for table in tables):
+        raise BadInput(f"{path}: holds no columns of numbers: leave it out")
+    return tables
+
+
+def _limited(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Table]:
+    """Read a file in the process for it, within the limits of that process."""
+    _limit_memory()
+    files = path.rglob("*") if path.is_dir() else [path]
+    signal.setitimer(signal.ITIMER_PROF, SECONDS + sum(file.stat().st_size for file in files) / RATE)
+    try:
+        return _read(reader, path, wanted)
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+@cache
+def _limit_memory() -> None:
+    limit_process()  # once: a second time it would leave a part of the part

@@ -1,0 +1,100 @@
+"""What a reader of a recorder's files gives: tables of columns, each with the clock of its format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Bytes at the beginning of a file by which a reader recognises it.
+START = 4096
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length in one file: a topic, a group of channels, a struct, or the file itself.
+
+    Two tables of a file may have the same name, if the columns of one place differ in length.
+
+    Attributes:
+        name: name of the table in its file; "" for what lies at the top of the file.
+        columns: numbers by name of the column, each of shape (rows,), nan where there is none.
+        units: unit as the file writes it, by name of a column; default: the format has none.
+        texts: text by name of a column, each of length (rows,); default none.
+        aliases: name of a column by another name that the file gives it, such as the joint of `position[3]`;
+            default none.
+        clock: clock of the format, shape (rows,), s; default None: time is a column like any other.
+        first: number of the first row in the file, as an editor counts, default 1.
+    """
+
+    name: str
+    columns: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict)
+    texts: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    clock: Array | None = None
+    first: int = 1
+
+    def __len__(self) -> int:
+        return next((len(column) for column in (*self.columns.values(), *self.texts.values())), 0)
+
+    def address(self, column: str) -> str:
+        """Return the name by which a mapping finds a column of this table in its file.
+
+        Args:
+            column: name of a column.
+
+        Examples:
+            >>> Table("/joints", {"position[0]": np.zeros(2)}).address("position[0]")
+            '/joints.position[0]'
+        """
+        return f"{self.name}.{column}" if self.name else column
+
+
+class Reader(Protocol):
+    """Reader of one format.
+
+    A reader has no state, and it may be sent to another process. Libraries beyond those of the package are
+    imported in `read` alone.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name of the format, for messages: "MDF"."""
+
+    @property
+    def install(self) -> str:
+        """Packages that `pip install` gets if a library is missing; "" where none can be."""
+
+    @property
+    def isolated(self) -> bool:
+        """Whether a damaged file can crash the library: then a process with limits of its own reads it."""
+
+    def recognises(self, path: Path, start: bytes) -> bool:
+        """Return whether a file is of this format, without a library.
+
+        Args:
+            path: path of the file, or of a folder.
+            start: first `START` bytes of the file; b"" for a folder.
+        """
+
+    def read(self, path: Path, wanted: Sequence[str] | None) -> list[Table]:
+        """Read the tables of a file.
+
+        Args:
+            path: path of a file that `recognises` accepts.
+            wanted: names of the columns that are used, as a mapping writes them: a reader may leave other
+                tables out; None: all columns.
+
+        Returns:
+            Tables with at least one column.
+
+        Raises:
+            BadInput: when the file cannot be used, naming it. Any other exception is taken for damage.
+        """

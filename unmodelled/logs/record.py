@@ -1,0 +1,232 @@
+"""One file of a recorder: finding columns in its tables, their clocks, and series of numbers over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput, nearest
+from unmodelled.logs.cells import LARGEST
+from unmodelled.logs.clock import SHORTEST_LOG
+from unmodelled.logs.mapping import Column, LogMapping, seconds_of
+from unmodelled.logs.readers.reader import Array, Table
+
+Rows = NDArray[np.int64]
+
+#: Time stamps of recorders are below, s, also those that count from 1970.
+LATEST = 1e11
+#: Share of equal time stamps from which on the clock is too coarse for its samples.
+COARSE = 0.25
+#: Names of columns that a message shows.
+NAMES = 8
+
+
+@dataclass(frozen=True)
+class Found:
+    """A column of a file.
+
+    Attributes:
+        table: its table.
+        name: its name there.
+    """
+
+    table: Table
+    name: str
+
+    @property
+    def numbers(self) -> Array | None:
+        """Numbers of the column, shape (rows,); None for a column of text."""
+        return self.table.columns.get(self.name)
+
+    @property
+    def unit(self) -> str | None:
+        """Unit as the file writes it; None where it has none."""
+        return self.table.units.get(self.name)
+
+
+class Record:
+    """One file, or one folder of files that belong together.
+
+    Args:
+        path: its path.
+        tables: its tables.
+        mapping: mapping that names its columns.
+    """
+
+    def __init__(self, path: Path, tables: Sequence[Table], mapping: LogMapping) -> None:
+        self.path, self.tables, self.mapping = path, tables, mapping
+
+    def find(self, column: Column) -> Found:
+        """Return a column by its name with its table, or alone where only one table has it.
+
+        Args:
+            column: column as the mapping names it.
+
+        Raises:
+            BadInput: when there is none, or several.
+        """
+        for alone in (False, True):
+            found = [at for table in self.tables if (at := _in(table, column.name, alone))]
+            if len(found) == 1:
+                return found[0]
+            if found:
+                places = ", ".join(repr(at.table.address(at.name)) for at in found[:NAMES])
+                raise column.node.wrong(
+                    f"{column.name!r} is in several tables of {self.path}: write {places}"
+                )
+        names = [address for table in self.tables for address in _addresses(table)]
+        near = nearest(column.name, names)
+        more = f" and {len(names) - NAMES} more" if len(names) > NAMES else ""
+        told = f"did you mean {near!r}?" if near else f"it has {', '.join(map(repr, names[:NAMES]))}{more}"
+        raise column.node.wrong(f"{self.path} has no column {column.name!r}; {told}")
+
+    def numbers(self, column: Column) -> tuple[Found, Array]:
+        """Return a column of numbers.
+
+        Args:
+            column: column as the mapping names it.
+
+        Returns:
+            Its place, and its numbers, shape (rows,).
+
+        Raises:
+            BadInput: when there is none, or it holds text.
+        """
+        found = self.find(column)
+        if found.numbers is None:
+            cell = str(found.table.texts[found.name][0])[:30]
+            raise column.node.wrong(f"{self.path}: column {column.name!r} holds text such as {cell!r}")
+        # beyond any measurement is no number, as in a tidy log
+        return found, np.where(np.abs(found.numbers) < LARGEST, found.numbers, np.nan)
+
+    def clock(self, table: Table) -> Array:
+        """Return the time of every row of a table.
+
+        Args:
+            table: one of the tables.
+
+        Returns:
+            Time, shape (rows,), s, nan where there is none or it is damaged.
+
+        Raises:
+            BadInput: when neither the format nor the mapping gives the time.
+        """
+        t = self._stamps(table)
+        return np.where(np.abs(t) < LATEST, t, np.nan)
+
+    def _stamps(self, table: Table) -> Array:
+        time = self.mapping.time
+        if time is None:
+            if table.clock is None:
+                what = f"table {table.name!r} of {self.path}" if table.name else str(self.path)
+                raise self.mapping.node.wrong(
+                    f"the key 'time' is missing: {what} has no clock of its own; write "
+                    "'time: {column: ..., unit: s}' or 'time: {rate: 100 Hz}'"
+                )
+            return table.clock
+        if time.period is not None:
+            return time.period * np.arange(len(table), dtype=np.float64)
+        assert time.column is not None
+        own = _in(table, time.column.name, True)
+        found, t = (own, own.numbers) if own else self.numbers(time.column)
+        if t is None:
+            found, t = self.numbers(time.column)
+        if len(t) != len(table):
+            raise time.column.node.wrong(
+                f"{self.path}: {time.column.name!r} has {len(t)} rows, and table {table.name!r} has "
+                f"{len(table)}: name a column that every table has"
+            )
+        seconds = time.seconds if time.seconds is not None else seconds_of(found.unit or "")
+        return t if seconds is None else seconds * t
+
+
+def _in(table: Table, name: str, alone: bool) -> Found | None:
+    """A column of a table by its address in the file, or by its name alone."""
+    if not alone and table.name:
+        if not name.startswith(f"{table.name}."):
+            return None
+        name = name[len(table.name) + 1 :]
+    if name in table.columns or name in table.texts:
+        return Found(table, name)
+    return Found(table, table.aliases[name]) if name in table.aliases else None
+
+
+def _addresses(table: Table) -> list[str]:
+    return [table.address(name) for name in (*table.columns, *table.texts)]
+
+
+def from_start(t: Array) -> Array:
+    """Return the time since the first sample, without digits that the clock does not hold.
+
+    Args:
+        t: time of the samples, shape (samples,), s, such as seconds since 1970.
+
+    Returns:
+        Time, shape (samples,), s.
+
+    Examples:
+        >>> from_start(np.array([1764041247.01, 1764041247.02])).tolist()
+        [0.0, 0.01]
+    """
+    digits = int(np.floor(-np.log10(max(4.0 * np.spacing(np.abs(t).max()), 1e-12))))
+    return np.asarray(np.round(t - t[0], digits))
+
+
+def parts_of(t: Array, rows: Rows) -> list[Rows]:
+    """Return the parts of a record in which time does not start again.
+
+    Args:
+        t: time of all rows, shape (all,), s.
+        rows: rows of the record, shape (rows,).
+    """
+    parts, start = [], 0
+    back = np.flatnonzero(np.diff(t[rows]) < 0.0) + 1
+    for at in back:
+        if at - start >= SHORTEST_LOG and t[rows[at]] <= t[rows[start]]:
+            parts.append(rows[start:at])
+            start = int(at)
+    return [*parts, rows[start:]]
+
+
+def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
+    """Return rows in the order of time, and of equal stamps the first.
+
+    Args:
+        t: time of all rows, shape (all,), s.
+        rows: rows of a record, shape (rows,).
+
+    Returns:
+        Rows that are left; how many stood before an earlier one; how many repeated a time stamp.
+
+    Examples:
+        >>> t = np.array([0.0, 0.2, 0.1, 0.2, 0.3])
+        >>> rows, late, repeated = in_order(t, np.arange(5))
+        >>> rows.tolist(), late, repeated
+        ([0, 2, 1, 4], 1, 1)
+    """
+    late = int(np.count_nonzero(np.diff(t[rows]) < 0.0))
+    ordered = rows[np.argsort(t[rows], kind="stable")] if late else rows
+    new = np.concatenate([[True], np.diff(t[ordered]) > 0.0])
+    return ordered[new], late, int(np.count_nonzero(~new))
+
+
+def check_coarse(where: str, repeated: int, count: int) -> None:
+    """Refuse a clock that is too coarse for its samples.
+
+    Args:
+        where: file, for the message.
+        repeated: number of rows that repeat a time stamp.
+        count: number of all rows.
+
+    Raises:
+        BadInput: when more than a quarter of the rows do.
+    """
+    if repeated > COARSE * count:
+        raise BadInput(
+            f"{where}: {repeated} of {count} rows repeat a time stamp: the clock is too coarse, or the wrong "
+            "column; if the samples are uniform, write 'time: {rate: 100 Hz}' with their rate in the mapping"
+        )

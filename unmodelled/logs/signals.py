@@ -1,0 +1,148 @@
+"""Signals of a system from columns of a file: their units, and their values on another clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from unmodelled.base.errors import Faults, closest
+from unmodelled.logs.clock import LONGEST_GAP, read_at
+from unmodelled.logs.mapping import LogMapping, Signal
+from unmodelled.logs.readers.reader import Array
+from unmodelled.logs.record import Found, Record, Rows, check_coarse, in_order
+from unmodelled.systems.model import Input, Output, System
+from unmodelled.systems.units import LoggedUnit, parse_logged
+
+#: Share of a turn beyond which two samples of an angle are a jump of a wrapped one.
+HALF = 0.5
+
+
+@dataclass(frozen=True)
+class Channel:
+    """An input or output of the system, and the signal of the files that it is.
+
+    Attributes:
+        name: name in the system file.
+        column: column of the log, by which the system reads it.
+        kind: course between samples: "cubic", "linear" or "hold".
+        signal: column of the files, with its unit.
+        item: the input or output.
+    """
+
+    name: str
+    column: str
+    kind: str
+    signal: Signal
+    item: Input | Output
+
+    def series(self, record: Record, base: Found, t: Array, rows: Rows) -> tuple[Array, str]:
+        """Return the values at the instants of rows of another column, in the unit of the system's column.
+
+        Args:
+            record: file of both columns.
+            base: column whose table gives the instants.
+            t: time of all rows of that table, shape (all,), s.
+            rows: rows of interest, shape (rows,), in the order of time.
+
+        Returns:
+            Values, shape (rows,), nan where this column has none at that time; the end of a note on how it
+            was read, "" if every value stands in its row.
+        """
+        found, raw = record.numbers(self.signal.column)
+        values, how = self._converted(record, found, raw), ""
+        if found.table is base.table:
+            here = values[rows]
+            known = np.isfinite(here)
+            if known.all():
+                return here, ""
+            own_t, own = t[rows][known], here[known]
+            how = "has empty cells, and was read between the others"
+        else:
+            clock = record.clock(found.table)
+            usable = np.flatnonzero(np.isfinite(clock) & np.isfinite(values))
+            if not len(usable):
+                return np.full(len(rows), np.nan), ""
+            order, _, repeated = in_order(clock, usable)
+            check_coarse(str(record.path), repeated, len(usable))
+            own_t, own = clock[order], values[order]
+            if np.array_equal(own_t, t[rows]):
+                return own, ""
+            how = f"of another clock was read at the instants of {base.name}"
+        return self._read(own_t, own, t[rows]), how
+
+    def _read(self, t: Array, values: Array, instants: Array) -> Array:
+        """Values between samples; none beyond the ends, and of an output none in a gap."""
+        if len(t) < 2:
+            return np.full(len(instants), values[0] if len(t) and self.kind == "hold" else np.nan)
+        before = np.searchsorted(t, instants, "right") - 1
+        if self.kind == "hold":
+            return np.where(before >= 0, values[np.maximum(before, 0)], np.nan)
+        turn = self._turn()
+        if turn is not None and np.any(np.abs(np.diff(values)) > HALF * turn):
+            values = np.unwrap(values, period=turn)
+        found = read_at(t, values, instants, "cubic" if self.kind == "cubic" else "linear")
+        beyond = (instants < t[0]) | (instants > t[-1])
+        if self.kind == "cubic":
+            steps = np.diff(t)
+            gaps = steps > LONGEST_GAP * np.median(steps)
+            between = np.clip(before, 0, len(steps) - 1)
+            beyond |= gaps[between] & (instants > t[between])
+        return np.where(beyond, np.nan, found)
+
+    def _turn(self) -> float | None:
+        """One turn in the unit of the column; None for what is no angle."""
+        if self.item.unit.strip() != "rad":
+            return None
+        return 2.0 * np.pi / (self.item.logged.factor if self.item.logged else 1.0)
+
+    def _converted(self, record: Record, found: Found, raw: Array) -> Array:
+        """Values in the unit of the system's column."""
+        values = self.signal.factor * raw + self.signal.offset
+        text = self.signal.unit
+        if text is None and self.signal.factor in (1.0, -1.0):
+            text = _known(found.unit)
+        if text is None:
+            return values
+        unit, own = parse_logged(text)
+        wanted, logged = parse_logged(self.item.column_unit)
+        if unit.dimension != wanted.dimension:
+            raise self.signal.column.node.wrong(
+                f"{record.path}: {self.signal.column.name!r} is in {text!r}, and the system file has "
+                f"{self.item.column_unit!r}: write the right 'unit', or a 'scale' that converts it"
+            )
+        one = LoggedUnit("", 1.0, 0.0)
+        return (logged or one).from_si((own or one).to_si(values))
+
+
+def _known(unit: str | None) -> str | None:
+    """The unit that a file gives, if it is one."""
+    try:
+        return unit if unit and parse_logged(unit) else None
+    except ValueError:
+        return None
+
+
+def channels_of(system: System, mapping: LogMapping) -> list[Channel]:
+    """Return the outputs and inputs of a system with their signals, the first output first.
+
+    Args:
+        system: system whose columns are wanted.
+        mapping: mapping with a signal for each of them.
+
+    Raises:
+        BadInput: a line for every column without a signal.
+    """
+    faults, found = Faults(), dict[str, Channel]()
+    items: list[Input | Output] = [*system.outputs, *system.inputs]
+    for item in items:
+        signal = mapping.signals.get(item.column)
+        if signal is None:
+            where = mapping.node.entries()["signals"].where
+            near = closest(item.column, mapping.signals)
+            faults.add(f"{where}: the column {item.column!r} of the system file is missing{near}")
+            continue
+        kind = "cubic" if isinstance(item, Output) else "hold" if item.hold else "linear"
+        found.setdefault(item.column, Channel(item.name, item.column, kind, signal, item))
+    faults.check()
+    return list(found.values())
