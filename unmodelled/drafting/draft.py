@@ -13,7 +13,7 @@ from unmodelled.drafting.columns import Signal, Timing, signals_in, timing_of
 from unmodelled.drafting.files import Survey, patterns_of, survey
 from unmodelled.drafting.joints import Joint, joints_of
 from unmodelled.drafting.names import Role, role_of
-from unmodelled.logs.clock import SHORTEST_LOG, TOLERANCE
+from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
 
 #: Parts into which a single long record is cut: as many as it allows, to hold some of them out.
@@ -92,10 +92,9 @@ def _mostly_moving(joints: list[Joint], experiments: Sequence[Sequence[Signal]])
 
 
 def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[Joint]) -> Survey:
-    """The experiments in which all outputs change, of the sampling rate that most of them have."""
+    """The experiments in which all outputs change."""
     used, base = _outputs(joints), joints[0].position.signal.address
-    left_out = dict(found.left_out)
-    rates: dict[Path, float] = {}
+    left_out, read = dict(found.left_out), {}
     for place, each in signals.items():
         here = {signal.address: signal for signal in each}
         if still := sorted(used - here.keys()):
@@ -103,15 +102,9 @@ def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[J
         elif len(here[base].t) < SHORTEST_LOG:
             left_out[place] = f"fewer than {SHORTEST_LOG} samples"
         else:
-            rates[place] = here[base].rate
-    if not rates:
+            read[place] = found.read[place]
+    if not read:
         raise BadInput(f"{next(iter(left_out))}: {next(iter(left_out.values()))}, and so it is in all files")
-    most = (1.0 + TOLERANCE) * (1.0 - 1e-6)
-    low = max(rates.values(), key=lambda low: sum(low <= rate <= most * low for rate in rates.values()))
-    for place, rate in rates.items():
-        if not low <= rate <= most * low:
-            left_out[place] = f"{rate:.4g} samples a second, most others {low:.4g}"
-    read = {place: found.read[place] for place in rates if place not in left_out}
     if len(read) == len(found.read):
         return found
     return replace(found, read=read, left_out=left_out, patterns=patterns_of(found.folder, list(read)))

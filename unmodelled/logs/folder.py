@@ -27,15 +27,16 @@ EVERYTHING = -math.inf, math.inf
 
 
 def read_logs(folder: Path | str, system: System) -> Logs:
-    """Read the experiments of a log folder, of an HDF5 file, or of a store that `Logs.write` wrote.
+    """Read the experiments of a log folder, of recorders' files with a mapping, or of an HDF5 file.
 
     Args:
         folder: log folder with experiments.csv (one row per experiment: `id`, `file`, the operating point
             where the system file does not give it, optionally `group`, `t_from` and `t_to` in s for a part of
             a long log, anything else) and the CSV, Parquet or HDF5 files it names, with `t` in s and the
-            columns of inputs and outputs. An optional
-            provenance.json says where the data come from. Or an HDF5 file with a group per experiment
-            (`hdf5.read_campaign`).
+            columns of inputs and outputs. An optional provenance.json says where the data come from. Or a
+            mapping, or a folder with mapping.yaml, that names the columns of recorders' files
+            (`mapping.read_mapping`); an HDF5 file with a group per experiment (`hdf5.read_campaign`); a store
+            that `Logs.write` wrote.
         system: system whose inputs and outputs name the columns. A store must have been written for a system
             with the same inputs and outputs.
 
@@ -101,7 +102,8 @@ def _check_folder(folder: Path) -> None:
         raise BadInput(f"{folder}: cannot be read ({error.strerror})") from None
     if "experiments.csv" not in files and "experiments.parquet" not in files:
         near = nearest("experiments.csv", files)
-        advice = f"there is {near!r}: rename it" if near else "write one with a row (id, file) per log"
+        advice = "write one with a row (id, file) per log, or run: unmodelled init logs=<this folder>"
+        advice = f"there is {near!r}: rename it" if near else advice
         raise BadInput(f"{folder / 'experiments.csv'}: no such file; {advice}")
 
 
