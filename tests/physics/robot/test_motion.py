@@ -41,6 +41,11 @@ def test_a_pendulum_swings_as_in_closed_form(tmp_path: Path) -> None:
     assert found == pytest.approx([(0.3 - 2 * 10 * 0.5 * np.sin(0.7)) / (0.1 + 2 * 0.25)], rel=1e-14)
 
 
+def test_a_rotor_that_gravity_does_not_turn_needs_no_steps(tmp_path: Path) -> None:
+    system = system_of(tmp_path, PENDULUM.replace('axis="0 1 0"', 'axis="0 0 1" armature="0.5"'))
+    assert rates(system, np.array([0.7]), np.array([2.0]), np.array([0.3])) == pytest.approx([0.3 / 0.51])
+
+
 def test_a_double_pendulum_swings_as_in_closed_form(tmp_path: Path) -> None:
     system = system_of(tmp_path, DOUBLE, name="robot.urdf")
     q, v, u = np.array([0.4, -1.1]), np.array([1.5, -0.8]), np.array([0.2, -0.1])

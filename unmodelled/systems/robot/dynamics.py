@@ -71,7 +71,8 @@ class Dynamics:
         for i in range(len(links)):
             for j in self._ancestors(i):
                 results[i] = s(results[i] - factors[i, j] * results[j])
-        inputs = sorted({x for _, e in s.found for x in e.free_symbols} - {n for n, _ in s.found}, key=str)
+        read = {x for e in (*results, *(step for _, step in s.found)) for x in e.free_symbols}
+        inputs = sorted(read - {name for name, _ in s.found}, key=str)
         return [Procedure(inputs, s.found, result) for result in results]
 
     def _ancestors(self, i: int) -> list[int]:
