@@ -17,14 +17,15 @@ ARM = """<mujoco><option timestep="0.001"/><worldbody>
 <inertial mass="0.8" pos="0 0 -0.2" diaginertia="0.01 0.01 0.001"/>
 <body name="lower" pos="0 0 -0.3"><joint name="elbow" axis="0 1 0" damping="0.02"/>
 <inertial mass="0.4" pos="0 0 -0.15" diaginertia="0.004 0.004 0.001"/></body></body>
-</worldbody><actuator><motor name="shoulder" joint="shoulder"/><motor name="elbow" joint="elbow"/></actuator></mujoco>
+</worldbody><actuator><motor name="shoulder" joint="shoulder"/><motor name="elbow" joint="elbow"/></actuator>
+</mujoco>
 """
 SYSTEM = """schema: system/1
 name: arm
 model: arm.xml
 inputs: {u_shoulder: {hold: true}, u_elbow: {hold: true}}
 """
-FRICTION, PERIOD, SAMPLES, RUNS = 0.12, 0.005, 600, 6
+FRICTION, PERIOD, SAMPLES, RUNS = 0.12, 0.005, 400, 5
 
 
 def record(folder: Path) -> None:

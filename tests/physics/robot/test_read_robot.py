@@ -29,7 +29,8 @@ ARM = """<robot name="arm">
 </robot>"""
 SERVO = """<mujoco><default><joint armature="0.01" damping="0.1" frictionloss="0.2"/></default><worldbody>
 <body name="rod"><joint name="1" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.02"/>
-</body></worldbody><actuator><position name="1" joint="1" kp="8" kv="0.5" forcerange="-3 3"/></actuator></mujoco>"""
+</body></worldbody><actuator><position name="1" joint="1" kp="8" kv="0.5" forcerange="-3 3"/></actuator>
+</mujoco>"""
 
 
 def arm(folder: Path, more: str = "") -> System:
