@@ -236,7 +236,7 @@ class _Builder:
             takes = f"takes {len(wanted)} arguments ({', '.join(wanted)})"
             raise self.wrong(f"{shown(function.name)} {takes}, got {len(node.args)}")
         parts = self._values(node.args, depth)
-        for part, unit, argument in zip(parts, function.units, node.args, strict=True):
+        for part, unit, argument in zip(parts, function.arguments.values(), node.args, strict=True):
             if part.quantity.settled not in (None, unit):
                 got = units.describe(part.quantity.settled)
                 raise self.wrong(f"{self.source(argument)}: unit must be {units.describe(unit)}, got {got}")
@@ -275,7 +275,8 @@ class _Builder:
         return self._sized(node, expression, unit, parts)
 
     def _sized(self, node: ast.expr, expression: sp.Expr, unit: Quantity, parts: Sequence[Value]) -> Value:
-        size, depth = 1 + sum(part.size for part in parts), 1 + max(part.depth for part in parts)
+        size = 1 + sum(part.size for part in parts)
+        depth = 1 + max((part.depth for part in parts), default=0)
         if size > LARGEST or depth > DEEPEST_TREE:
             raise self.wrong(f"{self.source(node)} is too large once its signals are inserted: simplify it")
         return Value(expression, unit, size, depth)

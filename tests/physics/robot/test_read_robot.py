@@ -6,6 +6,7 @@ import pickle
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 from tests.physics.robot.mechanisms import random_tree, system_of
 from unmodelled.base.errors import BadInput
@@ -104,6 +105,15 @@ def test_entries_of_the_file_replace_those_of_the_robot(tmp_path: Path) -> None:
     )
     assert system.port("elbow").law is not None
     assert symbol("load_elbow") in system.dynamics[3].free_symbols
+
+
+def test_accelerations_and_mobilities_are_functions_of_expressions(tmp_path: Path) -> None:
+    more = "outputs: {q_elbow: {}, m: {unit: 1/kg, expression: 'mobility_elbow()'}}\n"
+    system = arm(tmp_path, more)
+    effort = symbol("load_elbow")
+    assert sp.diff(system.dynamics[3], effort) == -system.outputs[1].expression
+    write_system(system, tmp_path / "copy.yaml")
+    assert read_system(tmp_path / "copy.yaml") == system
 
 
 def test_a_locked_joint_has_no_states_and_no_input(tmp_path: Path) -> None:

@@ -13,20 +13,21 @@ from unmodelled.systems.units import Dimension
 
 @dataclass(frozen=True)
 class MotionFunction:
-    """Function of the torques of all joints, and of the parameters of the robot, at the state of the system.
+    """Function of a robot at the state of the system.
+
+    `acceleration_<joint>` depends on the torques of all joints and on the parameters of the robot,
+    `mobility_<joint>`, its derivative by the torque of the joint, on the parameters.
 
     Attributes:
-        name: name in expressions, such as acceleration_elbow.
+        name: name in expressions.
         procedure: calculation of the result.
-        arguments: symbols of the arguments, in order.
-        units: dimension of each argument.
+        arguments: dimension of each argument by its symbol, in order.
         unit: dimension of the result.
     """
 
     name: str
     procedure: Procedure
-    arguments: tuple[sp.Symbol, ...]
-    units: tuple[Dimension, ...]
+    arguments: Mapping[sp.Symbol, Dimension]
     unit: Dimension
 
     def __call__(self, values: Sequence[sp.Expr]) -> sp.Expr:

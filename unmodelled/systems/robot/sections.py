@@ -166,24 +166,24 @@ class _Sections:
         procedures = dynamics.accelerations()
         used = {x for procedure in procedures for x in procedure.inputs}
         shared = [p for p in self.parameters if symbols[p.element, p.quantity] in used]
-        arguments = (*(c.torque for c in places), *(symbols[p.element, p.quantity] for p in shared))
+        own = {symbols[p.element, p.quantity]: parse_unit(p.unit).dimension for p in shared}
         efforts = [parse_unit(units_of(j).effort).dimension for j in self.joints]
-        dimensions = (*efforts, *(parse_unit(p.unit).dimension for p in shared))
+        torques = dict(zip((place.torque for place in places), efforts, strict=True))
         found = {}
         for joint, place, procedure in zip(self.joints, places, procedures, strict=True):
             unit = parse_unit(f"{units_of(joint).speed}/s").dimension
-            own = parse_unit(units_of(joint).effort).dimension
+            name = f"acceleration_{joint.name}"
+            found[name] = MotionFunction(name, procedure, {**torques, **own}, unit)
             slope = procedure.slope(procedure.inputs.index(place.torque))
-            yields = units.times(unit, units.power(own, Fraction(-1)))
-            for name, steps, dimension in (("acceleration", procedure, unit), ("mobility", slope, yields)):
-                called = f"{name}_{joint.name}"
-                found[called] = MotionFunction(called, steps, arguments, dimensions, dimension)
+            unit = units.times(unit, units.power(torques[place.torque], Fraction(-1)))
+            name = f"mobility_{joint.name}"
+            found[name] = MotionFunction(name, slope, own, unit)
         return found
 
     def _dynamics(self, functions: Mapping[str, MotionFunction]) -> dict[str, str]:
         torques = [f"torque_{j.name} - load_{j.name}" for j in self.joints]
         first = functions[f"acceleration_{self.joints[0].name}"]
-        arguments = ", ".join([*torques, *map(str, first.arguments[len(torques) :])])
+        arguments = ", ".join([*torques, *map(str, [*first.arguments][len(torques) :])])
         rates = {f"q_{j.name}": f"qd_{j.name}" for j in self.joints}
         return rates | {f"qd_{j.name}": f"acceleration_{j.name}({arguments})" for j in self.joints}
 
