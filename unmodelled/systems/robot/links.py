@@ -108,6 +108,9 @@ def about_z(angle: float) -> Array:
 
     Args:
         angle: angle, rad.
+
+    Returns:
+        Matrix, shape (3, 3).
     """
     c, s = math.cos(angle), math.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -187,7 +190,10 @@ def clean(numbers: Array) -> Array:
     """Return numbers without the rounding errors of 0, 1 and -1.
 
     Args:
-        numbers: any array.
+        numbers: numbers, shape (...).
+
+    Returns:
+        Cleaned numbers, shape (...).
     """
     near = np.clip(np.round(numbers), -1.0, 1.0)
     return np.where(np.abs(numbers - near) < _ROUNDING, near, numbers)
