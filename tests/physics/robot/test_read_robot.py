@@ -84,6 +84,22 @@ def test_an_mjcf_gives_the_laws_of_its_servos(tmp_path: Path) -> None:
     }
 
 
+def test_what_moves_nothing_is_not_read(tmp_path: Path) -> None:
+    robot = SERVO.replace(
+        "<worldbody>",
+        '<asset><mesh name="m" file="/none.stl"/><material name="paint"/></asset>'
+        '<worldbody><geom type="mesh" mesh="m"/><frame><geom type="mesh" mesh="m" material="paint"/></frame>',
+    ).replace(
+        '<geom type="capsule"', '<site name="s"/><camera name="c"/><geom type="capsule" material="paint"'
+    )
+    assert system_of(tmp_path, robot).dynamics == system_of(tmp_path, SERVO).dynamics
+
+
+def test_force_limits_of_joints_are_noted(tmp_path: Path) -> None:
+    robot = SERVO.replace('name="1" axis', 'name="1" actuatorfrcrange="-1 1" axis')
+    assert any("force limits (actuatorfrcrange) of 1" in note for note in system_of(tmp_path, robot).notes)
+
+
 def test_entries_of_the_file_replace_those_of_the_robot(tmp_path: Path) -> None:
     system = arm(
         tmp_path,
@@ -156,6 +172,7 @@ def test_a_system_with_a_robot_can_go_to_another_process(tmp_path: Path) -> None
     assert pickle.loads(pickle.dumps(system)) == system
 
 
+LINK = '<body><joint axis="1 0 0"/><geom size="0.1"/></body>'
 FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size="0.1"/></body></worldbody>
 </mujoco>"""
 
@@ -173,6 +190,15 @@ FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size=
         (
             SERVO.replace("<worldbody>", '<extension><plugin plugin="a"/></extension><worldbody>'),
             "remove the plugin",
+        ),
+        (
+            ARM.replace("<inertial>", '<inertial><include file="/etc/passwd"/>', 1),
+            "include: cannot be followed",
+        ),
+        (SERVO.replace("<geom", "<body/>" * 1001 + "<geom"), "bodies, at most 1000 are read"),
+        (
+            SERVO.replace("<geom", '<joint axis="1 0 0"/>' * 70 + "<geom"),
+            "has 71 joints, at most 64 are read",
         ),
         (FREE, "joint 'fly': a free joint: only hinge and slide joints have equations here: fix the body"),
         (FREE.replace('freejoint name="fly"', 'joint name="b" type="ball"'), "joint 'b': a ball joint: only"),

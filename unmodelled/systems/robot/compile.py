@@ -13,6 +13,8 @@ from unmodelled.systems.robot.bodies import Actuator, Body, Joint, Robot
 from unmodelled.systems.robot.files import dynamics_only
 from unmodelled.systems.robot.links import clean
 
+#: Most joints of a robot; the equations of seven take a second to make, and grow with the square.
+MOST_JOINTS = 64
 #: Arrays of a compiled model that must be zero, what they stand for, and what to do.
 _ZERO = (
     ("body_gravcomp", "gravity compensation", "remove gravcomp, and add its force in signals"),
@@ -99,6 +101,9 @@ class _Compiled:
 
     def _check(self) -> None:
         model, mujoco = self.model, self.mujoco
+        if model.njnt > MOST_JOINTS:
+            words = f"at most {MOST_JOINTS} are read: fix those that do not move"
+            raise BadInput(f"{self.where}: has {model.njnt} joints, {words}")
         if model.njnt == 0:
             raise BadInput(f"{self.where}: has no joint, so that nothing moves: add a hinge or slide joint")
         free = int(mujoco.mjtJoint.mjJNT_FREE)
@@ -204,5 +209,7 @@ class _Compiled:
             yield f"the dry friction (frictionloss) of {', '.join(dry)} is not part of the equations: {law}"
         if limited := [self.joints[k] for k in np.flatnonzero(model.jnt_limited)]:
             yield f"the limits of {', '.join(limited)} are not part of the equations"
+        if not self.urdf and (ends := [self.joints[k] for k in np.flatnonzero(model.jnt_actfrclimited)]):
+            yield f"the force limits (actuatorfrcrange) of {', '.join(ends)} are not part of the equations"
         if model.opt.density or model.opt.viscosity:
             yield "forces of the surrounding fluid are not part of the equations"

@@ -18,6 +18,7 @@ LARGEST = 10_000_000
 _UNNEEDED = frozenset(
     {"asset", "visual", "statistic", "sensor", "keyframe", "contact", "custom", "size", "site", "camera"}
     | {"light", "material", "mesh", "texture", "pair", "hfield", "skin", "numeric", "text"}
+    | {"equality", "tendon"}
 )
 #: Parts of an MJCF file that change its dynamics in ways that the equations here cannot follow.
 _REFUSED = {
@@ -31,6 +32,8 @@ _REFUSED = {
     "replicate": "write the repeated bodies out",
 }
 _REFUSED_TYPES = {"floating", "planar"}
+#: Elements that hold each other, and how many of them are read.
+_NESTED, MOST_BODIES = frozenset({"body", "link", "frame", "default"}), 1000
 _PLACES = ("meshdir", "texturedir", "assetdir", "fusestatic")
 
 
@@ -80,6 +83,14 @@ def dynamics_only(text: str, where: str) -> tuple[str, bool]:
             raise BadInput(f"{where}: {element.tag.split('}')[-1]}: a xacro file: expand it with xacro first")
     if root.tag not in ("mujoco", "robot"):
         raise BadInput(f"{where}: must begin with <mujoco> (MJCF) or <robot> (URDF), got <{root.tag[:40]}>")
+    for element in root.iter():
+        if element.tag in _REFUSED:
+            raise BadInput(f"{where}: {named(element)}: cannot be followed: {_REFUSED[element.tag]}")
+    nested = sum(element.tag in _NESTED for element in root.iter())
+    if nested > MOST_BODIES:
+        raise BadInput(
+            f"{where}: has {nested} bodies, at most {MOST_BODIES} are read: remove what moves nothing"
+        )
     urdf = root.tag == "robot"
     (_strip_urdf if urdf else _strip_mjcf)(root, where)
     return ET.tostring(root, encoding="unicode"), urdf
@@ -120,9 +131,6 @@ def _strip_urdf(root: ET.Element, where: str) -> None:
 
 
 def _strip_mjcf(root: ET.Element, where: str) -> None:
-    for element in root.iter():
-        if element.tag in _REFUSED:
-            raise BadInput(f"{where}: {named(element)}: cannot be followed: {_REFUSED[element.tag]}")
     for constraint in root.findall("equality/*"):
         if constraint.get("active") != "false":
             words = "a closed chain has no equations here: remove it, or lock a joint"
@@ -136,13 +144,16 @@ def _strip_mjcf(root: ET.Element, where: str) -> None:
     for compiler in root.findall("compiler"):
         for key in _PLACES:
             compiler.attrib.pop(key, None)
+    for world in root.findall("worldbody"):
+        for holder in _holders(world):
+            for geom in holder.findall("geom"):
+                holder.remove(geom)
     from_geoms = any(c.get("inertiafromgeom") == "true" for c in root.findall("compiler"))
     for parent in [*root.iter()]:
         if parent.tag == "body":
             _strip_geoms(parent, from_geoms, where)
         for element in [*parent]:
-            kept = element.tag == "geom" and parent.tag in ("body", "default", "frame")
-            if element.tag in {*_UNNEEDED, "equality", "tendon"} or (element.tag == "geom" and not kept):
+            if element.tag in _UNNEEDED:
                 parent.remove(element)
     for geom in root.iter("geom"):
         for key in ("material", "mesh", "hfield"):
