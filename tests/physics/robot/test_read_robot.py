@@ -197,7 +197,7 @@ FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size=
         ),
         (SERVO.replace("<geom", "<body/>" * 1001 + "<geom"), "bodies, at most 1000 are read"),
         (
-            SERVO.replace("<geom", '<joint axis="1 0 0"/>' * 70 + "<geom"),
+            SERVO.replace("<geom", LINK * 70 + "<geom"),
             "has 71 joints, at most 64 are read",
         ),
         (FREE, "joint 'fly': a free joint: only hinge and slide joints have equations here: fix the body"),
