@@ -269,7 +269,7 @@ class System:
             "events": [event.name for event in self.events],
         }
         rates = [
-            f"  {s.name}' = {rate if self.robot is None else self.text[f'dynamics.{s.name}']}"
+            f"  {s.name}' = {rate if self.robot is None else self.text.get(f'dynamics.{s.name}', rate)}"
             for s, rate in zip(self.states, self.dynamics, strict=True)
         ]
         lines = [f"{name}: {'; '.join(each)}" for name, each in entries.items() if each]
