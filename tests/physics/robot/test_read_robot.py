@@ -146,6 +146,8 @@ def test_numbers_without_influence_are_not_identified(tmp_path: Path) -> None:
     system = arm(tmp_path, "locked: {elbow: 0.1}\nidentify: ['upper.inertia_??']\n")
     assert system.uncertain == ("upper_inertia_yy",)
     assert any("upper_inertia_xx has no influence" in note for note in system.notes)
+    zeros = next(note for note in system.notes if "are 0" in note)
+    assert "upper_inertia_xy, upper_inertia_xz, upper_inertia_yz are 0 in the robot file" in zeros
 
 
 @pytest.mark.parametrize("seed", [0, 3])

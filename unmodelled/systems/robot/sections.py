@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 
@@ -68,6 +68,7 @@ class _Sections:
     robot: Robot
     locked: dict[int, float]
     text: str
+    zeros: list[str] = field(default_factory=list)  # of the patterns: numbers without bounds around them
 
     def read(self) -> tuple[dict[str, Node], RobotModel]:
         functions = self._functions()
@@ -88,6 +89,9 @@ class _Sections:
             sections[name] = self._merged(name, entries)
         locked = {self.robot.joints[k].written: value for k, value in self.locked.items()}
         notes = [f"{p.name} has no influence on the motion: it is not identified" for p in idle]
+        if zeros := [name for name in self.zeros if name not in {p.name for p in self.parameters}]:
+            words = "to identify them, give them bounds in parameters"
+            notes.append(f"{', '.join(zeros)} are 0 in the robot file: {words}")
         file = self.sections["model"].text()
         return sections, RobotModel(file, self.text, locked, functions, (*self.robot.notes, *notes))
 
@@ -127,6 +131,7 @@ class _Sections:
                 names = [f"{p.element}.{p.quantity}" for p in self.known]
                 raise node.wrong(f"names no number of the robot{closest(node.text(), names)}")
             found |= {p.name for p in named if p.value}
+            self.zeros += [p.name for p in named if not p.value and p.name not in self.zeros]
             if not any(p.value for p in named):
                 words = "give it bounds in parameters"
                 raise node.wrong(f"is 0 in the robot file, which has no bounds around it: {words}")
