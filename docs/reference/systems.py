@@ -47,6 +47,8 @@ def page() -> str:
     plain = ", ".join(code(name) for name in FUNCTIONS if name not in MEANINGS)
     calls = [(code(f"{n}({_arguments(f)})"), MEANINGS[n]) for n, f in FUNCTIONS.items() if n in MEANINGS]
     calls.append((code("diff(expression, state)"), "partial derivative"))
+    calls.append((code("acceleration_joint(...)"), "acceleration of the joint of a robot, see your own data"))
+    calls.append((code("mobility_joint(...)"), "its derivative by the torque of the joint"))
     body = HEAD + table(head, [_row(path) for path in files])
     return body + LANGUAGE.format(plain=plain) + table(("function", "value"), calls)
 

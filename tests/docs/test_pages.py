@@ -76,6 +76,16 @@ def test_commands_have_a_configuration(program: str, call: str) -> None:
     assert PROGRAMS[program].compose(verb, overrides)["_target_"] == PROGRAMS[program].target(verb)
 
 
+#: A robot with the joints that the pages name, for their system files.
+ROBOT = """<robot name="double_pendulum"><link name="base"/>
+<joint name="Joint1" type="continuous"><parent link="base"/><child link="Link1"/><axis xyz="1 0 0"/></joint>
+<link name="Link1"><inertial><origin xyz="0 0 -0.3"/><mass value="0.6"/>
+<inertia ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="Joint2" type="continuous"><parent link="Link1"/><child link="Link2"/><axis xyz="1 0 0"/></joint>
+<link name="Link2"><inertial><origin xyz="0 0 -0.2"/><mass value="0.6"/>
+<inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_system_files_can_be_read(page: Path, tmp_path: Path) -> None:
     for text in blocks(page, "yaml"):
@@ -83,6 +93,8 @@ def test_system_files_can_be_read(page: Path, tmp_path: Path) -> None:
             (tmp_path / "mapping.yaml").write_text(text)
             assert read_mapping(tmp_path / "mapping.yaml").signals
         elif text.startswith("schema:"):
+            for file in re.findall(r"^model: (\S+)$", text, re.MULTILINE):
+                (tmp_path / file).write_text(ROBOT)
             (tmp_path / "system.yaml").write_text(text)
             assert read_system(tmp_path / "system.yaml").states
 

@@ -8,8 +8,7 @@ import math
 from pathlib import Path
 from typing import Literal
 
-from unmodelled.base.limits import check_file
-from unmodelled.systems.document import Node
+from unmodelled.systems.document import Node, file_beside
 from unmodelled.systems.syntax import shown
 from unmodelled.systems.tables import Table
 
@@ -37,7 +36,7 @@ def read_table(name: str, node: Node) -> Table:
         if written not in ("cubic", "linear"):
             raise entries["kind"].wrong(f"must be cubic or linear, got {shown(written)}")
         kind = "linear" if written == "linear" else "cubic"
-    rows = _rows(_beside(entries["file"]), entries["file"])
+    rows = _rows(file_beside(entries["file"], _LARGEST), entries["file"])
     x, y = (_column(rows, entries[axis]) for axis in ("x", "y"))
     file = entries["file"].text()
     if len(x) < 2:
@@ -47,25 +46,6 @@ def read_table(name: str, node: Node) -> Table:
             column = shown(entries["x"].text())
             raise node.wrong(f"{shown(file)}: row {row}, column {column}: must increase, got {after!r}")
     return Table(name, x, y, kind)
-
-
-def _beside(node: Node) -> Path:
-    folder = node.file.parent.resolve()
-    written = Path(node.text())
-    try:
-        path = (folder / written).resolve()
-        if written.is_absolute() or ".." in written.parts or not path.is_relative_to(folder):
-            raise node.wrong(f"{shown(node.text())} must lie in the folder of the system file: copy it there")
-        check_file(path)
-        if not path.is_file():
-            raise node.wrong(f"{shown(node.text())}: no such file beside the system file: check the name")
-        if path.stat().st_size > _LARGEST:
-            raise node.wrong(f"{shown(node.text())}: a table has at most {_LARGEST} bytes: keep fewer rows")
-    except (OSError, ValueError, RuntimeError):
-        raise node.wrong(
-            f"{shown(node.text())}: no such file beside the system file: check the name"
-        ) from None
-    return path
 
 
 def _rows(path: Path, node: Node) -> list[list[str]]:

@@ -94,6 +94,18 @@ class Node:
                 raise self.wrong(f"the key {key!r} is missing: add it")
         return entries
 
+    def items(self) -> list[Node]:
+        """Return the items of a list; none if nothing is written.
+
+        Raises:
+            BadInput: if the content is not a list.
+        """
+        if self.content is None:
+            return []
+        if not isinstance(self.content, list):
+            raise self.wrong(f"must be a list, got {self._kind()}")
+        return self.content
+
     def text(self) -> str:
         """Return the content as a text.
 
@@ -179,6 +191,34 @@ def load_yaml(path: Path, kind: str = "system") -> Node:
         raise BadInput(f"{path}:{line} not a YAML file: {problem}") from None
     except yaml.YAMLError as error:
         raise BadInput(f"{path}: not a YAML file: {shown(' '.join(str(error).split()))}") from None
+
+
+def file_beside(node: Node, largest: int) -> Path:
+    """Return the path of a file that a system file names.
+
+    Args:
+        node: entry with the name of the file, as seen from the folder of the system file.
+        largest: largest size, bytes.
+
+    Raises:
+        BadInput: if the file is missing, too large, or not in the folder of the system file.
+    """
+    folder = node.file.parent.resolve()
+    written = Path(node.text())
+    try:
+        path = (folder / written).resolve()
+        if written.is_absolute() or ".." in written.parts or not path.is_relative_to(folder):
+            raise node.wrong(f"{shown(node.text())} must lie in the folder of the system file: copy it there")
+        check_file(path)
+        if not path.is_file():
+            raise node.wrong(f"{shown(node.text())}: no such file beside the system file: check the name")
+        if path.stat().st_size > largest:
+            raise node.wrong(f"{shown(node.text())}: has more than {largest} bytes: keep less of it")
+    except (OSError, ValueError, RuntimeError):
+        raise node.wrong(
+            f"{shown(node.text())}: no such file beside the system file: check the name"
+        ) from None
+    return path
 
 
 def _text(path: Path, kind: str) -> str:

@@ -14,6 +14,7 @@ from sympy.printing.mathml import MathMLPresentationPrinter
 from unmodelled.systems import functions
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import System, symbol
+from unmodelled.systems.robot.model import RobotModel
 from unmodelled.systems.scope import Value, scope_of
 from unmodelled.systems.tables import Table
 
@@ -80,7 +81,7 @@ def equations(system: System) -> list[Equation]:
         place = f"events.{event.name}"
         left[f"{place}.expression"] = ("event", sp.S.Zero)
         left |= {f"{place}.then.{s.name}": ("then", _Rate(symbol(s.name))) for s in system.states}
-    printer = _Printer(system.tables)
+    printer = _Printer(system.tables, system.robot)
     found = []
     for place, (kind, name) in left.items():
         if place in system.text:
@@ -98,9 +99,9 @@ class _Rate(sp.Function):  # type: ignore[misc]
 class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
     """MathML printer that shows a signal by its name alone and the rate of a state with a dot."""
 
-    def __init__(self, tables: Sequence[Table]) -> None:
+    def __init__(self, tables: Sequence[Table], robot: RobotModel | None) -> None:
         super().__init__()
-        self.tables = tables
+        self.tables, self.robot = tables, robot
 
     def mathml_tag(self, e: object) -> str:
         return _WRITTEN.get(type(e)) or str(super().mathml_tag(e))
@@ -124,6 +125,14 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
         row = self.dom.createElement("mrow")
         row.appendChild(self._print(sp.Symbol(self.tables[int(table)].name + int(order) * "′")))
         row.appendChild(self._paren_comma_separated(x))
+        return row
+
+    def _print_evaluated(self, e: sp.Expr) -> object:
+        function = self.robot.function(e) if self.robot is not None else None
+        name, arguments = ("", e.args[1:]) if function is None else (function.name, function.written(e))
+        row = self.dom.createElement("mrow")
+        row.appendChild(self._print(sp.Symbol(name)))
+        row.appendChild(self._paren_comma_separated(*arguments))
         return row
 
     def _print_greater(self, e: sp.Expr) -> object:

@@ -12,12 +12,13 @@ from fractions import Fraction
 import sympy as sp
 
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.systems import numbers, quantities
+from unmodelled.systems import numbers, quantities, units
 from unmodelled.systems.functions import lookup, sanitised
 from unmodelled.systems.model import TIME, symbol
 from unmodelled.systems.numbers import NoValue
 from unmodelled.systems.operations import COMPARISONS, FUNCTIONS, OPERATORS, RANKS, Operation
 from unmodelled.systems.quantities import CLOCK, UNKNOWN, NotDimensionless, Quantity, UnitsDiffer
+from unmodelled.systems.robot.model import MotionFunction
 from unmodelled.systems.scope import (
     DEEPEST_TREE,
     LARGEST,
@@ -142,7 +143,7 @@ class _Builder:
             return Value(sp.Float(math.pi), quantities.literal(1))
         if name in self.scope.refused:
             raise self.wrong(self.scope.refused[name])
-        if name in FUNCTIONS or name in self.scope.tables or name == "diff":
+        if name in FUNCTIONS or name in self.scope.tables or name in self.scope.functions or name == "diff":
             raise self.wrong(f"{shown(name)} is a function: write {name}(...)")
         known = [n for n in (*self.scope.values, "t", "pi") if n not in self.scope.refused]
         raise self.wrong(f"unknown symbol {shown(name)}{closest(name, known)}")
@@ -209,10 +210,12 @@ class _Builder:
             return self._diff(node, depth)
         if name in self.scope.tables:
             return self._lookup(name, node, depth)
+        if name in self.scope.functions:
+            return self._motion(self.scope.functions[name], node, depth)
         if name not in FUNCTIONS:
             if name in self.scope.values:
                 raise self.wrong(f"{shown(name)} is not a function; a product is written with *")
-            known = (*FUNCTIONS, "diff", *self.scope.tables)
+            known = (*FUNCTIONS, "diff", *self.scope.tables, *self.scope.functions)
             raise self.wrong(f"unknown function {shown(name)}{closest(name, known)}")
         operation = FUNCTIONS[name]
         if not operation.least <= len(node.args) <= operation.most:
@@ -226,6 +229,19 @@ class _Builder:
         argument = self.value(node.args[0], depth + 1)
         expression = lookup(sp.Integer(self.scope.tables[name]), argument.expression, 0)
         return self._sized(node, expression, UNKNOWN, [argument])
+
+    def _motion(self, function: MotionFunction, node: ast.Call, depth: int) -> Value:
+        wanted = [str(x).removeprefix("robot.") for x in function.arguments]
+        if len(node.args) != len(wanted):
+            takes = f"takes {len(wanted)} arguments ({', '.join(wanted)})"
+            raise self.wrong(f"{shown(function.name)} {takes}, got {len(node.args)}")
+        parts = self._values(node.args, depth)
+        for part, unit, argument in zip(parts, function.arguments.values(), node.args, strict=True):
+            if part.quantity.settled not in (None, unit):
+                got = units.describe(part.quantity.settled)
+                raise self.wrong(f"{self.source(argument)}: unit must be {units.describe(unit)}, got {got}")
+        result = Quantity(function.unit, constant=True)
+        return self._sized(node, function([part.expression for part in parts]), result, parts)
 
     def _diff(self, node: ast.Call, depth: int) -> Value:
         if len(node.args) != 2:
@@ -259,7 +275,8 @@ class _Builder:
         return self._sized(node, expression, unit, parts)
 
     def _sized(self, node: ast.expr, expression: sp.Expr, unit: Quantity, parts: Sequence[Value]) -> Value:
-        size, depth = 1 + sum(part.size for part in parts), 1 + max(part.depth for part in parts)
+        size = 1 + sum(part.size for part in parts)
+        depth = 1 + max((part.depth for part in parts), default=0)
         if size > LARGEST or depth > DEEPEST_TREE:
             raise self.wrong(f"{self.source(node)} is too large once its signals are inserted: simplify it")
         return Value(expression, unit, size, depth)

@@ -11,6 +11,7 @@ import sympy as sp
 
 from unmodelled.systems import units
 from unmodelled.systems.functions import sanitised
+from unmodelled.systems.robot.model import RobotModel
 from unmodelled.systems.tables import Table
 from unmodelled.systems.units import LoggedUnit, parse_unit
 
@@ -234,6 +235,7 @@ class System:
             default none.
         events: events that the model predicts; default none.
         source: file that the system was read from, "" where there is none; not compared.
+        robot: robot whose equations are part of the system; default None.
     """
 
     name: str
@@ -249,6 +251,7 @@ class System:
     text: Mapping[str, str] = field(default_factory=dict)
     events: tuple[Event, ...] = ()
     source: str = field(default="", compare=False)
+    robot: RobotModel | None = None
 
     def __repr__(self) -> str:
         entries = {
@@ -265,15 +268,20 @@ class System:
             ],
             "events": [event.name for event in self.events],
         }
-        rates = [f"  {s.name}' = {rate}" for s, rate in zip(self.states, self.dynamics, strict=True)]
+        rates = [
+            f"  {s.name}' = {rate if self.robot is None else self.text.get(f'dynamics.{s.name}', rate)}"
+            for s, rate in zip(self.states, self.dynamics, strict=True)
+        ]
         lines = [f"{name}: {'; '.join(each)}" for name, each in entries.items() if each]
         return "\n".join([f"system {self.name}", *lines, "dynamics:", *rates])
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """Sentences on ports whose effort makes no power with their velocity."""
+        """Sentences on what the equations leave out of a robot, and on ports whose effort makes no power with
+        their velocity.
+        """
         rates = {state.name: state.unit for state in self.states}
-        found = []
+        found = [] if self.robot is None else [f"{self.robot.file}: {note}" for note in self.robot.notes]
         for port in self.ports:
             if port.velocity not in rates or port.domain != "power":
                 continue

@@ -10,6 +10,7 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.systems.model import TIME, System
+from unmodelled.systems.procedure import common_parts
 
 Array = NDArray[np.float64]
 SystemFunction = Callable[[Any, Any, Any, Any, Any, Any], Array]
@@ -64,7 +65,7 @@ def numpy_system_function(
         list(plain.values()),
         [f.xreplace(plain) for f in expressions],
         modules=[{**NUMPY, "lookup": lambda k, x, order: system.tables[int(k)](x, int(order))}, "numpy"],
-        cse=True,
+        cse=common_parts,
     )
 
     def function(t: Any, x: Any, u: Any, e: Any, p: Any, c: Any) -> Array:

@@ -12,6 +12,7 @@ from sympy.printing.str import StrPrinter
 
 from unmodelled.systems import functions as f
 from unmodelled.systems.operations import FUNCTIONS
+from unmodelled.systems.robot.model import RobotModel
 from unmodelled.systems.syntax import LONGEST
 
 _NAMES = {
@@ -31,13 +32,16 @@ _NAMES = {
 _COMPARISONS = {f.greater: ">", f.at_least: ">=", f.equal: "=="}
 
 
-def printed(expression: sp.Expr, names: Collection[str], tables: Sequence[str]) -> str:
+def printed(
+    expression: sp.Expr, names: Collection[str], tables: Sequence[str], robot: RobotModel | None = None
+) -> str:
     """Return an expression as text of a system file, with numbers in full precision.
 
     Args:
         expression: expression from the reader, or with SymPy's own Abs, Min, Max, sign, Heaviside and floor.
         names: names of the symbols that the text may use.
         tables: names of the tables, by number.
+        robot: robot whose functions the expression may call; default None.
 
     Returns:
         Text that `grammar.parse` reads back.
@@ -57,7 +61,7 @@ def printed(expression: sp.Expr, names: Collection[str], tables: Sequence[str]) 
     strange = sorted({str(s) for s in expression.free_symbols} - {*names, "t"})
     if strange:
         raise ValueError(f"a system file cannot name {strange[0]!r} here")
-    text = str(_Printer(tables).doprint(expression))
+    text = str(_Printer(tables, robot).doprint(expression))
     if len(text) > LONGEST:
         raise ValueError(
             f"an expression of {len(text)} characters is too long for a system file, max. {LONGEST}"
@@ -66,9 +70,9 @@ def printed(expression: sp.Expr, names: Collection[str], tables: Sequence[str]) 
 
 
 class _Printer(StrPrinter):  # type: ignore[misc]
-    def __init__(self, tables: Sequence[str]) -> None:
+    def __init__(self, tables: Sequence[str], robot: RobotModel | None) -> None:
         super().__init__()
-        self.tables = tables
+        self.tables, self.robot = tables, robot
 
     def _print_Float(self, expr: Any) -> str:
         return repr(float(expr))
@@ -94,6 +98,12 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         return f"{name}({self.stringify(arguments, ', ')})"
 
     _print_Abs = _print_Heaviside = _print_Function
+
+    def _print_evaluated(self, expr: Any) -> str:
+        function = self.robot.function(expr) if self.robot is not None else None
+        if function is None:
+            raise ValueError("a system file has no words for a derivative of the motion of a robot")
+        return f"{function.name}({self.stringify(function.written(expr), ', ')})"
 
     def _table(self, table: sp.Integer, x: sp.Expr, order: sp.Integer) -> str:
         if order != 0:

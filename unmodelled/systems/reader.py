@@ -15,6 +15,8 @@ from unmodelled.systems.declarations import Declarations, checked_name, read_dec
 from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Event, Output, Port, State, System, symbol
 from unmodelled.systems.quantities import UNKNOWN, Quantity
+from unmodelled.systems.robot.model import RobotModel
+from unmodelled.systems.robot.sections import with_robot
 from unmodelled.systems.scope import Scope, Value
 from unmodelled.systems.syntax import shown
 from unmodelled.systems.units import Dimension, Unit
@@ -24,6 +26,7 @@ T = TypeVar("T")
 SCHEMA = "system/1"
 _REQUIRED = ("schema", "name", "states", "outputs", "dynamics")
 _OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tables", "events")
+_OF_ROBOTS = ("model", "locked", "identify")
 _LARGEST = 100_000
 
 
@@ -54,10 +57,22 @@ def read_system(path: Path | str) -> System:
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
-    sections = root.fields(_REQUIRED, _OPTIONAL)
+    sections, robot = _sections(root)
     name = checked_name(sections["name"].text(), sections["name"])
-    found = _Equations(sections, read_declarations(sections)).system(name)
+    found = _Equations(sections, read_declarations(sections), robot).system(name)
     return replace(found, source=str(path))
+
+
+def _sections(root: Node) -> tuple[dict[str, Node], RobotModel | None]:
+    """Return the top-level entries, and the robot if the file names one, whose entries are among them."""
+    entries = root.entries()
+    if "model" not in entries:
+        for key in entries.keys() & {*_OF_ROBOTS}:
+            raise entries[key].wrong("belongs to a robot: add model, the name of its MJCF or URDF file")
+        return root.fields(_REQUIRED, _OPTIONAL), None
+    if "events" in entries:
+        raise entries["events"].wrong("a system with a robot has no events: remove them")
+    return with_robot(root.fields(_REQUIRED[:2], (*_REQUIRED[2:], *_OPTIONAL, *_OF_ROBOTS)))
 
 
 @dataclass
@@ -66,6 +81,7 @@ class _Equations:
 
     sections: dict[str, Node]
     declared: Declarations
+    robot: RobotModel | None = None
     values: dict[str, Value] = field(default_factory=dict)
     text: dict[str, str] = field(default_factory=dict)
     size: int = 0
@@ -100,6 +116,7 @@ class _Equations:
             dynamics,
             self.text,
             found,
+            robot=self.robot,
         )
         self._check_starts(system)
         return system
@@ -134,7 +151,8 @@ class _Equations:
     def _scope(self, refused: dict[str, str]) -> Scope:
         declared = self.declared
         tables = {table.name: k for k, table in enumerate(declared.tables)}
-        return Scope(self.values, tables, [s.name for s in declared.states], refused)
+        functions = {} if self.robot is None else self.robot.functions
+        return Scope(self.values, tables, [s.name for s in declared.states], refused, functions)
 
     def _evaluated(self, node: Node, refused: dict[str, str], unit: Unit | Dimension | None = None) -> Value:
         self.text[node.place] = node.text()

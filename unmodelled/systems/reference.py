@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from unmodelled.systems.model import TIME, System
+from unmodelled.systems.procedure import common_parts
 from unmodelled.systems.tables import Table
 
 #: f(t, x, u, e, p, c) -> (..., k); t (...), x (..., states), u (..., inputs), e (..., ports), p (...,
@@ -42,7 +43,7 @@ def torch_equations(system: System, expressions: Sequence[sp.Expr]) -> Equations
     arguments = [(TIME,), system.x, system.u, system.e, system.p, system.c]
     modules = [_functions(system), vars(torch)]
     # dummify: a user's names are then never names in the code
-    function = sp.lambdify(arguments, list(expressions), modules=modules, cse=True, dummify=True)
+    function = sp.lambdify(arguments, list(expressions), modules=modules, cse=common_parts, dummify=True)
 
     def equations(t: Tensor, x: Tensor, u: Tensor, e: Tensor, p: Tensor, c: Tensor) -> Tensor:
         rows = [tuple(a.unbind(-1)) for a in (x, u, e, p, c)]

@@ -9,6 +9,7 @@ import sympy as sp
 
 from unmodelled.systems.model import System
 from unmodelled.systems.quantities import UNKNOWN, Quantity
+from unmodelled.systems.robot.model import MotionFunction
 
 LARGEST = 20_000
 DEEPEST_TREE = 150
@@ -41,12 +42,14 @@ class Scope:
         tables: number of each table by name; default none.
         states: names that diff() can differentiate by; default none.
         refused: reason by name, for names that exist but are not allowed here; default none.
+        functions: functions of a robot by name; default none.
     """
 
     values: Mapping[str, Value]
     tables: Mapping[str, int] = field(default_factory=dict)
     states: Collection[str] = ()
     refused: Mapping[str, str] = field(default_factory=dict)
+    functions: Mapping[str, MotionFunction] = field(default_factory=dict)
 
 
 def scope_of(system: System) -> Scope:
@@ -56,13 +59,14 @@ def scope_of(system: System) -> Scope:
         system: system to take the names from.
 
     Returns:
-        Scope of its states, inputs, constants, parameters, efforts, signals and tables.
+        Scope of its states, inputs, constants, parameters, efforts, signals, tables and functions of a robot.
     """
     symbols = (*system.x, *system.u, *system.c, *system.p, *system.e)
     values = {str(s): Value(s) for s in symbols}
     values |= {name: Value(e, UNKNOWN, *tree_size(e)) for name, e in system.signals.items()}
     tables = {table.name: k for k, table in enumerate(system.tables)}
-    return Scope(values, tables, [s.name for s in system.states])
+    functions = {} if system.robot is None else system.robot.functions
+    return Scope(values, tables, [s.name for s in system.states], functions=functions)
 
 
 def tree_size(expression: sp.Expr) -> tuple[int, int]:

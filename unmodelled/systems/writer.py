@@ -28,7 +28,7 @@ _UNPRINTED = re.compile(r"[\x7f-\x9f\u2028\u2029\ufffe\uffff]")
 
 
 def write_system(system: System, path: Path | str) -> None:
-    """Write a system as a file (system/1), and its tables as CSV files beside it.
+    """Write a system as a file (system/1), and its tables as CSV files and its robot file beside it.
 
     Reading the file gives the system back. An expression is written as the user wrote it where that still
     says the same.
@@ -52,9 +52,13 @@ def write_system(system: System, path: Path | str) -> None:
     """
     path = Path(path)
     files = {table.name: f"{path.stem}_{table.name}.csv" for table in system.tables}
-    text = _Text(system, scope_of(system)).document(files)
+    beside = f"{path.stem}_{Path(system.robot.file).name}" if system.robot is not None else ""
+    text = _Text(system, scope_of(system)).document(files, beside)
     for table in system.tables:
         _write_table(table, path.with_name(files[table.name]))
+    if system.robot is not None:
+        with replacing(path.with_name(beside)) as temporary:
+            temporary.write_text(system.robot.text, encoding="utf-8")
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -69,7 +73,7 @@ class _Text:
     system: System
     scope: Scope
 
-    def document(self, files: Mapping[str, str]) -> str:
+    def document(self, files: Mapping[str, str], model: str) -> str:
         system = self.system
         states = [s.name for s in system.states]
         sections = {
@@ -85,6 +89,10 @@ class _Text:
             "events": {e.name: _braces(self._event(e)) for e in system.events},
         }
         lines = ["schema: system/1", f"name: {_quoted(system.name)}"]
+        if system.robot is not None:
+            lines.append(f"model: {_quoted(model)}")
+            locked = {_quoted(name): repr(float(value)) for name, value in system.robot.locked.items()}
+            lines += [f"locked: {_braces(locked)}"] if locked else []
         for section, entries in sections.items():
             if entries:
                 lines += [f"{section}:", *(f"  {name}: {content}" for name, content in entries.items())]
@@ -96,7 +104,8 @@ class _Text:
         if written is not None and self._means(written, expression):
             return _quoted(written)
         names = [n for n in self.scope.values if n not in self.system.signals]
-        return _quoted(printed(expression, names, [t.name for t in self.system.tables]))
+        tables = [t.name for t in self.system.tables]
+        return _quoted(printed(expression, names, tables, self.system.robot))
 
     def _rates(self, place: str, rates: Mapping[str, sp.Expr]) -> dict[str, str]:
         return {name: self._expression(f"{place}.{name}", rate) for name, rate in rates.items()}

@@ -26,7 +26,7 @@ Indices = NDArray[np.int64]
 _GENERATOR = (
     *(f"compiled/{name}.py" for name in ("layout", "scalars", "source", "printer")),
     *(f"cascade/{name}.py" for name in ("cascade", "cascade_source", "cascade_loops", "lanes")),
-    *("../systems/functions.py", "../systems/tables.py"),
+    *("../systems/functions.py", "../systems/procedure.py", "../systems/tables.py"),
 )
 #: Samples that one thread works on at a time.
 _PIECE = 32 * LANES

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
+from unmodelled.systems.procedure import common_parts
+
 
 class ScalarPrinter(PythonCodePrinter):  # type: ignore[misc]
     """Printer with the names of the functions in `scalars`, and half-integer powers as square roots.
@@ -75,7 +77,7 @@ def assignments(
     Returns:
         Assignments that hold for all lanes, assignments of one lane, and the text of every expression.
     """
-    shared, results = sp.cse(list(expressions), symbols=sp.numbered_symbols("_"), optimizations="basic")
+    shared, results = common_parts(expressions, symbols=sp.numbered_symbols("_"), optimizations="basic")
     printer = ScalarPrinter(names)
     same, lane = set(fixed), []
     before = []

@@ -17,6 +17,7 @@ import sympy as sp
 
 from unmodelled.engine.machine.opcodes import Op
 from unmodelled.systems import functions as f
+from unmodelled.systems.procedure import Procedure, evaluated, scope_for
 
 Instruction = tuple[int, int, int, int, int, int]  # opcode, destination, sources a, b and c, table
 
@@ -92,6 +93,7 @@ class Graph:
         self.curves: dict[tuple[int, int], int] = {}
         self._numbers: dict[tuple[Op, tuple[int, ...], int], int] = {}
         self._done: dict[sp.Expr, int] = {}
+        self._scopes: list[dict[sp.Expr, int]] = []
         self._laws = laws
         for s, level in given.items():
             self.symbols[s] = self._done[s] = self._append(Node(None, (), level))
@@ -140,7 +142,21 @@ class Graph:
             return reduce(lambda a, b: self._op(ONE_TO_ONE[e.func], a, b), map(self, e.args))
         if e.func in ONE_TO_ONE:
             return self._op(ONE_TO_ONE[e.func], *map(self, e.args))
+        if e.func is evaluated:
+            return self._evaluated(*e.args)
         raise ValueError(f"the machine has no instruction for {e}")
+
+    def _evaluated(self, procedure: Procedure, *values: sp.Expr) -> int:
+        given = dict(zip(procedure.inputs, map(self, values), strict=True))
+        scope = scope_for(given, self._scopes)
+        outside, self._done = self._done, scope
+        try:
+            for symbol, step in procedure.steps:
+                if symbol not in scope:
+                    scope[symbol] = self(step)
+            return self(procedure.result)
+        finally:
+            self._done = outside
 
     def _append(self, node: Node) -> int:
         self.nodes.append(node)

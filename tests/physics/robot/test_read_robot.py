@@ -1,0 +1,272 @@
+"""System files with a robot: defaults, overrides, refusals, and what is written."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+
+import pytest
+import sympy as sp
+
+from tests.physics.robot.mechanisms import random_tree, system_of
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.equations import equations
+from unmodelled.systems.model import System, symbol
+from unmodelled.systems.procedure import expanded
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.writer import write_system
+
+ARM = """<robot name="arm">
+<link name="base"/>
+<joint name="shoulder-pan" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="5" velocity="3"/><dynamics damping="0.2" friction="0.1"/></joint>
+<link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="0.6"/>
+<inertia ixx="0.03" iyy="0.03" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial>
+<visual><geometry><mesh filename="package://arm/upper.stl"/></geometry></visual></link>
+<joint name="elbow" type="prismatic"><parent link="upper"/><child link="tip"/><axis xyz="0 0 1"/>
+<limit lower="0" upper="1" effort="5" velocity="3"/></joint>
+<link name="tip"><inertial><mass value="0.3"/>
+<inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>"""
+SERVO = """<mujoco><default><joint armature="0.01" damping="0.1" frictionloss="0.2"/></default><worldbody>
+<body name="rod"><joint name="1" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.02"/>
+</body></worldbody><actuator><position name="1" joint="1" kp="8" kv="0.5" forcerange="-3 3"/></actuator>
+</mujoco>"""
+
+
+def arm(folder: Path, more: str = "") -> System:
+    return system_of(folder, ARM, more, "arm.urdf")
+
+
+def refused(folder: Path, robot: str, more: str = "") -> str:
+    with pytest.raises(BadInput) as caught:
+        system_of(folder, robot, more)
+    message = str(caught.value)
+    assert message.isprintable() and len(message) < 500
+    return message.replace(f"{folder}/", "")
+
+
+def test_a_urdf_gives_states_torques_and_measured_positions(tmp_path: Path) -> None:
+    system = arm(tmp_path)
+    assert [(s.name, s.unit) for s in system.states] == [
+        ("q_shoulder_pan", "rad"),
+        ("q_elbow", "m"),
+        ("qd_shoulder_pan", "rad/s"),
+        ("qd_elbow", "m/s"),
+    ]
+    assert [(u.name, u.unit, u.column) for u in system.inputs] == [
+        ("tau_shoulder_pan", "N m", "tau_shoulder_pan"),
+        ("tau_elbow", "N", "tau_elbow"),
+    ]
+    assert [(y.name, y.column) for y in system.outputs] == [
+        ("q_shoulder_pan", "shoulder-pan"),
+        ("q_elbow", "elbow"),
+    ]
+    port = system.port("elbow")
+    assert (port.effort, port.unit, port.load, *port.coordinates) == (
+        *("load_elbow", "N", "drive_elbow", "q_elbow", "qd_elbow"),
+    )
+    assert system.text["signals.torque_shoulder_pan"] == "drive_shoulder_pan - 0.2*qd_shoulder_pan"
+    assert system.parameters == ()
+    friction, limits = system.notes
+    assert "friction" in friction and "shoulder-pan" in friction and "elbow" not in friction
+    assert "limits of shoulder-pan, elbow" in limits
+
+
+def test_an_mjcf_gives_the_laws_of_its_servos(tmp_path: Path) -> None:
+    system = system_of(tmp_path, SERVO, "identify: ['*.armature', '*.k[pv]']\n")
+    assert [(u.name, u.unit) for u in system.inputs] == [("u_j1", "rad")]
+    assert system.text["signals.drive_j1"] == "clip(j1_kp*(u_j1 - q_j1) - j1_kv*qd_j1, -3.0, 3.0)"
+    assert {p.name: (p.value, p.unit, p.limits) for p in system.parameters} == {
+        "j1_armature": (0.01, "kg m^2", (0.005, 0.02)),
+        "j1_kp": (8.0, "N m/rad", (4.0, 16.0)),
+        "j1_kv": (0.5, "N m s/rad", (0.25, 1.0)),
+    }
+
+
+def test_what_moves_nothing_is_not_read(tmp_path: Path) -> None:
+    robot = SERVO.replace(
+        "<worldbody>",
+        '<asset><mesh name="m" file="/none.stl"/><material name="paint"/></asset>'
+        '<worldbody><geom type="mesh" mesh="m"/><frame><geom type="mesh" mesh="m" material="paint"/></frame>',
+    ).replace(
+        '<geom type="capsule"', '<site name="s"/><camera name="c"/><geom type="capsule" material="paint"'
+    )
+    assert system_of(tmp_path, robot).dynamics == system_of(tmp_path, SERVO).dynamics
+
+
+def test_force_limits_of_joints_are_noted(tmp_path: Path) -> None:
+    robot = SERVO.replace('name="1" axis', 'name="1" actuatorfrcrange="-1 1" axis')
+    assert any("force limits (actuatorfrcrange) of 1" in note for note in system_of(tmp_path, robot).notes)
+
+
+def test_entries_of_the_file_replace_those_of_the_robot(tmp_path: Path) -> None:
+    system = arm(
+        tmp_path,
+        "inputs: {i: {unit: A}, tau_elbow: {column: F2}}\n"
+        "outputs: {qd_elbow: {}, q_elbow: {column: travel}}\n"
+        "parameters: {k: {value: 3.0, unit: N m/A}, upper_mass: {identify: true, bounds: [0.5, 0.7]}}\n"
+        "signals: {drive_shoulder_pan: k*i}\n"
+        "ports: {elbow: {law: 0.4*sign(qd_elbow)}}\n",
+    )
+    assert [(u.name, u.unit, u.column) for u in system.inputs] == [("i", "A", "i"), ("tau_elbow", "N", "F2")]
+    assert [(y.name, y.unit, y.column) for y in system.outputs] == [
+        ("qd_elbow", "m/s", "qd_elbow"),
+        ("q_elbow", "m", "travel"),
+    ]
+    assert {p.name: p.value for p in system.parameters} == {"upper_mass": 0.6, "k": 3.0}
+    assert system.uncertain == ("upper_mass",)
+    assert system.signals["torque_shoulder_pan"] == symbol("k") * symbol("i") - 0.2 * symbol(
+        "qd_shoulder_pan"
+    )
+    assert system.port("elbow").law is not None
+    assert symbol("load_elbow") in system.dynamics[3].free_symbols
+
+
+def test_accelerations_and_mobilities_are_functions_of_expressions(tmp_path: Path) -> None:
+    more = "outputs: {q_elbow: {}, m: {unit: 1/kg, expression: 'mobility_elbow()'}}\n"
+    system = arm(tmp_path, more)
+    effort = symbol("load_elbow")
+    assert sp.diff(system.dynamics[3], effort) == -system.outputs[1].expression
+    write_system(system, tmp_path / "copy.yaml")
+    assert read_system(tmp_path / "copy.yaml") == system
+
+
+def test_a_locked_joint_has_no_states_and_no_input(tmp_path: Path) -> None:
+    system = arm(tmp_path, "locked: {shoulder-pan: 0.3}\n")
+    assert [s.name for s in system.states] == ["q_elbow", "qd_elbow"]
+    assert [u.name for u in system.inputs] == ["tau_elbow"]
+    weight = system.dynamics[1].xreplace({symbol("load_elbow"): 0, symbol("tau_elbow"): 0})
+    steps, (value,) = expanded([weight])
+    assert not steps
+    assert float(value) == pytest.approx(-9.81 * 0.9553364891, rel=1e-9)
+
+
+def test_numbers_without_influence_are_not_identified(tmp_path: Path) -> None:
+    system = arm(tmp_path, "locked: {elbow: 0.1}\nidentify: ['upper.inertia_??']\n")
+    assert system.uncertain == ("upper_inertia_yy",)
+    assert any("upper_inertia_xx has no influence" in note for note in system.notes)
+    zeros = next(note for note in system.notes if "are 0" in note)
+    assert "upper_inertia_xy, upper_inertia_xz, upper_inertia_yz are 0 in the robot file" in zeros
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_what_is_written_is_read_back(tmp_path: Path, seed: int) -> None:
+    system = system_of(
+        tmp_path, random_tree(seed), "locked: {j2a: 0.1}\nidentify: ['*.armature', 'b1.mass']\n"
+    )
+    write_system(system, tmp_path / "copy.yaml")
+    again = read_system(tmp_path / "copy.yaml")
+    assert again == system
+    assert (tmp_path / "copy_robot.xml").read_text() == (tmp_path / "robot.xml").read_text()
+    assert (
+        again.values == system.values and again.notes[0].startswith("copy_robot.xml: ")
+        if again.notes
+        else True
+    )
+    shown = equations(system)
+    assert all(each.mathml.startswith("<math") for each in shown)
+    assert sum("acceleration" in each.text for each in shown) == len(system.ports)
+
+
+def test_a_system_with_a_robot_can_go_to_another_process(tmp_path: Path) -> None:
+    system = arm(tmp_path)
+    assert pickle.loads(pickle.dumps(system)) == system
+
+
+LINK = '<body><joint axis="1 0 0"/><geom size="0.1"/></body>'
+FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size="0.1"/></body></worldbody>
+</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("robot", "words"),
+    [
+        ("<mujoco>", "robot.xml: line 1: not an XML file"),
+        ("<sdf/>", "must begin with <mujoco> (MJCF) or <robot> (URDF), got <sdf>"),
+        ('<!DOCTYPE a [<!ENTITY b SYSTEM "/etc/passwd">]><robot name="r">&b;</robot>', "has no DOCTYPE"),
+        (
+            SERVO.replace("<worldbody>", '<include file="/etc/passwd"/><worldbody>'),
+            "include: cannot be followed: copy",
+        ),
+        (
+            SERVO.replace("<worldbody>", '<extension><plugin plugin="a"/></extension><worldbody>'),
+            "remove the plugin",
+        ),
+        (
+            ARM.replace("<inertial>", '<inertial><include file="/etc/passwd"/>', 1),
+            "include: cannot be followed",
+        ),
+        (SERVO.replace("<geom", "<body/>" * 1001 + "<geom"), "bodies, at most 1000 are read"),
+        (
+            SERVO.replace("<geom", LINK * 70 + "<geom"),
+            "has 71 joints, at most 64 are read",
+        ),
+        (FREE, "joint 'fly': a free joint: only hinge and slide joints have equations here: fix the body"),
+        (FREE.replace('freejoint name="fly"', 'joint name="b" type="ball"'), "joint 'b': a ball joint: only"),
+        (FREE.replace('<freejoint name="fly"/>', ""), "has no joint"),
+        (
+            SERVO.replace("<actuator>", '<equality><joint name="e" joint1="1"/></equality><actuator>'),
+            "equality joint 'e': a closed chain",
+        ),
+        (SERVO.replace('kv="0.5"', 'kv="0.5" timeconst="0.1"'), "actuator '1': has a state of its own"),
+        (
+            SERVO.replace(
+                '<geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.02"/>', '<geom type="mesh" mesh="m"/>'
+            ),
+            "body 'rod': its mass comes from a mesh",
+        ),
+        (SERVO.replace('name="rod"', 'name="rod" gravcomp="1"'), "body 'rod': has gravity compensation"),
+        (SERVO.replace('size="0.02"', 'size="big"'), "MuJoCo: "),
+        (ARM.replace('type="prismatic"', 'type="floating"'), "joint 'elbow': of type floating"),
+        (
+            ARM.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="shoulder-pan"/>'),
+            "joint 'elbow': follows another joint (mimic)",
+        ),
+        (
+            ARM.replace('name="elbow"', 'name="shoulder_pan"'),
+            "has the same name as 'shoulder-pan': rename one of them",
+        ),
+    ],
+)
+def test_what_the_equations_cannot_follow_is_refused(tmp_path: Path, robot: str, words: str) -> None:
+    message = refused(tmp_path, robot)
+    assert words in message and message.startswith("robot.xml: ")
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ("locked: {elbo: 0}\n", "line 4: locked.elbo: the robot has no joint 'elbo'; did you mean 'elbow'?"),
+        ("locked: {elbow: 0, shoulder-pan: 0}\n", "line 4: locked: all joints are locked"),
+        ("identify: ['*.mas']\n", "line 4: identify[0]: names no number of the robot"),
+        ("identify: ['*.armature']\n", "identify[0]: is 0 in the robot file"),
+        (
+            "inputs: {tau_elbow: {}}\n",
+            "line 4: inputs: the input 'tau_shoulder_pan' of the robot is missing: add it",
+        ),
+        ("events: {e: {expression: q_elbow}}\n", "line 4: events: a system with a robot has no events"),
+        (
+            "dynamics: {qd_elbow: acceleration_elbow(1.0)}\n",
+            "'acceleration_elbow' takes 2 arguments (torque_shoulder_pan, torque_elbow), got 1",
+        ),
+        (
+            "dynamics: {qd_elbow: 'acceleration_elbow(q_elbow, tau_elbow)'}\n",
+            "q_elbow': unit must be N m, got m",
+        ),
+        ("signals: {drive_elbow: acceleration_elbow}\n", "'acceleration_elbow' is a function"),
+    ],
+)
+def test_wrong_entries_name_their_line(tmp_path: Path, more: str, words: str) -> None:
+    assert words in refused(tmp_path, ARM, more)
+
+
+def test_a_robot_file_lies_beside_the_system_file(tmp_path: Path) -> None:
+    file = tmp_path / "robot.yaml"
+    for name, words in (("../arm.urdf", "must lie in the folder"), ("none.urdf", "no such file beside")):
+        file.write_text(f"schema: system/1\nname: robot\nmodel: {name}\n")
+        with pytest.raises(BadInput, match=words):
+            read_system(file)
+    file.write_text("schema: system/1\nname: robot\nlocked: {a: 1}\n")
+    with pytest.raises(BadInput, match="belongs to a robot: add model"):
+        read_system(file)

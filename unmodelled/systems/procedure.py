@@ -1,0 +1,254 @@
+"""Long calculations as one function of an expression: named steps in order, and a result.
+
+The dynamics of a robot take thousands of operations whose intermediate results are used many times. Written
+out as one expression they would grow exponentially. A procedure keeps the steps; an expression that calls it
+is a function of a few arguments, which can be differentiated and substituted like any other function.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+Step = tuple[sp.Symbol, sp.Expr]
+Steps = tuple[Step, ...]
+
+
+class Procedure(sp.AtomicExpr):  # type: ignore[misc]
+    """Calculation of one number, without the steps and inputs that do not influence the number.
+
+    Two procedures with the same inputs, steps and result are equal.
+
+    Args:
+        inputs: symbols that the steps may use.
+        steps: symbol and expression of each step, in terms of inputs and earlier steps.
+        result: expression in terms of inputs and steps.
+
+    Attributes:
+        inputs: symbols that influence the result, in the given order.
+        steps: steps that lead to the result, in the given order.
+        result: expression of the result.
+
+    Examples:
+        >>> x, y, s = sp.symbols("x y s", real=True)
+        >>> area = Procedure((x, y), ((s, x + 1),), s**2)
+        >>> area.inputs
+        (x,)
+        >>> area.slope(0).result
+        2*s
+    """
+
+    is_commutative = True
+    is_real = True
+
+    inputs: tuple[sp.Symbol, ...]
+    steps: Steps
+    result: sp.Expr
+    digest: str
+    _slopes: dict[int, Procedure]
+
+    def __new__(cls, inputs: Iterable[sp.Symbol], steps: Iterable[Step], result: sp.Expr) -> Procedure:
+        kept, needed = [], set(result.free_symbols)
+        for symbol, step in reversed(tuple(steps)):
+            if symbol in needed:
+                kept.append((symbol, step))
+                needed |= step.free_symbols
+        self: Procedure = super().__new__(cls)
+        self.inputs = tuple(x for x in inputs if x in needed)
+        self.steps = tuple(reversed(kept))
+        self.result = result
+        texts = (*map(str, self.inputs), *(f"{s}={_text(e)}" for s, e in self.steps), _text(result))
+        self.digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
+        self._slopes = {}
+        return self
+
+    def __getnewargs__(self) -> tuple[Any, ...]:
+        return self.inputs, self.steps, self.result
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        return Procedure, (self.inputs, self.steps, self.result)
+
+    def _hashable_content(self) -> tuple[str]:
+        return (self.digest,)
+
+    def _sympystr(self, printer: Any) -> str:
+        return f"procedure_{self.digest[:12]}"
+
+    def _sympyrepr(self, printer: Any) -> str:
+        return f"Procedure('{self.digest}')"
+
+    def slope(self, k: int) -> Procedure:
+        """Return the procedure of the derivative of the result by one input.
+
+        Args:
+            k: number of the input.
+        """
+        if k not in self._slopes:
+            x = self.inputs[k]
+            steps, slopes = list[Step](), {x: sp.S.One}
+            for symbol, step in self.steps:
+                steps.append((symbol, step))
+                slope = _chained(step, slopes)
+                if is_simple(slope):
+                    slopes[symbol] = slope
+                elif slope != 0:
+                    slopes[symbol] = sp.Symbol(f"{symbol}'{x}", real=True)
+                    steps.append((slopes[symbol], slope))
+            found: Procedure = Procedure(self.inputs, steps, _chained(self.result, slopes))
+            self._slopes[k] = found
+        return self._slopes[k]
+
+
+class evaluated(sp.Function):  # type: ignore[misc]
+    """Result of a procedure (first argument) for values of its inputs (further arguments)."""
+
+    is_real = True
+
+    @classmethod
+    def at(cls, procedure: Procedure, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+        """Return the result of a procedure as an expression.
+
+        Args:
+            procedure: procedure to evaluate.
+            values: expression of each input of the procedure.
+
+        Examples:
+            >>> x, y, s = sp.symbols("x y s", real=True)
+            >>> area = evaluated.at(Procedure((x,), ((s, x + 1),), s**2), {x: 3 * y})
+            >>> steps, (slope,) = expanded([sp.diff(area, y)])
+            >>> slope.xreplace(dict(steps)).subs(dict(steps)).subs(y, 1)
+            24
+        """
+        if not procedure.steps and is_simple(procedure.result):
+            return procedure.result.xreplace(dict(values))
+        return cls(procedure, *(values[x] for x in procedure.inputs))
+
+    def _eval_derivative(self, s: sp.Symbol) -> sp.Expr:
+        procedure, *given = self.args
+        values = dict(zip(procedure.inputs, given, strict=True))
+        inner = [(k, sp.diff(value, s)) for k, value in enumerate(given)]
+        return sp.Add(*(evaluated.at(procedure.slope(k), values) * d for k, d in inner if d != 0))
+
+
+def is_simple(expression: sp.Expr) -> bool:
+    """Return whether an expression needs no step of its own: a number, a symbol, or one times the other.
+
+    Args:
+        expression: SymPy expression.
+
+    Examples:
+        >>> x = sp.Symbol("x", real=True)
+        >>> is_simple(2 * x), is_simple(x + 1)
+        (True, False)
+    """
+    factors = expression.args if expression.is_Mul else (expression,)
+    if not all(factor.is_Symbol or factor.is_Number for factor in factors):
+        return False
+    return len(factors) == 1 or (len(factors) == 2 and bool(factors[0].is_Number))
+
+
+def expanded(expressions: Sequence[sp.Expr]) -> tuple[list[Step], list[sp.Expr]]:
+    """Return expressions without calls of procedures, and the steps that they use.
+
+    Args:
+        expressions: expressions that may call procedures.
+
+    Returns:
+        Symbol and expression of each step, in order, and the expressions in terms of them. Equal steps are
+        one step.
+    """
+    expansion = _Expansion()
+    results = [expansion(e) for e in expressions]
+    return expansion.steps, results
+
+
+def common_parts(expressions: Sequence[sp.Expr], **how: Any) -> tuple[list[Step], list[sp.Expr]]:
+    """Return common parts of expressions like `sympy.cse`, and calls of procedures as their steps.
+
+    Args:
+        expressions: expressions that may call procedures.
+        **how: further arguments of `sympy.cse`.
+
+    Returns:
+        Symbol and expression of each part, in order, and the expressions in terms of them.
+
+    Examples:
+        >>> x, s = sp.symbols("x s", real=True)
+        >>> area = evaluated.at(Procedure((x,), ((s, x + 1),), s**2), {x: x})
+        >>> common_parts([area])
+        ([(_step_0, x + 1)], [_step_0**2])
+    """
+    steps, rest = expanded(list(expressions))
+    parts, results = sp.cse(rest, **how)
+    return [*steps, *parts], results
+
+
+class _Expansion:
+    def __init__(self) -> None:
+        self.steps: list[Step] = []
+        self._names: dict[sp.Expr, sp.Symbol] = {}
+        self._done: dict[sp.Expr, sp.Expr] = {}
+        self._scopes: list[dict[sp.Symbol, sp.Expr]] = []
+
+    def __call__(self, e: sp.Expr) -> sp.Expr:
+        if e not in self._done:
+            self._done[e] = self._made(e) if e.has(evaluated) else e
+        return self._done[e]
+
+    def _made(self, e: sp.Expr) -> sp.Expr:
+        if not isinstance(e, evaluated):
+            return e.func(*map(self, e.args))
+        procedure, *given = e.args
+        values = {x: self._named(self(v)) for x, v in zip(procedure.inputs, given, strict=True)}
+        scope = scope_for(values, self._scopes)
+        for symbol, step in procedure.steps:
+            if symbol not in scope:
+                scope[symbol] = self._named(step.xreplace(scope))
+        return procedure.result.xreplace(scope)
+
+    def _named(self, e: sp.Expr) -> sp.Expr:
+        if is_simple(e):
+            return e
+        if e not in self._names:
+            # no name of a system file begins with _
+            self._names[e] = sp.Symbol(f"_step_{len(self.steps)}", real=True)
+            self.steps.append((self._names[e], e))
+        return self._names[e]
+
+
+def scope_for(values: Mapping[sp.Symbol, Any], scopes: list[dict[sp.Symbol, Any]]) -> dict[sp.Symbol, Any]:
+    """Return what is known where the inputs of a procedure have some values.
+
+    Calls whose common inputs have the same values share a scope, and so the steps that are done there.
+
+    Args:
+        values: value of each input of the procedure.
+        scopes: values of inputs and steps of earlier calls; a new scope is added to them.
+    """
+    for scope in scopes:
+        if all(scope.get(x, value) == value for x, value in values.items()):
+            break
+    else:
+        scopes.append(scope := {})
+    scope |= values
+    return scope
+
+
+def _chained(expression: sp.Expr, slopes: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    """Derivative of an expression whose symbols have the given derivatives, the others none."""
+    inner = sorted((s for s in expression.free_symbols if s in slopes), key=str)
+    return sp.Add(*(_partial(expression, s) * slopes[s] for s in inner))
+
+
+@lru_cache(maxsize=50_000)
+def _partial(expression: sp.Expr, s: sp.Symbol) -> sp.Expr:
+    return sp.diff(expression, s)
+
+
+@lru_cache(maxsize=50_000)
+def _text(expression: sp.Expr) -> str:
+    return str(sp.srepr(expression))

@@ -1,0 +1,117 @@
+"""Bodies of a robot and the joints between them, as numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Body:
+    """Rigid body.
+
+    Attributes:
+        name: name, as a name of a system file.
+        parent: number of the parent body; -1 for the world.
+        position: origin in the parent's frame, shape (3,), m.
+        rotation: matrix from this frame to the parent's frame, shape (3, 3).
+        mass: mass, kg.
+        com: centre of mass in this frame, shape (3,), m.
+        inertia: inertia about the centre of mass along the axes of this frame, shape (3, 3), kg m^2.
+        joints: numbers of the joints that move the body, in order.
+    """
+
+    name: str
+    parent: int
+    position: Array
+    rotation: Array
+    mass: float
+    com: Array
+    inertia: Array
+    joints: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Hinge or slide joint.
+
+    Attributes:
+        name: name, as a name of a system file.
+        written: name in the robot's file.
+        slides: whether it is a slide joint.
+        axis: axis in the frame of its body, shape (3,), of length one.
+        position: point of the axis in the frame of its body, shape (3,), m.
+        zero: coordinate at which the body is where its placement says, rad or m.
+        armature: inertia or mass of the rotor, seen at the joint, kg m^2 or kg.
+        damping: viscous friction, N m s/rad or N s/m.
+        stiffness: stiffness of its spring, N m/rad or N/m.
+        rest: coordinate at which the spring is at rest, rad or m.
+        frictionloss: dry friction of the file, N m or N.
+    """
+
+    name: str
+    written: str
+    slides: bool
+    axis: Array
+    position: Array
+    zero: float
+    armature: float
+    damping: float
+    stiffness: float
+    rest: float
+    frictionloss: float
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """Actuator of one joint: force = clip(gain*clip(u) + bias - kp*gear*q - kv*gear*qd), torque = gear*force.
+
+    Attributes:
+        name: name, as a name of a system file.
+        joint: number of the joint.
+        gear: ratio of torque and force.
+        gain: force per unit of the input.
+        bias: force without input, N m or N.
+        kp: stiffness of the servo.
+        kv: damping of the servo.
+        inputs: smallest and largest input; None: no limits.
+        forces: smallest and largest force; None: no limits.
+    """
+
+    name: str
+    joint: int
+    gear: float
+    gain: float
+    bias: float
+    kp: float
+    kv: float
+    inputs: tuple[float, float] | None
+    forces: tuple[float, float] | None
+
+    @property
+    def is_servo(self) -> bool:
+        """Whether the input is the wanted position (gain kp) or speed (gain kv, kp zero)."""
+        return self.gain != 0.0 and self.gain == (self.kp or self.kv)
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Tree of bodies with joints and actuators.
+
+    Attributes:
+        bodies: bodies, parents first.
+        joints: joints, in the order of the file.
+        actuators: actuators, in the order of the file.
+        gravity: acceleration of gravity in the frame of the world, shape (3,), m/s^2.
+        notes: sentences on what the file says and the equations do not.
+    """
+
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    actuators: tuple[Actuator, ...]
+    gravity: Array
+    notes: tuple[str, ...] = ()

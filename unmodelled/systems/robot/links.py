@@ -1,0 +1,199 @@
+"""Links of a robot: bodies that move together, in frames in which most numbers are zero.
+
+The z-axis of a link's frame is the axis of its joint (modified Denavit-Hartenberg convention where the tree
+is a chain; W. Khalil and E. Dombre, Modeling, Identification and Control of Robots, 2002, chapter 3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.systems.robot.bodies import Joint, Robot
+
+Array = NDArray[np.float64]
+#: Rounding errors of a rotation matrix; what is nearer to 0 or 1 is 0 or 1.
+_ROUNDING = 4e-15
+
+
+@dataclass
+class Placement:
+    """Frame in another frame.
+
+    Attributes:
+        rotation: matrix from this frame to the other one, shape (3, 3).
+        position: origin in the other frame, shape (3,), m.
+    """
+
+    rotation: Array
+    position: Array
+
+    def __matmul__(self, inner: Placement) -> Placement:
+        return Placement(self.rotation @ inner.rotation, self.position + self.rotation @ inner.position)
+
+
+@dataclass
+class Link:
+    """Bodies that one joint moves together.
+
+    Attributes:
+        joint: number of the joint.
+        parent: number of the parent link; -1 for the world.
+        placement: frame of the link in the parent's frame where the joint's angle or travel is zero.
+        offset: angle (rad) or travel (m) about or along z that is added to the joint's coordinate.
+        bodies: placement of every body in the frame of the link, by number of the body.
+    """
+
+    joint: int
+    parent: int
+    placement: Placement
+    offset: float
+    bodies: dict[int, Placement] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Links of a robot, parents first.
+
+    Attributes:
+        links: moving links.
+        gravity: acceleration of gravity in the frame of the world, shape (3,), m/s^2.
+    """
+
+    links: tuple[Link, ...]
+    gravity: Array
+
+    @classmethod
+    def of(cls, robot: Robot, locked: Mapping[int, float]) -> Tree:
+        """Return the links of a robot.
+
+        Args:
+            robot: bodies and joints.
+            locked: coordinate (rad or m) of every joint that does not move, by number of the joint.
+        """
+        links: list[Link] = []
+        places: dict[int, tuple[int, Placement]] = {-1: (-1, Placement(np.eye(3), np.zeros(3)))}
+        for number, body in enumerate(robot.bodies):
+            link, place = places[body.parent]
+            place = place @ Placement(body.rotation, body.position)
+            for j in body.joints:
+                joint = robot.joints[j]
+                if j in locked:
+                    place = place @ _moved(joint, locked[j] - joint.zero)
+                    continue
+                axis = Placement(_from_z(joint.axis), joint.position)
+                links.append(Link(j, link, place @ axis, -joint.zero))
+                link, place = len(links) - 1, Placement(axis.rotation.T, -axis.rotation.T @ joint.position)
+            places[number] = link, place
+            if link >= 0:
+                links[link].bodies[number] = place
+        gravity = _aligned(links, robot)
+        return cls(tuple(links), gravity)
+
+
+def _moved(joint: Joint, q: float) -> Placement:
+    if joint.slides:
+        return Placement(np.eye(3), joint.axis * q)
+    to_axis = _from_z(joint.axis)
+    turned = to_axis @ about_z(q) @ to_axis.T
+    return Placement(turned, joint.position - turned @ joint.position)
+
+
+def about_z(angle: float) -> Array:
+    """Return the matrix of a rotation about z.
+
+    Args:
+        angle: angle, rad.
+
+    Returns:
+        Matrix, shape (3, 3).
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _from_z(axis: Array) -> Array:
+    """Matrix of a rotation that turns z into an axis."""
+    first = np.eye(3)[int(np.argmin(np.abs(axis)))]
+    x = np.cross(first, axis)
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(axis, x), axis], 1)
+
+
+def _aligned(links: list[Link], robot: Robot) -> Array:
+    """Choose the frames so that most numbers are zero, and return gravity in the frame of the world."""
+    gravity = robot.gravity
+    eldest = {link.parent: k for k, link in reversed(list(enumerate(links)))}
+    for k, link in reversed(list(enumerate(links))):
+        if robot.joints[link.joint].slides:
+            continue
+        before, inner, after = _angles(link.placement.rotation)
+        link.placement.rotation = about_z(before) @ _about_x(inner)
+        link.offset += after
+        if eldest[link.parent] == k:  # its parent's frame turns about z instead
+            for placement in _inside(links, link.parent):
+                _put(placement, Placement(about_z(-before), np.zeros(3)) @ placement)
+            if link.parent < 0:
+                gravity = about_z(-before) @ gravity
+            elif robot.joints[links[link.parent].joint].slides:
+                turned = links[link.parent].placement
+                turned.rotation = turned.rotation @ about_z(before)
+            else:
+                links[link.parent].offset += before
+        _shift(links, k)
+    for link in links:
+        link.placement.rotation = clean(link.placement.rotation)
+        link.placement.position = clean(link.placement.position)
+    return clean(gravity)
+
+
+def _inside(links: list[Link], k: int) -> list[Placement]:
+    """What is placed in the frame of a link, or of the world: bodies and links."""
+    bodies = list(links[k].bodies.values()) if k >= 0 else []
+    return [*bodies, *(link.placement for link in links if link.parent == k)]
+
+
+def _put(placement: Placement, new: Placement) -> None:
+    placement.rotation, placement.position = new.rotation, new.position
+
+
+def _shift(links: list[Link], k: int) -> None:
+    """Move the origin of a hinged link along its axis so that a number of its position is zero."""
+    place = links[k].placement
+    axis = place.rotation[:, 2]
+    zero = 1 if abs(axis[1]) > 0.5 else 2
+    way = -place.position[zero] / axis[zero]
+    place.position = place.position + way * axis
+    place.position[zero] = 0.0
+    for placement in _inside(links, k):
+        placement.position = placement.position - np.array([0.0, 0.0, way])
+
+
+def _angles(r: Array) -> tuple[float, float, float]:
+    """Angles of a rotation about z, then x, then z."""
+    inner = math.atan2(math.hypot(r[0, 2], r[1, 2]), r[2, 2])
+    before = math.atan2(r[0, 2], -r[1, 2]) if math.sin(inner) > _ROUNDING else 0.0
+    rest = (about_z(before) @ _about_x(inner)).T @ r  # accurate however small the inner angle is
+    return before, inner, math.atan2(rest[1, 0], rest[0, 0])
+
+
+def _about_x(angle: float) -> Array:
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def clean(numbers: Array) -> Array:
+    """Return numbers without the rounding errors of 0, 1 and -1.
+
+    Args:
+        numbers: numbers, shape (...).
+
+    Returns:
+        Cleaned numbers, shape (...).
+    """
+    near = np.clip(np.round(numbers), -1.0, 1.0)
+    return np.where(np.abs(numbers - near) < _ROUNDING, near, numbers)

@@ -1,0 +1,116 @@
+"""Numbers of a robot file that can be parameters of a system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from unmodelled.systems.robot.bodies import Actuator, Joint, Robot
+from unmodelled.systems.robot.links import Tree
+
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units at a joint.
+
+    Attributes:
+        position: unit of its coordinate.
+        speed: unit of its speed.
+        effort: unit of its torque or force.
+        inertia: unit of its armature.
+    """
+
+    position: str
+    speed: str
+    effort: str
+    inertia: str
+
+
+def units_of(joint: Joint) -> Units:
+    """Return the units at a joint.
+
+    Args:
+        joint: hinge or slide joint.
+
+    Examples:
+        >>> from unmodelled.systems.robot.compile import compiled
+        >>> robot = compiled('''<mujoco><worldbody><body name="cart"><joint name="rail" type="slide"/>
+        ...   <geom size="0.1"/></body></worldbody></mujoco>''', "cart.xml")
+        >>> units_of(robot.joints[0]).effort
+        'N'
+    """
+    return Units("m", "m/s", "N", "kg") if joint.slides else Units("rad", "rad/s", "N m", "kg m^2")
+
+
+@dataclass(frozen=True)
+class Property:
+    """Number of a body, a joint or an actuator.
+
+    Attributes:
+        element: name of the body, joint or actuator.
+        quantity: name of the number, such as "armature".
+        value: value in the file.
+        unit: SI unit.
+    """
+
+    element: str
+    quantity: str
+    value: float
+    unit: str
+
+    @property
+    def name(self) -> str:
+        """Name of the parameter."""
+        return f"{self.element}_{self.quantity}"
+
+    def matches(self, pattern: str) -> bool:
+        """Return whether a pattern such as "*.armature" names the number.
+
+        Args:
+            pattern: shell pattern of element and quantity with a dot between them.
+
+        Examples:
+            >>> Property("elbow", "armature", 0.01, "kg m^2").matches("*.armature")
+            True
+        """
+        return fnmatchcase(f"{self.element}.{self.quantity}", pattern)
+
+
+def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
+    """Yield all numbers of a robot file that can influence the motion of its links.
+
+    Args:
+        robot: bodies, joints and actuators.
+        tree: moving links.
+    """
+    moving = [link.joint for link in tree.links]
+    for k in sorted(moving):
+        joint = robot.joints[k]
+        u = units_of(joint)
+        yield Property(joint.name, "armature", joint.armature, u.inertia)
+        yield Property(joint.name, "damping", joint.damping, f"{u.effort} s/{u.position}")
+        yield Property(joint.name, "stiffness", joint.stiffness, f"{u.effort}/{u.position}")
+    for actuator in robot.actuators:
+        if actuator.joint in moving:
+            yield from _of_actuator(actuator, units_of(robot.joints[actuator.joint]))
+    for k in sorted(k for link in tree.links for k in link.bodies):
+        body = robot.bodies[k]
+        yield Property(body.name, "mass", body.mass, "kg")
+        for axis, x in zip(_AXES, body.com, strict=True):
+            yield Property(body.name, f"com_{axis}", float(x), "m")
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+            value = float(body.inertia[i, j])
+            yield Property(body.name, f"inertia_{_AXES[i]}{_AXES[j]}", value, "kg m^2")
+
+
+def _of_actuator(actuator: Actuator, units: Units) -> Iterator[Property]:
+    yield Property(actuator.name, "gear", actuator.gear, "1")
+    if actuator.kp:
+        yield Property(actuator.name, "kp", actuator.kp, f"{units.effort}/{units.position}")
+    if actuator.kv:
+        yield Property(actuator.name, "kv", actuator.kv, f"{units.effort} s/{units.position}")
+    if not actuator.is_servo:
+        yield Property(actuator.name, "gain", actuator.gain, "1" if actuator.gain == 1.0 else units.effort)
