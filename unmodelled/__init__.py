@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from unmodelled.api.diagnosis import NamedEffect as NamedEffect
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.example import example as example
+    from unmodelled.api.next_experiment import NextExperiment as NextExperiment
+    from unmodelled.api.next_experiment import next_experiment as next_experiment
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
@@ -44,6 +46,7 @@ else:
     _NAMES = {
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
+        "api.next_experiment": ("NextExperiment", "next_experiment"),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
@@ -41,7 +42,7 @@ def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
         fitted: fitted hypothesis.
     """
     study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
-    system = _shared(fitted)
+    system = with_fitted(fitted.hypothesis, fitted.fit.values)
     logs = study.logs
     for effect in effects:
         logs = extended(logs, effect.columns)
@@ -75,7 +76,7 @@ def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float
     """
     if not fitted.fit.own:
         return {}
-    study, system = fitted.hypothesis.study, _shared(fitted)
+    study, system = fitted.hypothesis.study, with_fitted(fitted.hypothesis, fitted.fit.values)
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
     logs = with_delays(system, study.logs)
     held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
@@ -85,9 +86,13 @@ def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float
     return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
 
 
-def _shared(fitted: FittedHypothesis) -> System:
-    """The system with the numbers and delays that all experiments share."""
-    hypothesis, values = fitted.hypothesis, fitted.fit.values
+def with_fitted(hypothesis: Hypothesis, values: Mapping[str, float]) -> System:
+    """Return the system of a hypothesis with given numbers, delays and the timing of its inputs.
+
+    Args:
+        hypothesis: the known physics with effects.
+        values: values by name of the unknown, SI; the timing of every input must be among them.
+    """
     system = with_numbers(hypothesis.full, hypothesis.effects, values)
     late = {u: values[name] for name, u in hypothesis.timing.items()}
     inputs = (replace(i, delay=i.delay + late.get(i.name, 0.0)) for i in system.inputs)

@@ -1,0 +1,157 @@
+"""The next experiment: two laws that are alike on the logs are told apart, within the limits."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from unmodelled.api.next_experiment import NextExperiment, planned
+from unmodelled.base.errors import BadInput
+from unmodelled.cli.verbs.next import next as next_verb
+from unmodelled.design.signals import references
+from unmodelled.diagnosis.answer.summary import SCHEMA
+from unmodelled.logs.folder import read_logs
+from unmodelled.systems.reader import read_system
+
+Array = NDArray[np.float64]
+
+MASS, DAMPING, FORCE, NOISE, PERIOD = 2.0, 0.5, 0.3, 1e-4, 0.02
+SYSTEM = f"""
+schema: system/1
+name: cart
+states: {{x: {{unit: m}}, v: {{unit: m/s}}}}
+inputs: {{force: {{unit: N}}}}
+outputs: {{x: {{unit: m}}, v: {{unit: m/s}}}}
+parameters: {{m: {{value: {MASS}, unit: kg}}, b: {{value: {DAMPING}, unit: N s/m}}}}
+ports: {{rail: {{effort: f, unit: N, position: x, velocity: v}}}}
+dynamics: {{x: v, v: (force - b*v - f)/m}}
+"""
+LIMITS = """
+duration: 2
+inputs: {force: {low: -1.5, high: 2, rate: 20}}
+travel: {x: {low: -0.3, high: 0.3}}
+"""
+
+
+def motion(force: Array, friction: bool, v: float = 0.0) -> Array:
+    """Position (m) and speed (m/s) of the cart by fine semi-implicit Euler steps, with friction or a load."""
+    x, rows = 0.0, [(0.0, v)]
+    for left, right in pairwise(force):
+        for k in range(50):
+            drive = left + (right - left) * (k + 0.5) / 50
+            law = FORCE * np.tanh(v / 0.01) if friction else FORCE
+            v += PERIOD / 50 * (drive - DAMPING * v - law) / MASS
+            x += PERIOD / 50 * v
+        rows.append((x, v))
+    return np.array(rows)
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """System, limits, logs of forward motion only, and an answer that cannot tell a load from friction."""
+    folder = tmp_path_factory.mktemp("cart")
+    (folder / "cart.yaml").write_text(SYSTEM)
+    (folder / "limits.yaml").write_text(LIMITS)
+    (folder / "logs").mkdir()
+    rng, t, ids = np.random.default_rng(0), PERIOD * np.arange(150), [f"run{k}" for k in range(4)]
+    for k, name in enumerate(ids):
+        force = 1.0 + 0.4 * np.sin((2.0 + k) * t)
+        y = motion(force, True, 0.5) + rng.normal(0.0, NOISE, (150, 2))
+        log = pd.DataFrame({"t": t, "force": force, "x": y[:, 0], "v": y[:, 1]})
+        log.to_csv(folder / "logs" / f"{name}.csv", index=False)
+    table = pd.DataFrame({"id": ids, "file": [f"{name}.csv" for name in ids]})
+    table.to_csv(folder / "logs" / "experiments.csv", index=False)
+    errors = {"augmented": 2e-4, "augmented_whole_run": 3e-4}
+    friction = {"family": "coulomb_friction", "port": "rail"}
+    load = {
+        "family": "constant_load",
+        "port": "rail",
+        "parameters": {},
+        "indistinguishable": [friction],
+    }
+    answer: dict[str, Any] = {
+        "schema": SCHEMA,
+        "system": "cart",
+        "verdict": "effect",
+        "seed": 0,
+        "where": {"experiments": [{"id": name} for name in ids]},
+        "gap": {"horizon": 0.4, "units": {"x": errors, "v": errors}},
+        "effects": [load],
+        "parameters": {},
+    }
+    (folder / "answer").mkdir()
+    (folder / "answer" / "diagnosis.json").write_text(json.dumps(answer))
+    return folder
+
+
+def proposed(case: Path, seed: int = 0) -> NextExperiment:
+    system = read_system(case / "cart.yaml")
+    answer = json.loads((case / "answer" / "diagnosis.json").read_text())
+    return planned(system, read_logs(case / "logs", system), answer, case / "limits.yaml", seed)
+
+
+@pytest.fixture(scope="module")
+def found(case: Path) -> NextExperiment:
+    return proposed(case)
+
+
+def gap(force: Array) -> float:
+    """Root mean square gap of the positions (m) with a load and with friction."""
+    return float(np.sqrt(np.mean((motion(force, True) - motion(force, False))[:, 0] ** 2)))
+
+
+def test_laws_that_are_alike_on_the_logs_are_told_apart(found: NextExperiment) -> None:
+    force = found.table()["force"].to_numpy()
+    odds = found.odds.iloc[0]
+    assert odds["proposed"] > 0.99
+    assert odds["proposed"] >= np.nanmax([odds["chirp"], odds["random"]])
+    limits = found.design.criterion.limits
+    chirps = references(limits, 0)["chirp"][:, :, 0]
+    inside = [u for u in chirps if all(np.abs(motion(u, f)[:, 0]).max() <= 0.3 for f in (True, False))]
+    assert gap(force) > 100.0 * NOISE
+    assert all(gap(force) > gap(u) for u in inside[:1])
+
+
+def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:
+    force = found.table()["force"].to_numpy()
+    assert -1.5 <= force.min() < force.max() <= 2.0
+    assert np.abs(np.diff(force)).max() <= 20.0 * PERIOD + 1e-9
+    for friction in (True, False):
+        assert np.abs(motion(force, friction)[:, 0]).max() <= 0.3 * 1.02
+
+
+def test_the_verb_writes_the_experiment_of_the_seed(
+    case: Path, found: NextExperiment, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = case / "out"
+    next_verb(case / "cart.yaml", case / "logs", case / "answer", case / "limits.yaml", out)
+    assert "tells" in capsys.readouterr().out
+    pd.testing.assert_frame_equal(pd.read_csv(out / "experiment.csv"), found.table(), atol=1e-8)
+    assert json.loads((out / "next.json").read_text()) == json.loads(json.dumps(found.content))
+    assert (out / "next_experiment.svg").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("low: -1.5", "low: 3", "low must be below high"),
+        ("force:", "torque:", "no 'torque'"),
+        ("duration: 2", "duration: -2", "must be positive"),
+        ("x: {", "y: {", "no 'y'"),
+        ("duration: 2", "duration: 1e9", "samples"),
+    ],
+)
+def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(LIMITS.replace(old, new))
+    with pytest.raises(BadInput, match=message) as error:
+        next_verb(case / "cart.yaml", case / "logs", case / "answer", limits, tmp_path / "out")
+    assert "\n" not in str(error.value) and str(limits) in str(error.value)
+    assert not (tmp_path / "out").exists()

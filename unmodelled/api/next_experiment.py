@@ -1,0 +1,154 @@
+"""The next experiment, as a user meets it: inputs within limits that tell models apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from unmodelled.api.diagnosis import Answer
+from unmodelled.base.files import replacing, replacing_folder, write_json
+from unmodelled.base.notebook import shown
+from unmodelled.base.ownership import writing
+from unmodelled.base.progress import say
+from unmodelled.base.tables import write_table
+from unmodelled.design.content import content, experiment, predictions, sentences
+from unmodelled.design.design import Design, design
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+EXPERIMENT, SUMMARY, PREDICTIONS, FIGURE = "experiment.csv", "next.json", "predictions", "next_experiment.svg"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NextExperiment:
+    """The experiment to measure next; made by `next_experiment`.
+
+    Attributes:
+        design: experiment, models and criterion.
+        sources: system file, logs and limits, by name; "" for what was in memory only.
+    """
+
+    design: Design
+    sources: Mapping[str, str]
+
+    @cached_property
+    def content(self) -> dict[str, Any]:
+        """Return the content of next.json."""
+        return content(self.design)
+
+    @property
+    def odds(self) -> pd.DataFrame:
+        """Return the probabilities that an experiment tells the named effects from each alternative.
+
+        Columns: alternative, proposed, chirp, random (0.5 is chance; nan where a reference experiment keeps
+        the limits at no amplitude).
+        """
+        rows = [{"alternative": each["label"], **each["odds"]} for each in self.content["alternatives"]]
+        numbers = ["proposed", "chirp", "random"]
+        table = pd.DataFrame(rows, columns=["alternative", *numbers])
+        return table.astype(dict.fromkeys(numbers, float))
+
+    def table(self) -> pd.DataFrame:
+        """Return the experiment: t (s), and every input in the unit of its column in the logs."""
+        return experiment(self.design)
+
+    def predictions(self) -> pd.DataFrame:
+        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value (SI)."""
+        return predictions(self.design)
+
+    def plot(self) -> Figure:
+        """Draw the inputs, and the outputs that every model predicts."""
+        from unmodelled.report.figures.next_experiment import next_experiment as drawn  # loads matplotlib
+        from unmodelled.report.figures.style import verbatim
+
+        with verbatim():
+            return drawn(self.predictions())
+
+    def save(self, folder: Path | str) -> None:
+        """Write experiment.csv, next.json, the table predictions and the figure next_experiment.svg.
+
+        Args:
+            folder: folder that is new, empty or holds an older proposal; replaced as a whole.
+
+        Raises:
+            BadInput: when the folder may not be replaced or cannot be written.
+        """
+        from unmodelled.report.figures.style import save, verbatim
+
+        with writing("next", Path(folder), self.sources), replacing_folder(Path(folder)) as new:
+            with replacing(new / EXPERIMENT) as temporary:
+                self.table().to_csv(temporary, index=False, float_format="%.9g")
+            write_json(new / SUMMARY, self.content)
+            write_table(self.predictions(), new / PREDICTIONS)
+            with verbatim(), replacing(new / FIGURE) as temporary:
+                save(self.plot(), temporary)
+
+    def __repr__(self) -> str:
+        return "\n".join(sentences(self.content))
+
+    def _repr_html_(self) -> str:
+        return shown("What to measure next", repr(self).splitlines(), {"Odds": self.odds})
+
+
+def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextExperiment:
+    """Design the experiment that tells the effects of an answer from their alternatives.
+
+    Every alternative is fitted to the logs in place of the effect that it may stand for. Then inputs of
+    five families (steps and holds, ramps, slow reversals, multisines, chirps) are searched for the largest
+    distance of the models' free runs, relative to sensor noise, to the uncertainty of all numbers, and to
+    the error of the named model over whole runs. If the answer lists no alternatives, the experiment
+    narrows the intervals of the named effects' numbers.
+
+    Args:
+        answer: answer of a diagnosis.
+        limits: YAML file with `duration`, `inputs` and, as needed, `travel`, `start`, `operating_point` and
+            `period`, see `unmodelled.design.limits.read_limits`.
+        seed: seed of the search; the same seed gives the same experiment; default 0.
+
+    Returns:
+        The experiment, with what every model predicts and a chirp and random levels to compare with.
+
+    Raises:
+        BadInput: when the answer asks to check the logs, the limits cannot be used, or no experiment keeps
+            them.
+
+    Examples:
+        >>> import tempfile, unmodelled as um
+        >>> answer = um.diagnose(*um.example("pendulum"))
+        >>> limits = Path(tempfile.mkdtemp()) / "limits.yaml"
+        >>> _ = limits.write_text(
+        ...     "duration: 4\\n"
+        ...     "inputs: {torque: {low: -0.5, high: 0.5, rate: 5}}\\n"
+        ...     "travel: {theta: {low: -1.0, high: 1.0}}\\n"
+        ... )
+        >>> found = um.next_experiment(answer, limits)
+        >>> found.table().columns.tolist(), bool(found.table()["torque"].abs().max() <= 0.5)
+        (['t', 'torque'], True)
+    """
+    about = answer.findings.diagnosis
+    return planned(about.system, about.logs, answer.findings.content, Path(limits), seed)
+
+
+def planned(system: System, logs: Logs, answer: Mapping[str, Any], limits: Path, seed: int) -> NextExperiment:
+    """Design the next experiment from the content of diagnosis.json, see `next_experiment`.
+
+    Args:
+        system: system of the diagnosis.
+        logs: logs of the diagnosis.
+        answer: content of diagnosis.json.
+        limits: file of the limits.
+        seed: seed of the search.
+
+    Raises:
+        BadInput: when system, logs, answer or limits cannot be used together.
+    """
+    sources = {"system": system.source, "logs": logs.source, "limits": str(limits)}
+    return NextExperiment(design(system, logs, answer, limits, seed, say), sources)

@@ -1,0 +1,151 @@
+"""Value of experiments: the distance of models, or the intervals of numbers after the experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.design.limits import Limits
+from unmodelled.design.rivals import Rival
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Value:
+    """Value of simulated experiments.
+
+    Attributes:
+        excess: largest excess of a travel limit by any model, shape (designs,), as a share of the limit's
+            width; 0 within all limits, inf where a simulation diverges.
+        distances: distance of every alternative from the named model, shape (designs, alternatives), in
+            standard deviations; nan beyond the limits.
+        after: standard deviations of the named model's numbers after the experiment, shape (designs,
+            numbers), SI; nan beyond the limits.
+    """
+
+    excess: Array
+    distances: Array
+    after: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Criterion:
+    """Criterion of an experiment.
+
+    The distance of two models is the T-criterion (Atkinson and Fedorov 1975): the weighted squared gap of
+    their outputs, minimised over the numbers of both within their uncertainty. With one model, the numbers'
+    covariance after the experiment counts (A-optimality). An output's weight is 1/(noise² + samples spread²):
+    noise differs from sample to sample; what experiments of one machine differ by may last a whole run, and
+    does not average out.
+
+    Attributes:
+        rivals: the named model, then its alternatives.
+        limits: limits of the experiment.
+        noise: standard deviation of the sensor noise, shape (outputs,), in units of the outputs.
+        spread: error of the named model over whole runs beyond the noise, shape (outputs,), in these units.
+        numbers: numbers of the named model whose relative intervals count if there are no alternatives.
+    """
+
+    rivals: Sequence[Rival]
+    limits: Limits
+    noise: Array
+    spread: Array
+    numbers: Sequence[str]
+
+    def __call__(self, u: Array) -> Value:
+        """Simulate experiments and compute their value.
+
+        Args:
+            u: inputs, shape (designs, samples, inputs), SI.
+        """
+        excess = np.max([self._excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0)
+        inside = np.flatnonzero(excess == 0.0)
+        named = self.rivals[0]
+        distances = np.full((len(u), len(self.rivals) - 1), np.nan)
+        after = np.full((len(u), len(named.values)), np.nan)
+        if len(inside):
+            y, slopes = self._weighted(named, u[inside])
+            deviation = named.root @ _root_after(slopes)
+            after[inside] = np.linalg.norm(deviation, axis=-1)
+            for k, other in enumerate(self.rivals[1:]):
+                own, its = self._weighted(other, u[inside])
+                distances[inside, k] = _distance(y - own, np.concatenate([slopes, -its], axis=1))
+        return Value(excess, distances, after)
+
+    def scores(self, found: Value) -> Array:
+        """Return what a search maximises: positive within the limits, below -1 beyond them.
+
+        Args:
+            found: value of experiments.
+
+        Returns:
+            The smallest distance, or the logarithm of the factor by which the relative intervals of the
+            numbers shrink (root mean square), shape (designs,).
+        """
+        beyond = -1.0 - np.minimum(found.excess, 1e6)
+        if len(self.rivals) > 1:
+            # ties of models that no experiment within the limits tells apart are left to the others
+            value = found.distances.min(axis=1) + 1e-3 * found.distances.mean(axis=1)
+        else:
+            before, after = (self.relative(s) for s in (self.before[None], found.after))
+            value = np.log(before / after)
+        return np.asarray(np.where(found.excess > 0.0, beyond, value))
+
+    @property
+    def before(self) -> Array:
+        """Return the standard deviations of the named model's numbers as the logs leave them, SI."""
+        return np.asarray(np.linalg.norm(self.rivals[0].root, axis=1))
+
+    def relative(self, deviation: Array) -> Array:
+        """Return the root mean square of the relative standard deviations of the counted numbers.
+
+        Args:
+            deviation: standard deviations of all numbers, shape (designs, numbers), SI.
+
+        Returns:
+            Root mean squares, shape (designs,).
+        """
+        named = self.rivals[0]
+        rows = [list(named.values).index(name) for name in self.numbers]
+        scales = [named.fitted.hypothesis.unknowns[k].scale for k in rows]
+        size = np.array([abs(named.values[n]) or s for n, s in zip(self.numbers, scales, strict=True)])
+        return np.asarray(np.sqrt(np.mean((deviation[:, rows] / size) ** 2, axis=1)))
+
+    def _weighted(self, rival: Rival, u: Array) -> tuple[Array, Array]:
+        """Outputs (designs, values) and their slopes (designs, numbers, values), in standard deviations."""
+        y, _ = rival.runs(u, self.limits, True)
+        unit = np.sqrt(self.noise**2 + self.limits.samples * self.spread**2)
+        flat = np.nan_to_num((y / unit).reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
+        slopes = (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
+        return flat[:, 0], slopes
+
+    def _excess(self, watched: Array) -> Array:
+        """Largest excess (designs,) of watched quantities (designs, samples, quantities)."""
+        found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
+        for k, own in enumerate(self.limits.travel.values()):
+            x = np.nan_to_num(watched[:, :, k], nan=1e30, posinf=1e30, neginf=-1e30)
+            width = own.high - own.low if np.isfinite(own.high - own.low) else 1.0
+            speed = np.abs(np.diff(x, axis=1)).max(axis=1) / self.limits.period
+            beyond = np.maximum(own.low - x.min(axis=1), x.max(axis=1) - own.high) / width
+            found = np.maximum(found, np.maximum(beyond, speed / own.rate - 1.0))
+        return np.asarray(np.maximum(found, 0.0))
+
+
+def _root_after(slopes: Array) -> Array:
+    """Roots (designs, n, n) of the covariance (1 + S S^T)^-1 after an experiment, of numbers in units of
+    their deviations before; slopes S: (designs, n, values).
+    """
+    information = np.eye(slopes.shape[1]) + slopes @ slopes.swapaxes(1, 2)
+    eigenvalues, vectors = np.linalg.eigh(information)
+    return np.asarray(vectors / np.sqrt(eigenvalues)[:, None, :])
+
+
+def _distance(gap: Array, slopes: Array) -> Array:
+    """Distance (designs,) of outputs that differ by `gap` (designs, values) where numbers may still move."""
+    root = _root_after(slopes)
+    moved = np.einsum("dnk,dn->dk", root, np.einsum("dnv,dv->dn", slopes, gap))
+    return np.asarray(np.sqrt(np.maximum(np.sum(gap**2, axis=1) - np.sum(moved**2, axis=1), 0.0)))

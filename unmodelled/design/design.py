@@ -1,0 +1,168 @@
+"""Design of the next experiment from the answer of a diagnosis."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.design.criterion import Criterion, Value
+from unmodelled.design.limits import read_limits
+from unmodelled.design.rivals import Entry, Rival, fitted_rival
+from unmodelled.design.search import Found, best_experiment
+from unmodelled.design.signals import references
+from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.search.input_hold import begun
+from unmodelled.diagnosis.search.log_faults import without_copies
+from unmodelled.logs.logs import Logs
+from unmodelled.report.headline import effect_names
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The next experiment, with what every model predicts for it.
+
+    Attributes:
+        system: system of the diagnosis.
+        criterion: models, limits and criterion.
+        found: the proposed experiment.
+        seed: seed of the search.
+        alternatives: the alternatives of the named effects, as diagnosis.json names them.
+    """
+
+    system: System
+    criterion: Criterion
+    found: Found
+    seed: int
+    alternatives: tuple[Entry, ...]
+
+    @cached_property
+    def value(self) -> Value:
+        """Return the value of the proposed experiment."""
+        return self.criterion(self.found.u[None])
+
+    @cached_property
+    def compared(self) -> Mapping[str, Value | None]:
+        """Return the values of the chirp and of the random experiment of the same length.
+
+        Each has the largest amplitude at which all models stay within the limits; None where none does.
+        """
+        given = references(self.criterion.limits, self.seed)
+        return {name: _largest(self.criterion(u)) for name, u in given.items()}
+
+    @cached_property
+    def predictions(self) -> Mapping[str, Array]:
+        """Return the outputs, shape (samples, outputs), SI, that every model predicts, by its label."""
+        limits, u = self.criterion.limits, self.found.u[None]
+        return {r.label: r.runs(u, limits, False)[0][0, 0] for r in self.criterion.rivals}
+
+
+def design(
+    system: System,
+    logs: Logs,
+    answer: Mapping[str, Any],
+    limits: Path,
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Design:
+    """Design the experiment that tells the named effects from their alternatives best.
+
+    If the answer lists no alternatives, the experiment makes the relative intervals of the effects' numbers
+    small; without effects, those of the refitted parameters.
+
+    Args:
+        system: system of the diagnosis.
+        logs: logs of the diagnosis.
+        answer: content of diagnosis.json.
+        limits: file of the limits, see `read_limits`.
+        seed: seed of the search.
+        progress: function that is called with a line of text at each step.
+
+    Raises:
+        BadInput: when the answer is of other logs or asks to check them, the limits cannot be used, or no
+            experiment keeps them.
+    """
+    _check(system, logs, answer)
+    bounds = read_limits(limits, system, logs)
+    horizon, study_seed = float(answer["gap"]["horizon"]), int(answer["seed"])
+    system, logs, _ = without_copies(system, logs, horizon)
+    study = Study.of(system, different(logs), horizon, study_seed)
+    search = begun(study, os.cpu_count() or 1, progress)
+    named: list[Entry] = answer["effects"]
+    known = {k: v for entry in named for k, v in entry["parameters"].items()} | answer["parameters"]
+    swaps = [(k, other) for k, entry in enumerate(named) for other in entry["indistinguishable"]]
+    progress("fit the named effects and their alternatives")
+    rivals = [fitted_rival(search, named, known, _label(named))]
+    for k, other in swaps:
+        exchanged = [*named[:k], other, *named[k + 1 :]]
+        kept = {n: v for n, v in known.items() if n not in named[k]["parameters"]}
+        rivals.append(fitted_rival(search, exchanged, kept, _label(exchanged)))
+    numbers = _numbers(rivals[0], answer, bool(swaps))
+    noise, spread = _uncertainty(study, answer)
+    criterion = Criterion(rivals, bounds, noise, spread, numbers)
+    found = best_experiment(criterion, seed, progress)
+    if found.score < 0.0:
+        raise BadInput(
+            f"{limits}: travel: no experiment of {bounds.duration:g} s was found in which all models stay "
+            "within the limits: widen them, shorten `duration`, or change `start`"
+        )
+    return Design(study.system, criterion, found, seed, tuple(other for _, other in swaps))
+
+
+def _check(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:
+    if answer["system"] != system.name:
+        raise BadInput(f"answer: is of the system {answer['system']}, not of {system.name}: diagnose again")
+    if answer["verdict"] == "check_logs":
+        raise BadInput(
+            "answer: asks to check the logs: correct them as it says and diagnose again, then plan"
+        )
+    missing = [e["id"] for e in answer["where"]["experiments"] if e["id"] not in logs.ids]
+    if missing:
+        raise BadInput(f"answer: is of other logs, there is no experiment {missing[0]}: diagnose again")
+
+
+def _label(entries: list[Entry]) -> str:
+    """Name of a model: its effects in words of the answer."""
+    return effect_names(entries) if entries else "the known physics"
+
+
+def _numbers(named: Rival, answer: Mapping[str, Any], rivals: bool) -> list[str]:
+    """The numbers whose intervals count: those of the effects, or the refitted parameters without effects."""
+    wanted = [n for entry in answer["effects"] for n in entry["parameters"]] or list(answer["parameters"])
+    found = [name for name in wanted if name in named.values]
+    if not found and not rivals:
+        raise BadInput(
+            "answer: names no effect and no refitted parameter, so there is nothing to tell apart or to "
+            "measure: mark uncertain parameters with `identify: true` in the system file and diagnose again"
+        )
+    return found
+
+
+def _uncertainty(study: Study, answer: Mapping[str, Any]) -> tuple[Array, Array]:
+    """Sensor noise, and the error of the named model over whole runs beyond it, in units of the outputs."""
+    noise, units = study.sensors.noise, answer["gap"]["units"]
+    found = []
+    for k, name in enumerate(study.logs.outputs):
+        errors = (units[name]["augmented_whole_run"], units[name]["augmented"])
+        error = next((e for e in errors if e is not None), float(study.sensors.scale[k]))
+        found.append(np.sqrt(max(error**2 - noise[k] ** 2, 0.0)))
+    return noise, np.array(found)
+
+
+def _largest(found: Value) -> Value | None:
+    """Value of the first experiment within the limits."""
+    inside = np.flatnonzero(found.excess == 0.0)[:1]
+    if not len(inside):
+        return None
+    return Value(found.excess[inside], found.distances[inside], found.after[inside])

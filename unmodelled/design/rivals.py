@@ -1,0 +1,252 @@
+"""Models that explain the logs of a diagnosis equally well, fitted to these logs and ready to simulate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.design.limits import Limits
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.judged_models import with_fitted
+from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.effects.columns import Member
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.program import Program
+from unmodelled.systems.model import System, symbol
+
+Array = NDArray[np.float64]
+Entry = Mapping[str, Any]
+
+#: Starting values of a fit that are tried, at most.
+STARTS = 24
+#: Half of a 95 % interval, in standard deviations.
+HALF_INTERVAL = 1.96
+
+
+def place_of(entry: Entry) -> Place:
+    """Return the place of an effect in diagnosis.json.
+
+    Args:
+        entry: effect with `port` and, where they apply, `parameter`, `factor` and `level`.
+
+    Examples:
+        >>> place_of({"family": "actuator_offset", "port": "actuator:torque"}).name
+        'torque'
+    """
+    local = entry.get("factor"), entry.get("level")
+    if "parameter" in entry:
+        return Place("parameter", entry["parameter"], *local)
+    kind, _, name = entry["port"].rpartition(":")
+    match kind:
+        case "actuator":
+            return Place("actuator", name, *local)
+        case "sensor":
+            return Place("sensor", name, *local)
+        case _:
+            return Place("port", name, *local)
+
+
+def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, label: str) -> Rival:
+    """Fit the known physics with effects to the training experiments of a diagnosis.
+
+    Args:
+        search: search of the diagnosis, begun on its system and logs.
+        entries: effects, as diagnosis.json names them.
+        known: numbers that the diagnosis identified, by name, each with `value` or `identified`.
+        label: name of the model.
+
+    Returns:
+        The fitted model.
+
+    Raises:
+        BadInput: when the system does not have the place of an effect.
+    """
+    hypothesis = Hypothesis.known(search.study)
+    library = {(e.family, e.variant): e for e in effects()}
+    for entry in entries:
+        effect = library.get((entry["family"], entry.get("variant", "")))
+        try:
+            if effect is None:
+                raise KeyError(entry["family"])
+            hypothesis = hypothesis.plus(effect, place_of(entry))
+        except KeyError:
+            raise BadInput(
+                f"answer: {entry['family']} at {entry['port']} cannot be added to "
+                f"{search.study.system.place}: use the system file of the diagnosis; "
+                "a port that the diagnosis added must stand in it"
+            ) from None
+    values = {name: float(each.get("value", each.get("identified"))) for name, each in known.items()}
+    free = {n: g for e in hypothesis.effects for n, g in e.shapes.items() if n not in values}
+    grids = list(product(*free.values()))
+    starts = [{**values, **dict(zip(free, g, strict=True))} for g in grids[:: -(-len(grids) // STARTS)]]
+    fitted = FittedHypothesis.of(hypothesis, search.fitted, starts)
+    doubts = {n: np.ptp(each["interval"]) / (2.0 * HALF_INTERVAL) for n, each in known.items()}
+    return Rival(label, fitted, doubts)
+
+
+@dataclass(frozen=True, eq=False)
+class Rival:
+    """A fitted model with the uncertainty of its numbers.
+
+    Attributes:
+        label: name of the model.
+        fitted: fit to the training experiments of the diagnosis.
+        doubts: standard deviations of numbers by name, SI, where the diagnosis knows them; the larger one of
+            these and of the fit counts.
+    """
+
+    label: str
+    fitted: FittedHypothesis
+    doubts: Mapping[str, float]
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Return the fitted numbers by name, SI; of a number that differs between experiments the mean."""
+        own = {name: float(np.mean(list(each.values()))) for name, each in self.fitted.fit.own.items()}
+        return {u.name: {**self.fitted.fit.values, **own}[u.name] for u in self.fitted.hypothesis.unknowns}
+
+    @cached_property
+    def root(self) -> Array:
+        """Return R, shape (numbers, numbers), SI: R times its transpose is the covariance of the numbers."""
+        fit, unknowns = self.fitted.fit, self.fitted.hypothesis.unknowns
+        rows = [fit.names.index(u.name) if u.name in fit.names else -1 for u in unknowns]
+        covariance = np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)[np.ix_(rows, rows)]
+        deviation = np.array([self._deviation(k) for k in range(len(unknowns))])
+        own = np.sqrt(np.diag(covariance))
+        usable = (own > 0.0) & (np.array(rows) >= 0)
+        scale = np.where(usable, own, 1.0)
+        correlation = np.where(np.outer(usable, usable), covariance / np.outer(scale, scale), 0.0)
+        np.fill_diagonal(correlation, 1.0)
+        eigenvalues, vectors = np.linalg.eigh(correlation)
+        return np.asarray(deviation[:, None] * vectors * np.sqrt(np.maximum(eigenvalues, 0.0)))
+
+    def _deviation(self, number: int) -> float:
+        """Standard deviation of an unknown, at most half of the width of its bounds."""
+        fit, unknown = self.fitted.fit, self.fitted.hypothesis.unknowns[number]
+        if unknown.own:
+            found = float(np.std(list(fit.own[unknown.name].values())))
+        else:
+            row = fit.names.index(unknown.name)
+            found = float(np.sqrt(fit.covariance[row, row]))
+        found = max(found, self.doubts.get(unknown.name, 0.0))
+        widest = 0.5 * (unknown.high - unknown.low)
+        widest = widest if np.isfinite(widest) else 10.0 * unknown.scale
+        return min(found, widest) if np.isfinite(found) else widest
+
+    @cached_property
+    def sets(self) -> tuple[list[System], Array]:
+        """Return systems at the fitted numbers and one step along every column of `root`, and the steps.
+
+        A step is a standard deviation, or less where a bound is nearer, in the direction with more room.
+        """
+        unknowns = self.fitted.hypothesis.unknowns
+        here = np.array(list(self.values.values()))
+        low, high = np.array([u.low for u in unknowns]), np.array([u.high for u in unknowns])
+        size = np.array([u.scale for u in unknowns])
+        points, steps = [here], []
+        for column in self.root.T:
+            both = [np.clip(here + sign * column, low, high) for sign in (1.0, -1.0)]
+            lengths = [float(np.linalg.norm((there - here) / size)) for there in both]
+            side = int(np.argmax(lengths))
+            points.append(both[side])
+            steps.append(1.0 if side == 0 else -1.0)
+        names = list(self.values)
+        systems = [
+            with_fitted(self.fitted.hypothesis, dict(zip(names, point.tolist(), strict=True)))
+            for point in points
+        ]
+        return systems, np.array(steps)
+
+    def runs(self, u: Array, limits: Limits, every: bool) -> tuple[Array, Array]:
+        """Simulate experiments.
+
+        Args:
+            u: inputs, shape (designs, samples, inputs), SI.
+            limits: start, operating point, watched travel, sampling period.
+            every: whether the steps along the columns of `root` are simulated too.
+
+        Returns:
+            Outputs as sensors show them, shape (designs, sets, samples, outputs), and the quantities whose
+            travel is limited, shape (designs, sets, samples, quantities), SI.
+        """
+        systems = self.sets[0] if every else self.sets[0][:1]
+        designs, samples, _ = u.shape
+        # by (set, design, sample): every set of numbers has input delays of its own
+        late = [[item.delay / limits.period for item in s.inputs] for s in systems]
+        tables = np.concatenate([_later(u, delays).reshape(-1, u.shape[2]) for delays in late])
+        first = samples * np.arange(designs)
+        windows = Windows(
+            *(tables, np.tile(limits.period * np.arange(samples), designs), first),
+            *(np.full(designs, samples - 1), np.zeros(designs, np.int64)),
+            samples * designs * np.arange(len(systems)),
+        )
+        c = self._constants(limits)
+        p = np.array([s.values for s in systems])[None]
+        x0 = np.array([self._start(s, limits, c, u[0, 0]) for s in systems])
+        substeps = self.fitted.fit.substeps * -(-limits.period // self.fitted.hypothesis.study.logs.period)
+        hold = tuple(item.course for item in systems[0].inputs)
+        how = Integration(limits.period, "rk4", max(int(substeps), 1), hold)
+        start = np.tile(x0, (designs, 1, 1))
+        with np.errstate(all="ignore"):
+            found = free_run(self._equations(tuple(limits.travel)), windows, p, c[None], start, how)
+        outputs = len(systems[0].outputs)
+        y = found[..., :outputs]
+        shown = [[item.delay / limits.period for item in s.outputs] for s in systems]
+        y = np.stack([_later(y[:, k], delays) for k, delays in enumerate(shown)], axis=1)
+        return y, found[..., outputs:]
+
+    def _equations(self, watched: tuple[str, ...]) -> Program:
+        system, known = self.sets[0][0], self.__dict__.setdefault("_programs", {})
+        if watched not in known:
+            outputs = {o.name: o.expression for o in system.outputs}
+            names = {s.name for s in system.states}
+            more = [outputs[n] if n in outputs and n not in names else system.expression(n) for n in watched]
+            known[watched] = Program.of(system, [*outputs.values(), *more])
+        found: Program = known[watched]
+        return found
+
+    def _constants(self, limits: Limits) -> Array:
+        """Operating point, with the constants of the effects: the experiment belongs to the group of an
+        effect, and comes after all others.
+        """
+        hypothesis = self.fitted.hypothesis
+        values = dict(limits.constants)
+        for effect in hypothesis.effects:
+            for name, column in effect.columns.items():
+                values[name] = 1.0 if isinstance(column, Member) else float(len(hypothesis.study.logs))
+        return np.array([values[c.name] for c in hypothesis.system.operating_point])
+
+    @staticmethod
+    def _start(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
+        """States at the start; those that are not given follow from the system file."""
+        known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
+        known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
+        known |= {symbol(s.name): limits.start.get(s.name, 0.0) for s in system.states}
+        return [
+            limits.start[s.name] if s.name in limits.start else float(s.initial.xreplace(known))
+            for s in system.states
+        ]
+
+
+def _later(values: Array, delays: Sequence[float]) -> Array:
+    """Signals (designs, samples, channels), each by its delay (samples) later; they rest before the start."""
+    if not any(delays):
+        return values
+    last = values.shape[1] - 1
+    shifted = []
+    for k, delay in enumerate(delays):
+        at = np.clip(np.arange(last + 1) - delay, 0.0, last)
+        left = np.minimum(at.astype(np.int64), last - 1)
+        own = values[:, :, k]
+        shifted.append(own[:, left] + (at - left) * (own[:, left + 1] - own[:, left]))
+    return np.stack(shifted, axis=-1)

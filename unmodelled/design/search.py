@@ -1,0 +1,81 @@
+"""Search for the experiment of highest value: differential evolution in every family of signals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import differential_evolution
+from scipy.stats import qmc
+
+from unmodelled.design.criterion import Criterion
+from unmodelled.design.signals import FAMILIES, Family
+
+Array = NDArray[np.float64]
+
+#: Members of a population, generations in every family, and further ones around the best experiment, which
+#: are first drawn within `NEAR` of it: a budget of time.
+POPULATION, GENERATIONS, REFINED, NEAR = 32, 16, 30, 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The experiment of highest value.
+
+    Attributes:
+        family: family of its signals.
+        u: inputs, shape (samples, inputs), SI.
+        score: its score, see `Criterion.scores`; below 0 if no experiment keeps the limits.
+    """
+
+    family: Family
+    u: Array
+    score: float
+
+
+def best_experiment(criterion: Criterion, seed: int, progress: Callable[[str], None]) -> Found:
+    """Return the experiment of highest value over all families of signals.
+
+    Args:
+        criterion: criterion with the limits.
+        seed: seed of the search; the same seed gives the same experiment.
+        progress: function that is called with a line of text at each step.
+    """
+    found: list[tuple[float, int, Array]] = []
+    for number, family in enumerate(FAMILIES):
+        progress(f"search {family.name}")
+        size = family.size * len(criterion.limits.inputs)
+        first = np.asarray(qmc.Halton(size, seed=seed).random(POPULATION))
+        score, z = _evolved(criterion, family, first, seed, GENERATIONS)
+        found.append((score, number, z))
+    score, number, z = max(found, key=lambda one: one[0])
+    family = FAMILIES[number]
+    progress(f"refine {family.name}")
+    near = z + NEAR * np.random.default_rng([seed, 2]).standard_normal((POPULATION, len(z)))
+    near[0] = z
+    score, z = _evolved(criterion, family, np.clip(near, 0.0, 1.0), seed, REFINED)
+    return Found(family, family.inputs(z[None], criterion.limits)[0], score)
+
+
+def _evolved(
+    criterion: Criterion, family: Family, first: Array, seed: int, generations: int
+) -> tuple[float, Array]:
+    """Score and point of the best experiment that a population, shape (members, size), evolves to."""
+
+    def cost(z: Array) -> Array:
+        found = criterion(family.inputs(z.reshape(len(z), -1).T, criterion.limits))
+        return np.asarray(-criterion.scores(found))
+
+    result = differential_evolution(
+        *(cost, [(0.0, 1.0)] * first.shape[1]),
+        init=first,
+        maxiter=generations,
+        tol=0.0,
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=np.random.default_rng([seed, 3]),
+    )
+    return -float(result.fun), np.asarray(result.x)
