@@ -20,7 +20,7 @@ from scipy.io import loadmat, whosmat
 from pipeline.recordings.log_folder import Experiment, parts, write_log_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing_folder
-from unmodelled.base.limits import check_file, check_memory, limit_process
+from unmodelled.base.limits import check_file, check_memory, limited_process
 from unmodelled.base.workers import pool_of
 
 Array = NDArray[np.float64]
@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 FILES = {"plain": "DATA_EMPS.mat", "pulses": "DATA_EMPS_PULSES.mat"}
 #: Time (s), voltage of the drive with the pulses in it (V), measured position (m).
 COLUMNS = ("t", "vir", "qm")
+#: Processor time that reading a recording may take; it takes a tenth of a second.
+SECONDS = 60.0
 
 
 @dataclass(frozen=True)
@@ -110,9 +112,9 @@ def _variables(path: Path) -> dict[str, Any] | str:
         with path.open("rb") as file:
             sizes = {name: math.prod(shape) for name, shape, _ in whosmat(file)}
             check_memory(path, 8 * sum(sizes.get(name, 0) for name in COLUMNS))
-            limit_process()  # what is compressed can be larger than it says
             file.seek(0)
-            found = loadmat(file, variable_names=list(COLUMNS))
+            with limited_process(SECONDS):  # what is compressed can be larger than it says
+                found = loadmat(file, variable_names=list(COLUMNS))
     except BadInput:
         raise
     except MemoryError:

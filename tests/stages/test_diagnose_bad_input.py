@@ -61,7 +61,7 @@ ARGUMENTS: list[tuple[list[str], str]] = [
     (["system=logs"], r"logs: no such file"),
     (["system=logs/a.csv"], r"logs/a\.csv: line 1: .*mapping"),
     (["logs=nowhere"], r"nowhere: no such folder"),
-    (["logs=system.yaml"], r"system\.yaml: is a file, not a folder with experiments"),
+    (["logs=system.yaml"], r"system\.yaml: line 1: schema: must start with 'schema: mapping/1'"),
     (["logs=empty"], r"empty/experiments\.csv: no such file"),
     (["logs=" + "x" * 300], r"logs: File name too long"),
     (["out=logs"], "logs: is the input logs=logs"),

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import resource
+import signal
 import stat
 from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import psutil
@@ -78,11 +81,26 @@ def check_memory(what: Path | str, needed: float) -> None:
         )
 
 
-def limit_process() -> None:
-    """Limit the memory of this process to what `check_memory` allows.
+@contextmanager
+def limited_process(seconds: float) -> Iterator[None]:
+    """Limit the memory of this process to what `check_memory` allows, and the processor time of a block.
 
-    Meant for a worker process that reads one file. Beyond the limit Python raises MemoryError.
+    Meant for a worker process that reads files. Beyond the memory Python raises MemoryError; at the end of
+    the time the process ends.
+
+    Args:
+        seconds: processor time of the block, s.
     """
+    _limit_memory()
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+@cache  # once: a second time it would leave a part of the part
+def _limit_memory() -> None:
     most = int(psutil.Process().memory_info().vms + _allowed(available()))
     resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput, Faults
+from unmodelled.base.limits import check_file
 from unmodelled.logs.mapping import MAPPING
 from unmodelled.logs.readers.known import read_files, reader_of
 from unmodelled.logs.readers.reader import Table
@@ -94,6 +95,9 @@ def _places(folder: Path) -> list[Path]:
     if _is_bag(folder):
         return [folder]
     entries = [path for path in sorted(folder.rglob("*"))[:SEEN] if not _is_hidden(path, folder)]
+    for path in entries:
+        if not path.is_file() and not path.is_dir():
+            check_file(path)  # says what a pipe or a device is
     bags = [path for path in entries if path.is_dir() and _is_bag(path)]
     files = [
         path

@@ -13,7 +13,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.files import replacing
-from unmodelled.base.limits import check_file, check_memory, limit_process
+from unmodelled.base.limits import check_file, check_memory, limited_process
 from unmodelled.base.shapes import ORIGIN, check_shape
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.cells import check_finite
@@ -211,22 +210,14 @@ def _origin(path: Path, provenance: str | None) -> dict[str, Any]:
 
 def _limited(function: Callable[..., Any], place: Address, *args: Any) -> Any:
     """Call `function` in the process that reads, within its limits; refuse what the library cannot read."""
-    _limit_memory()
-    signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
-        return function(*args)
+        with limited_process(SECONDS):
+            return function(*args)
     except BadInput:
         raise
     except Exception as error:  # there is no common base of what a damaged file can raise
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{place.path}: not an HDF5 file, or damaged ({reason[:100]})") from None
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-
-
-@cache
-def _limit_memory() -> None:
-    limit_process()  # once: a second time it would leave a part of the part
 
 
 def _columns(place: Address, units: Mapping[str, str]) -> dict[str, Array]:

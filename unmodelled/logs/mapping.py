@@ -133,7 +133,7 @@ def mapping_of(place: Path) -> Path | None:
     """
     if place.suffix.lower() in _ENDINGS and not place.is_dir():
         return place
-    if not (place / MAPPING).is_file():
+    if not (place / MAPPING).exists():
         return None
     if (place / "experiments.csv").exists():
         raise BadInput(

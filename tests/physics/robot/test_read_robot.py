@@ -95,6 +95,14 @@ def test_what_moves_nothing_is_not_read(tmp_path: Path) -> None:
     assert system_of(tmp_path, robot).dynamics == system_of(tmp_path, SERVO).dynamics
 
 
+def test_what_simulators_and_ros_add_to_a_urdf_is_not_read(tmp_path: Path) -> None:
+    plugin = '<gazebo><plugin name="ros_control" filename="libgazebo_ros_control.so"/></gazebo>'
+    transmission = '<transmission name="t"><joint name="elbow"/><actuator name="m"/></transmission>'
+    with_more = ARM.replace("</robot>", f"{plugin}{transmission}</robot>")
+    (tmp_path / "plain").mkdir()
+    assert system_of(tmp_path, with_more, "", "arm.urdf").dynamics == arm(tmp_path / "plain").dynamics
+
+
 def test_force_limits_of_joints_are_noted(tmp_path: Path) -> None:
     robot = SERVO.replace('name="1" axis', 'name="1" actuatorfrcrange="-1 1" axis')
     assert any("force limits (actuatorfrcrange) of 1" in note for note in system_of(tmp_path, robot).notes)

@@ -13,9 +13,10 @@ _JUDGEMENT = "judgement of its first version; no study is recorded"
 _ALARMS = "no false alarm on 139 withheld cases, EMPS and six other measured machines (rule_changes.md)"
 _HORIZONS = "chosen on measured machines (rule_changes.md)"
 _NO_FAULT = "none of the faults of 17 logs changes at half and at twice the value (decision 10)"
+_REGION = "half: none of 3 diagnoses; twice: regions of 1"
 _NO_PLACE = "no channel, region or factor of 3 diagnoses changes at half and at twice the value (decision 10)"
 _NO_REMARK = "decides no verdict"
-_NO_DECISION = "none of 10 decisions changes at half and at twice the value (decision 10)"
+_NO_DECISION = "none of 12 decisions changes at half and at twice the value (decision 10)"
 _UNMEASURED = "not measured"
 
 
@@ -153,44 +154,44 @@ class Thresholds:
         0.95,
         "probability",
         "usual level of tests and intervals",
-        "0.475: verdict of 1 of 10 decisions, effect of another one; 0.975: none",
+        "0.475: verdict of 1 of 12 decisions, effect of another one; 0.975: none",
     )
     material_share: float = _threshold(
         0.05,
         "share of the known physics' error",
         _JUDGEMENT,
-        "half: none of 10 decisions; twice: verdict of 1",
+        "half: one effect more in 2 of 12 decisions; twice: one less in 1",
     )
     further_rest: float = _threshold(
         0.3,
         "share of the error",
         "half of the squared error",
-        "half: other effects in 1 of 10 decisions; twice: in 1",
+        "half: one effect more in 1 of 12 decisions; twice: one less in 1",
     )
     exchanged_rest: float = _threshold(
         0.1,
         "share of the error",
         "a fifth of the squared error",
-        "half: none of 10 decisions; twice: another effect in 1",
+        "half: none of 12 decisions; twice: verdict of 1, another effect in 2",
     )
     negligible_error: float = _threshold(
         0.01,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: verdict of 1 of 10 decisions; twice: other effects in 2",
+        "half: none of 12 decisions; twice: verdict of 1, other effects in 3",
     )
     unexplained_gap: float = _threshold(
         0.1,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: none of 10 decisions; twice: verdict of 1",
+        "half: none of 12 decisions; twice: verdict of 1",
     )
     least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _NO_DECISION)
     alike_errors: float = _threshold(
         2.0,
         "standard errors",
         "about 95 %",
-        "half: fewer indistinguishable effects in 3 of 10 decisions; twice: none",
+        "half: fewer indistinguishable effects in 3 of 12 decisions; twice: more in 2",
     )
 
     # Effects that cannot be told apart
@@ -198,10 +199,13 @@ class Thresholds:
         0.6,
         "units of complexity",
         _DEVELOPMENT,
-        "half: other indistinguishable effects in 2 of 10 decisions; twice: in 2",
+        "half: other indistinguishable effects in 1 of 12 decisions; twice: in 2",
     )
     most_equal: int = _threshold(
-        3, "candidates", _JUDGEMENT, "half: fewer indistinguishable effects in 2 of 10 decisions; twice: none"
+        3,
+        "candidates",
+        _JUDGEMENT,
+        "half: fewer indistinguishable effects in 3 of 12 decisions; twice: more in 1",
     )
 
     # Numbers that make no sense, and numbers that the logs do not determine
@@ -259,7 +263,7 @@ class Thresholds:
     )
 
     # Where the gap lies
-    shown_channel_share: float = _threshold(0.2, "share of the gap", _JUDGEMENT, _NO_PLACE)
+    shown_channel_share: float = _threshold(0.2, "share of the gap", _JUDGEMENT, _REGION)
     least_gap_share: float = _threshold(0.005, "share of the gap", _JUDGEMENT, _NO_PLACE)
     input_likeness: float = _threshold(
         0.999,
@@ -278,19 +282,17 @@ class Thresholds:
     opposite_rest: float = _threshold(0.1, "share of what is left", _JUDGEMENT, _NO_REMARK)
     clear_correction: float = _threshold(4.0, "noise variances", _JUDGEMENT, _NO_PLACE)
     blind_error: float = _threshold(3.0, "median standard errors", _JUDGEMENT, _NO_PLACE)
-    enough_experiments: int = _threshold(4, "experiments", _JUDGEMENT, _NO_PLACE)
+    enough_experiments: int = _threshold(4, "experiments", _JUDGEMENT, _REGION)
     region_density: float = _threshold(
         1.5,
         "share of the correction per share of the samples",
         _JUDGEMENT,
-        "half: 1 region more in 3 diagnoses; twice: 1 less",
+        "regions of 1 of 3 diagnoses at half, of 1 at twice the value",
     )
     region_t: float = _threshold(
-        2.0, "standard errors", "about 95 %", "half: 8 regions more in 3 diagnoses; twice: 1 less"
+        2.0, "standard errors", "about 95 %", "regions of 2 of 3 diagnoses at half, of 1 at twice the value"
     )
-    region_share: float = _threshold(
-        0.1, "share of the squared correction", _JUDGEMENT, "half: none in 3 diagnoses; twice: 1 region less"
-    )
+    region_share: float = _threshold(0.1, "share of the squared correction", _JUDGEMENT, _REGION)
     most_regions: int = _threshold(6, "regions", _JUDGEMENT, _NO_PLACE)
     factor_density: float = _threshold(
         1.3, "share of the gap per share of the samples", _JUDGEMENT, _NO_PLACE

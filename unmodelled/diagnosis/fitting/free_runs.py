@@ -131,15 +131,17 @@ def _units(
     ends = near[full, recording.steps[full] - 1]
     beyond = ~(np.abs(far) <= DIVERGED)
     diverged = np.asarray((beyond & longest.counted[:, :, None]).any(axis=1))
-    units, notes = {}, []
+    units: dict[str, Off] = {}
+    shown: dict[str, list[str]] = {}  # outputs by the experiments in which they diverge
     for j, output in enumerate(simulation.system.outputs):
         at_horizon = ends[:, j] if (np.abs(ends[:, j]) <= DIVERGED).all() else None
         over_all = None if diverged[:, j].any() else far[:, :, j][longest.counted]
         units[output.name] = Off(output.unit, *(_rms_of(each, scale[j]) for each in (at_horizon, over_all)))
         if over_all is None:
             where = ", ".join(recording.logs.ids[i] for i in sorted(owner[diverged[:, j]]))
-            notes.append(f"{output.name}: the simulation of whole runs diverges in {where}")
-    return units, notes
+            shown.setdefault(where, []).append(output.name)
+    notes = (f"{', '.join(o)}: the simulation of whole runs diverges in {ids}" for ids, o in shown.items())
+    return units, list(notes)
 
 
 def _rms_of(error: Array | None, scale: float) -> float | None:

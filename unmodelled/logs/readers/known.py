@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -13,7 +12,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput, Faults
-from unmodelled.base.limits import check_file, limit_process
+from unmodelled.base.limits import check_file, limited_process
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.readers.delimited import Delimited
 from unmodelled.logs.readers.hdf5 import Hdf5
@@ -169,15 +168,6 @@ def _read(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Tabl
 
 def _limited(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Table]:
     """Read a file in the process for it, within the limits of that process."""
-    _limit_memory()
     files = path.rglob("*") if path.is_dir() else [path]
-    signal.setitimer(signal.ITIMER_PROF, SECONDS + sum(file.stat().st_size for file in files) / RATE)
-    try:
+    with limited_process(SECONDS + sum(file.stat().st_size for file in files) / RATE):
         return _read(reader, path, wanted)
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
-
-
-@cache
-def _limit_memory() -> None:
-    limit_process()  # once: a second time it would leave a part of the part

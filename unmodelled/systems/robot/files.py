@@ -83,8 +83,10 @@ def dynamics_only(text: str, where: str) -> tuple[str, bool]:
             raise BadInput(f"{where}: {element.tag.split('}')[-1]}: a xacro file: expand it with xacro first")
     if root.tag not in ("mujoco", "robot"):
         raise BadInput(f"{where}: must begin with <mujoco> (MJCF) or <robot> (URDF), got <{root.tag[:40]}>")
+    # what ROS and simulators add to a URDF, plugins for instance, is not read
+    refused = _REFUSED if root.tag == "mujoco" else {"include"}
     for element in root.iter():
-        if element.tag in _REFUSED:
+        if element.tag in refused:
             raise BadInput(f"{where}: {named(element)}: cannot be followed: {_REFUSED[element.tag]}")
     nested = sum(element.tag in _NESTED for element in root.iter())
     if nested > MOST_BODIES:
