@@ -23,7 +23,11 @@ GROUPS = [
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
 #: Of no part of the graph: what reads sweeps, writes a file of the program, diagnoses at once, or drafts.
-NODES = [verb for verb in PROGRAM.verbs if verb not in ("compare", "calibrate_withheld", "diagnose", "init")]
+NODES = [
+    verb
+    for verb in PROGRAM.verbs
+    if verb not in ("compare", "calibrate_withheld", "diagnose", "init", "next")
+]
 
 
 def composed(verb: str, *overrides: str) -> DictConfig:

@@ -111,12 +111,11 @@ def test_laws_that_are_alike_on_the_logs_are_told_apart(found: NextExperiment) -
     force = found.table()["force"].to_numpy()
     odds = found.odds.iloc[0]
     assert odds["proposed"] > 0.99
-    assert odds["proposed"] >= np.nanmax([odds["chirp"], odds["random"]])
+    assert odds["proposed"] >= np.nanmax([0.5, odds["chirp"], odds["random"]])
     limits = found.design.criterion.limits
     chirps = references(limits, 0)["chirp"][:, :, 0]
     inside = [u for u in chirps if all(np.abs(motion(u, f)[:, 0]).max() <= 0.3 for f in (True, False))]
-    assert gap(force) > 100.0 * NOISE
-    assert all(gap(force) > gap(u) for u in inside[:1])
+    assert inside and gap(force) > max(100.0 * NOISE, gap(inside[0]))
 
 
 def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:

@@ -97,7 +97,7 @@ class Criterion:
 
     @property
     def before(self) -> Array:
-        """Return the standard deviations of the named model's numbers as the logs leave them, SI."""
+        """Return the standard deviations of the named model's numbers from the logs, shape (numbers,), SI."""
         return np.asarray(np.linalg.norm(self.rivals[0].root, axis=1))
 
     def relative(self, deviation: Array) -> Array:
