@@ -23,11 +23,8 @@ GROUPS = [
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
 #: Of no part of the graph: what reads sweeps, writes a file of the program, diagnoses at once, or drafts.
-NODES = [
-    verb
-    for verb in PROGRAM.verbs
-    if verb not in ("compare", "calibrate_withheld", "diagnose", "init", "next")
-]
+WITHOUT_NODE = ("compare", "calibrate_withheld", "diagnose", "init", "next")
+NODES = [verb for verb in PROGRAM.verbs if verb not in WITHOUT_NODE]
 
 
 def composed(verb: str, *overrides: str) -> DictConfig:

@@ -147,7 +147,8 @@ class Rival:
     def sets(self) -> tuple[list[System], Array]:
         """Return systems at the fitted numbers and one step along every column of `root`, and the steps.
 
-        The steps have the shape (numbers,) and are in standard deviations. A step is a standard deviation, or less where a bound is nearer, in the direction with more room.
+        The steps have the shape (numbers,) and are in standard deviations. A step is a standard deviation, or
+        less where a bound is nearer, in the direction with more room.
         """
         unknowns = self.fitted.hypothesis.unknowns
         here = np.array(list(self.values.values()))
