@@ -22,7 +22,9 @@ from tests.conftest import stages
 Changed = Callable[..., set[str]]
 
 ROOT = Path(__file__).parents[2]
-DIAGNOSING = {"calibrate_withheld", "diagnose", "diagnose_systems", "diagnose_withheld", "refit_withheld"}
+DIAGNOSING = frozenset(
+    ("calibrate_withheld", "diagnose", "diagnose_systems", "diagnose_withheld", "next", "refit_withheld")
+)
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +104,7 @@ def test_a_new_law_concerns_diagnoses_alone(changed: Changed) -> None:
 
 
 def test_a_style_sheet_and_a_template_concern_pages_alone(changed: Changed) -> None:
-    assert changed(("unmodelled/report/static/style.css", "p {color: red}")) == {"report", "diagnose"}
+    assert changed(("unmodelled/report/static/style.css", "p {color: red}")) == {"report", "diagnose", "next"}
     assert changed(("pipeline/report/templates/home.html.j2", " ")) == {"report"}
 
 
