@@ -292,20 +292,12 @@ def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
     shift, rest = _whole(steps)
     if rest and kind == "cubic":
         return Splines.of(values, offsets).ahead(steps)
-    parts = [values[a:b] for a, b in pairwise(offsets)]
-    before = np.concatenate([_shifted(part, shift) for part in parts])
+    rows, length = np.arange(len(values)), np.diff(offsets)
+    first, last = np.repeat(offsets[:-1], length), np.repeat(offsets[1:] - 1, length)
+    before = values[np.clip(rows + shift, first, last)]
     if not rest:
         return before
-    return np.asarray(
-        before + rest * (np.concatenate([_shifted(part, shift + 1) for part in parts]) - before)
-    )
-
-
-def _shifted(part: Array, shift: int) -> Array:
-    """Samples (n,) of one experiment, read whole samples later, held beyond its ends."""
-    inside = part[max(shift, 0) : max(len(part) + shift, 0)]
-    beyond = np.full(len(part) - len(inside), part[-1] if shift > 0 else part[0])
-    return np.concatenate([inside, beyond] if shift > 0 else [beyond, inside])
+    return np.asarray(before + rest * (values[np.clip(rows + shift + 1, first, last)] - before))
 
 
 def _whole(steps: float) -> tuple[int, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -96,8 +97,11 @@ class Simulation:
         self.reader = WindowTableReader(system, self._delayed(inputs), self._delayed(outputs), self.c)
         self.measured = [reading.state for reading in self.reader.readings]
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
-        # of the states that no output shows, driven by the inputs and all other states
-        self._observer = Observer.of(system, self.hidden)
+
+    @cached_property
+    def _observer(self) -> Observer:
+        """Of the states that no output shows, driven by the inputs and all other states."""
+        return Observer.of(self.system, self.hidden)
 
     def over(self, recording: Recording) -> Simulation:
         """Return the simulation of the same system over other windows.
