@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
+    from unmodelled.api.answer_list import AnswerList as AnswerList
+    from unmodelled.api.answer_list import list_answers as list_answers
     from unmodelled.api.diagnosis import Answer as Answer
     from unmodelled.api.diagnosis import GapLocation as GapLocation
     from unmodelled.api.diagnosis import NamedEffect as NamedEffect
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 else:
     #: Modules and the public names that they define: the imports above, which a test compares.
     _NAMES = {
+        "api.answer_list": ("AnswerList", "list_answers"),
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
