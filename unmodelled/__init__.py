@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from unmodelled.api.example import example as example
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
+    from unmodelled.api.plan import Plan as Plan
+    from unmodelled.api.plan import plan as plan
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
@@ -50,6 +52,7 @@ else:
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
+        "api.plan": ("Plan", "plan"),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),

@@ -61,7 +61,7 @@ def content(design: Design) -> dict[str, Any]:
         "numbers": {name: _number(design, values, name) for name in criterion.numbers},
         "shows": {label: _shows(design, y) for label, y in design.predictions.items()},
     }
-    return {name: _rounded(value) for name, value in found.items()}
+    return {name: rounded(value) for name, value in found.items()}
 
 
 def experiment(design: Design) -> pd.DataFrame:
@@ -178,13 +178,17 @@ def _shows(design: Design, y: Array) -> dict[str, Any]:
     }
 
 
-def _rounded(value: Any) -> Any:
-    """`value` with few enough digits that equal runs on two machines give equal files."""
+def rounded(value: Any) -> Any:
+    """Return a value with few enough digits that equal runs on two machines give equal files.
+
+    Args:
+        value: mapping, list, number or text; a number that is not finite becomes None.
+    """
     match value:
         case Mapping():
-            return {str(key): _rounded(item) for key, item in value.items()}
+            return {str(key): rounded(item) for key, item in value.items()}
         case list():
-            return [_rounded(item) for item in value]
+            return [rounded(item) for item in value]
         case float():
             return float(f"{value:.{DIGITS}g}") + 0.0 if math.isfinite(value) else None
         case _:

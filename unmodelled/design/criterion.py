@@ -62,7 +62,9 @@ class Criterion:
         Args:
             u: inputs, shape (designs, samples, inputs), SI.
         """
-        excess = np.max([self._excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0)
+        excess = np.max(
+            [self.limits.excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0
+        )
         inside = np.flatnonzero(excess == 0.0)
         named = self.rivals[0]
         distances = np.full((len(u), len(self.rivals) - 1), np.nan)
@@ -122,17 +124,6 @@ class Criterion:
         flat = np.nan_to_num((y / unit).reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
         slopes = (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
         return flat[:, 0], slopes
-
-    def _excess(self, watched: Array) -> Array:
-        """Largest excess (designs,) of watched quantities (designs, samples, quantities)."""
-        found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
-        for k, own in enumerate(self.limits.travel.values()):
-            x = np.nan_to_num(watched[:, :, k], nan=1e30, posinf=1e30, neginf=-1e30)
-            width = own.high - own.low if np.isfinite(own.high - own.low) else 1.0
-            speed = np.abs(np.diff(x, axis=1)).max(axis=1) / self.limits.period
-            beyond = np.maximum(own.low - x.min(axis=1), x.max(axis=1) - own.high) / width
-            found = np.maximum(found, np.maximum(beyond, speed / own.rate - 1.0))
-        return np.asarray(np.maximum(found, 0.0))
 
 
 def _root_after(slopes: Array) -> Array:
