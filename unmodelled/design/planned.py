@@ -13,7 +13,7 @@ from scipy.stats import qmc
 
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, simulated
+from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.design.signals import FAMILIES
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.table import read_columns
@@ -41,7 +41,7 @@ def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
         BadInput: when no signal keeps the limits.
     """
     found: dict[str, Array] = {}
-    program, c = equations(system, tuple(limits.travel)), _constants(system, limits)
+    program, c = equations(system, quantities(system, limits.travel)), _constants(system, limits)
     for family in FAMILIES:
         z = np.asarray(qmc.Halton(family.size * len(limits.inputs), rng=seed).random(TRIED))
         u = family.inputs(z, limits)

@@ -9,11 +9,12 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, simulated
+from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
 from unmodelled.diagnosis.search.effect_search import EffectSearch
@@ -167,29 +168,32 @@ class Rival:
         ]
         return systems, np.array(steps)
 
-    def runs(self, u: Array, limits: Limits, every: bool) -> tuple[Array, Array]:
+    def runs(
+        self, u: Array, limits: Limits, every: bool, watched: Sequence[sp.Expr] | None = None
+    ) -> tuple[Array, Array]:
         """Simulate experiments, see `simulated`.
 
         Args:
             u: inputs, shape (designs, samples, inputs), SI.
             limits: start, operating point, watched travel, sampling period.
             every: whether the steps along the columns of `root` are simulated too.
+            watched: expressions of further quantities; default: the quantities whose travel is limited.
 
         Returns:
-            Outputs, shape (designs, sets, samples, outputs), and the quantities whose travel is limited, shape
-            (designs, sets, samples, quantities), SI.
+            Outputs, shape (designs, sets, samples, outputs), and the watched quantities, shape (designs,
+            sets, samples, quantities), SI.
         """
         systems = self.sets[0] if every else self.sets[0][:1]
         study = self.fitted.hypothesis.study
         substeps = int(self.fitted.fit.substeps * -(-limits.period // study.logs.period))
-        return simulated(systems, u, limits, self._constants(limits), substeps, self._equations(limits))
+        more = quantities(systems[0], limits.travel) if watched is None else tuple(watched)
+        return simulated(systems, u, limits, self._constants(limits), substeps, self._equations(more))
 
-    def _equations(self, limits: Limits) -> Program:
+    def _equations(self, watched: tuple[sp.Expr, ...]) -> Program:
         known = self.__dict__.setdefault("_programs", {})
-        names = tuple(limits.travel)
-        if names not in known:
-            known[names] = equations(self.sets[0][0], names)
-        found: Program = known[names]
+        if watched not in known:
+            known[watched] = equations(self.sets[0][0], watched)
+        found: Program = known[watched]
         return found
 
     def _constants(self, limits: Limits) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import sympy as sp
@@ -16,17 +16,26 @@ from unmodelled.systems.model import System, symbol
 Array = NDArray[np.float64]
 
 
-def equations(system: System, watched: Sequence[str]) -> Program:
+def quantities(system: System, names: Iterable[str]) -> tuple[sp.Expr, ...]:
+    """Return states, outputs and signals as expressions.
+
+    Args:
+        system: system that has them.
+        names: names in the system file.
+    """
+    outputs = {o.name: o.expression for o in system.outputs}
+    states = {s.name for s in system.states}
+    return tuple(outputs[n] if n in outputs and n not in states else system.expression(n) for n in names)
+
+
+def equations(system: System, watched: Sequence[sp.Expr]) -> Program:
     """Compile a system with its outputs, and with quantities to watch.
 
     Args:
         system: system to simulate.
-        watched: names of states, outputs or signals.
+        watched: further expressions that are computed.
     """
-    outputs = {o.name: o.expression for o in system.outputs}
-    names = {s.name for s in system.states}
-    more = [outputs[n] if n in outputs and n not in names else system.expression(n) for n in watched]
-    return Program.of(system, [*outputs.values(), *more])
+    return Program.of(system, [*(o.expression for o in system.outputs), *watched])
 
 
 def simulated(
