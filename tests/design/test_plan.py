@@ -94,6 +94,20 @@ def test_sizes_are_in_proportion_to_the_noise(case: Path, to_and_fro: Plan) -> N
         assert finer[effect] == pytest.approx(sizes(to_and_fro)[effect] / 4.0, rel=0.1)
 
 
+def test_fewer_windows_give_the_same_sizes(
+    case: Path, to_and_fro: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("unmodelled.design.visible.SAMPLES", 50)
+    few = sizes(planned(case, "to_and_fro", limits=LIMITS))
+    assert few["constant load at rail"] == pytest.approx(sizes(to_and_fro)["constant load at rail"], rel=0.3)
+
+
+def test_a_machine_without_inputs_has_no_experiment_to_plan(case: Path) -> None:
+    driven = SYSTEM.replace("inputs: {force: {unit: N}}\n", "").replace("force - ", "-")
+    with pytest.raises(BadInput, match="has no inputs"):
+        planned(case, system=driven)
+
+
 def test_friction_and_a_load_look_alike_only_without_reversals(case: Path, to_and_fro: Plan) -> None:
     forward = planned(case, "forward")
     assert "constant load at rail" in looks_like(forward, "Coulomb friction at rail")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing, replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
@@ -123,6 +124,10 @@ def plan(system: System, limits: Path | str, inputs: Path | str | None = None, s
         True
     """
     check_seed(seed)
+    if not system.inputs:
+        raise BadInput(
+            f"{system.place}: has no inputs, so that there is no experiment to plan: log the machine"
+        )
     bounds = read_limits(Path(limits), system)
     say("choose the experiments")
     chosen = (

@@ -153,8 +153,8 @@ def distance(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
     """Return the distance of two models whose numbers may still move, in standard deviations.
 
     Args:
-        one: predictions and slopes of a model, from `weighted`.
-        other: predictions and slopes of another model.
+        one: predictions, shape (designs, values), and slopes, shape (designs, numbers, values), of a model.
+        other: predictions, shape (designs, values), and slopes, shape (designs, numbers, values), of another.
 
     Returns:
         Distance, shape (designs,).

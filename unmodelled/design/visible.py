@@ -116,7 +116,8 @@ def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
     known = Hypothesis.known(study)
     length = float(study.recording.steps.mean())
     recording = study.recording.thinned(max(8, round(SAMPLES / length)))
-    base = _Refitted(Tangent(FittedHypothesis.of(known, recording), recording), noise, known)
+    tangent = Tangent(FittedHypothesis.of(known, recording), recording)
+    base = _Refitted(tangent, noise, known, len(study.recording.start) / len(recording.start))
     found: dict[tuple[str, Place], Visible] = {}
     for effect in effects():
         for place in () if effect.beside else effect.places(system):
@@ -152,15 +153,21 @@ class _Refitted:
 
     Initial states have unit variance in the units of the tangent, and numbers with bounds the variance of a
     uniform distribution; both are rows of an orthogonal projection.
+
+    Args:
+        tangent: derivatives along some windows of the simulated logs.
+        noise: standard deviation of the sensor noise, shape (outputs,), SI.
+        known: known physics.
+        windows: number of all windows, relative to those of the tangent.
     """
 
-    def __init__(self, tangent: Tangent, noise: Array, known: Hypothesis) -> None:
-        self.tangent = tangent
+    def __init__(self, tangent: Tangent, noise: Array, known: Hypothesis, windows: float) -> None:
+        self.tangent, self.information = tangent, windows
         self.unit = tangent.recording.noise / noise
-        windows, slopes = len(tangent.r), tangent.own_slopes * self.unit
-        starts = slopes[:, tangent.shared :].reshape(windows, slopes.shape[1] - tangent.shared, -1)
+        count, slopes = len(tangent.r), tangent.own_slopes * self.unit
+        starts = slopes[:, tangent.shared :].reshape(count, slopes.shape[1] - tangent.shared, -1)
         self.states = starts.shape[1]
-        both = np.concatenate([starts.swapaxes(1, 2), np.tile(np.eye(self.states), (windows, 1, 1))], axis=1)
+        both = np.concatenate([starts.swapaxes(1, 2), np.tile(np.eye(self.states), (count, 1, 1))], axis=1)
         self.starts = np.linalg.qr(both)[0]
         self.numbers, columns, prior = np.empty((0, 0)), [], []
         owner = tangent.recording.owner
@@ -197,7 +204,7 @@ class _Refitted:
         )
         columns = self(self.tangent.slopes(hypothesis, sets_of(names, chosen, sizes)))
         columns = columns.reshape(len(columns), len(chosen), len(names))
-        norms = np.linalg.norm(columns, axis=0)
+        norms = np.sqrt(self.information) * np.linalg.norm(columns, axis=0)
         spans = tuple(orth(columns[:, k], 1e-9) for k in range(len(chosen)))
         if added.shares:
             shape = next(iter(added.shapes))
@@ -210,7 +217,7 @@ class _Refitted:
         at = int(np.argsort(least.min(axis=1), kind="stable")[len(chosen) // 2])
         number = int(np.argmin(least[at]))
         name, size = names[number], float(least[at, number])
-        share = size / added.scales[name]
-        shows = share <= 1.0
-        column = columns[:, at, number]
-        return Visible(added, name, size if shows else None, share if shows else None, column, spans)
+        plausible = added.scales[name]  # of a delay a sampling period, and its bound is the longest one
+        shows = size <= (added.bounds[name][1] if name in added.delays else plausible)
+        seen = (size, size / plausible) if shows else (None, None)
+        return Visible(added, name, seen[0], seen[1], columns[:, at, number], spans)
