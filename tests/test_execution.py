@@ -25,15 +25,15 @@ def run(folder: Path, *arguments: str, **environment: str) -> subprocess.Complet
 
 
 def test_a_stage_of_the_graph_is_noted_when_it_is_done(tmp_path: Path) -> None:
-    command = ["report", "out=site", "metrics=numbers"]
-    stage = {"DVC_STAGE": "report@a", "DVC_ROOT": str(tmp_path / "root")}
+    command = ["site", "out=pages", "metrics=numbers"]
+    stage = {"DVC_STAGE": "site@a", "DVC_ROOT": str(tmp_path / "root")}
     assert run(tmp_path, *command).returncode == 0
     assert not (tmp_path / EXECUTIONS).exists()
     assert run(tmp_path, *command, **stage).returncode == 0
     (path,) = (tmp_path / "root" / EXECUTIONS).iterdir()
     content = json.loads(path.read_text())
-    assert path.name == "report@a.json" and content["stage"] == "report@a"
-    assert content["command"] == "python -m pipeline report out=site metrics=numbers"
+    assert path.name == "site@a.json" and content["stage"] == "site@a"
+    assert content["command"] == "python -m pipeline site out=pages metrics=numbers"
     assert "metrics: numbers\n" in content["configuration"] and content["seed"] is None
     assert 0 < content["seconds"] < 60 and set(content["versions"]) == {"python", *PACKAGES}
     # one that fails leaves the note of the last that did not

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     __version__: str
+    from unmodelled.api.answer_list import AnswerList as AnswerList
+    from unmodelled.api.answer_list import list_answers as list_answers
     from unmodelled.api.diagnosis import Answer as Answer
     from unmodelled.api.diagnosis import GapLocation as GapLocation
     from unmodelled.api.diagnosis import NamedEffect as NamedEffect
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
     from unmodelled.api.example import example as example
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
+    from unmodelled.api.plan import Plan as Plan
+    from unmodelled.api.plan import plan as plan
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
@@ -44,9 +48,11 @@ if TYPE_CHECKING:
 else:
     #: Modules and the public names that they define: the imports above, which a test compares.
     _NAMES = {
+        "api.answer_list": ("AnswerList", "list_answers"),
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
+        "api.plan": ("Plan", "plan"),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),

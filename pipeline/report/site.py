@@ -34,7 +34,7 @@ TEMPLATES = Path(__file__).with_name("templates")
 #: Style and script of the pages.
 ASSETS = ("style.css", "report.js")
 #: What the home page says of itself in its head, so that no other index.html is taken for an earlier one.
-GENERATOR = '<meta name="generator" content="pipeline report">'
+GENERATOR = '<meta name="generator" content="pipeline site">'
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def check_place(out: Path) -> None:
     check_replaceable(out / "site")
     home = out / "index.html"
     if home.exists() and GENERATOR not in home.read_text(errors="replace"):
-        raise BadInput(f"{home}: was not made by report: give another folder, or remove this file yourself")
+        raise BadInput(f"{home}: was not made by site: give another folder, or remove this file yourself")
 
 
 def build(results: Results, out: Path) -> None:

@@ -182,7 +182,7 @@ def test_only_what_is_new_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     arguments = {"out": tmp_path / "out", "reports": "reports", "seed": 0}
     since = time.time() - 60.0
     expected = "wrote out: index.html, tables/, reports: claims.json; open out/index.html"
-    assert written("python -m pipeline", "pipeline.stages.report", arguments, since) == expected
+    assert written("python -m pipeline", "pipeline.stages.site", arguments, since) == expected
     for number in range(9):
         (out / f"fig_{number}.svg").write_text("x")
     (out / "index.html").unlink()

@@ -199,7 +199,7 @@ def test_a_bare_word_is_the_folder_whatever_its_name(sweep: Path, tmp_path: Path
     ],
 )
 def test_options_may_stand_anywhere(words: str, expected: list[str]) -> None:
-    assert _options_last("compare", words.split()) == expected
+    assert _options_last("runs", words.split()) == expected
     assert _options_last("train", ["seed=1", "-m", "model=a"]) == ["seed=1", "model=a", "-m"]
 
 

@@ -91,10 +91,10 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def proposed(case: Path, seed: int = 0) -> NextExperiment:
+def proposed(case: Path, seed: int = 0, limits: Path | None = None) -> NextExperiment:
     system = read_system(case / "cart.yaml")
     answer = json.loads((case / "answer" / "diagnosis.json").read_text())
-    return planned(system, read_logs(case / "logs", system), answer, case / "limits.yaml", seed)
+    return planned(system, read_logs(case / "logs", system), answer, limits or case / "limits.yaml", seed)
 
 
 @pytest.fixture(scope="module")
@@ -135,6 +135,21 @@ def test_the_verb_writes_the_experiment_of_the_seed(
     pd.testing.assert_frame_equal(pd.read_csv(out / "experiment.csv"), found.table(), atol=1e-8)
     assert json.loads((out / "next.json").read_text()) == json.loads(json.dumps(found.content))
     assert (out / "next_experiment.svg").stat().st_size > 1000
+
+
+def test_a_sensor_of_the_effort_tells_a_load_from_friction_where_motion_cannot(
+    case: Path, tmp_path: Path, found: NextExperiment
+) -> None:
+    """With a force that hardly ever lets the cart return, positions and speeds tell little."""
+    limits = tmp_path / "limits.yaml"
+    limits.write_text(LIMITS.replace("low: -1.5", "low: 0.9").replace("high: 0.3", "high: 3"))
+    out = proposed(case, limits=limits)
+    sensor, odds = out.content["sensor"], out.odds["proposed"].min()
+    assert odds < 0.9 < 0.95 < min(sensor["odds"])
+    assert (sensor["label"], sensor["unit"]) == ("the effort f at rail", "N")
+    (line,) = (line for line in repr(out).splitlines() if "sensor of" in line)
+    assert "the effort f at rail" in line and f"{100.0 * odds:.3g} %" in line
+    assert "sensor of" not in repr(found)  # where the experiment is enough
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,15 @@ Changed = Callable[..., set[str]]
 
 ROOT = Path(__file__).parents[2]
 DIAGNOSING = frozenset(
-    ("calibrate_withheld", "diagnose", "diagnose_systems", "diagnose_withheld", "next", "refit_withheld")
+    (
+        "calibrate_withheld",
+        "diagnose",
+        "diagnose_systems",
+        "diagnose_withheld",
+        "next",
+        "plan",
+        "refit_withheld",
+    )
 )
 
 
@@ -104,8 +112,13 @@ def test_a_new_law_concerns_diagnoses_alone(changed: Changed) -> None:
 
 
 def test_a_style_sheet_and_a_template_concern_pages_alone(changed: Changed) -> None:
-    assert changed(("unmodelled/report/static/style.css", "p {color: red}")) == {"report", "diagnose", "next"}
-    assert changed(("pipeline/report/templates/home.html.j2", " ")) == {"report"}
+    assert changed(("unmodelled/report/static/style.css", "p {color: red}")) == {
+        "site",
+        "diagnose",
+        "next",
+        "report",
+    }
+    assert changed(("pipeline/report/templates/home.html.j2", " ")) == {"site"}
 
 
 def test_calibrated_weights_concern_diagnoses_alone(changed: Changed) -> None:

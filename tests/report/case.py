@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
-from pipeline.stages.report import report
+from pipeline.stages.site import site
 
 SVG = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500.5 300">'
@@ -159,7 +159,7 @@ def make(inputs: Path, out: Path) -> dict[str, str]:
     """Build; return the text of every page by its address."""
     folders = {name: inputs / name for name in ("metrics", "tables", "figures", "diagnoses", "executions")}
     files = {"claims": inputs, "provenance": inputs / "raw"}
-    report(**folders, **files, runs=inputs / "fits", out=out)
+    site(**folders, **files, runs=inputs / "fits", out=out)
     return {path.relative_to(out).as_posix(): path.read_text() for path in out.rglob("*.html")}
 
 

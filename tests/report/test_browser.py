@@ -39,9 +39,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
         case.put(inputs / "raw" / machine / "provenance.json", about)
         case.write_diagnosis(inputs / "diagnoses" / "real" / machine / "coulomb_withheld", machine)
         write_page(inputs / "diagnoses" / "real" / machine / "coulomb_withheld", COMMAND)
-    for k, stage in enumerate(
-        ("acquire", "train@a", "train@b", "evaluate@a", "evaluate@b", "draw", "report")
-    ):
+    for k, stage in enumerate(("acquire", "train@a", "train@b", "evaluate@a", "evaluate@b", "draw", "site")):
         case.put(inputs / "executions" / f"{stage}.json", case.execution(stage, seconds=10.0 * k + 1))
     case.make(inputs, out)
     shutil.copytree(inputs / "diagnoses" / "real" / "emps" / "coulomb_withheld", out / "alone")

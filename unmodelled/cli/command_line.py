@@ -37,6 +37,7 @@ FORMS = {
     "<verb> --cfg job": "the configuration after your changes; nothing is run",
     "<verb> -m key=a,b": "one run for every combination, in folders under outputs/",
     "compare <folder>": "the runs of a sweep as one table and figure",
+    "report <folder>": "the answers of all diagnoses in a folder as one page",
     "<verb> -q": "results without progress",
     "<verb> -v": "the configuration, progress every second, and the time",
     "--version": "the version",
@@ -101,7 +102,7 @@ def _main(program: Program, arguments: list[str]) -> int:
     if "-h" in rest or "--help" in rest:
         print(_about(program, verb))
         rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
-    return _run(program, verb, _options_last(verb, rest))
+    return _run(program, verb, _options_last(program.only_key(verb), rest))
 
 
 def _help(program: Program) -> str:
@@ -122,17 +123,17 @@ def _about(program: Program, verb: str) -> str:
     return "\n".join([head, *(["Choices:", *choices, ""] if choices else []), "Configuration:"])
 
 
-def _options_last(verb: str, rest: list[str]) -> list[str]:
-    """Keys before options, as Hydra needs them; a bare word after `compare` stands for runs=<folder>."""
+def _options_last(only: str, rest: list[str]) -> list[str]:
+    """Keys before options, as Hydra needs them; a bare word stands for the only required key."""
     options: list[str] = []
     keys: list[str] = []
     for before, word in zip(["", *rest], rest, strict=False):
         is_value = before.startswith("-") and before not in FLAGS and "=" not in word
         if word.startswith("-") or is_value:
             options.append(word)
-        elif verb == "compare" and "=" not in word and not any(key.startswith("runs=") for key in keys):
+        elif only and "=" not in word and not any(key.startswith(f"{only}=") for key in keys):
             # quoted, for Hydra gives commas and brackets a meaning
-            keys.append("runs='" + word.replace("'", "\\'") + "'")
+            keys.append(f"{only}='" + word.replace("'", "\\'") + "'")
         else:
             keys.append(word)
     return [*keys, *options]

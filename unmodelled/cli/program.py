@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
+import re
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
@@ -117,6 +118,15 @@ class Program:
         """
         config = self.config(verb).read_text()
         return {group: list(files) for group, files in self.groups().items() if f"- {group}:" in config}
+
+    def only_key(self, verb: str) -> str:
+        """Return the name of the only key of a verb that must be given; empty if none or several must be.
+
+        Args:
+            verb: name of the verb.
+        """
+        keys = re.findall(r"^(\w+): \?\?\?", self.config(verb).read_text(), re.MULTILINE)
+        return keys[0] if len(keys) == 1 else ""
 
     def is_choice(self, override: str) -> bool:
         """Tell whether an override such as `model=hybrid` chooses a configuration file.

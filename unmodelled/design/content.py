@@ -14,6 +14,7 @@ from scipy.special import ndtr
 from unmodelled.design.criterion import Value
 from unmodelled.design.design import Design
 from unmodelled.design.rivals import HALF_INTERVAL
+from unmodelled.design.sensors import BestSensor
 from unmodelled.systems.model import Input, Output
 
 Array = NDArray[np.float64]
@@ -28,9 +29,10 @@ def content(design: Design) -> dict[str, Any]:
 
     It has: `named` and `alternatives`, models by label, the latter with `odds` of the proposed experiment,
     the chirp and the random one (probability that it tells the named model from this one: the normal
-    distribution function at half of `distance`, in standard deviations); `numbers` with half 95 % intervals
-    before and after each experiment; `shows`, lowest, highest and last output by model; null for a reference
-    that keeps no limits at any amplitude.
+    distribution function at half of `distance`, in standard deviations); `sensor`, the further sensor that
+    would help most, with `odds` by alternative (null without alternatives); `numbers` with half 95 %
+    intervals before and after each experiment; `shows`, lowest, highest and last output by model; null for a
+    reference that keeps no limits at any amplitude.
 
     Args:
         design: designed experiment.
@@ -58,10 +60,11 @@ def content(design: Design) -> dict[str, Any]:
             }
             for k, (other, entry) in enumerate(zip(others, design.alternatives, strict=True))
         ],
+        "sensor": _sensor(design.sensor),
         "numbers": {name: _number(design, values, name) for name in criterion.numbers},
         "shows": {label: _shows(design, y) for label, y in design.predictions.items()},
     }
-    return {name: _rounded(value) for name, value in found.items()}
+    return {name: rounded(value) for name, value in found.items()}
 
 
 def experiment(design: Design) -> pd.DataFrame:
@@ -109,6 +112,7 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
     what = f"this {found['duration']:g} s experiment ({found['family']}, start at {start})"
     return [
         *_told(found, what),
+        *_sensed(found),
         *_measured(found, what),
         "log it, add the log to the folder and diagnose again",
     ]
@@ -128,6 +132,18 @@ def _told(found: Mapping[str, Any], what: str) -> Iterator[str]:
             )
 
 
+def _sensed(found: Mapping[str, Any]) -> Iterator[str]:
+    """The sensor, where it adds a percent to the lowest odds."""
+    sensor = found.get("sensor")
+    least = min((each["odds"]["proposed"] for each in found["alternatives"]), default=1.0)
+    if sensor and min(sensor["odds"]) > least + 0.01:
+        yield (
+            f"a sensor of {sensor['label']} as accurate as the others ({100.0 * sensor['accuracy']:.2g} % of "
+            "its standard deviation in the experiment) would raise the lowest odds from "
+            f"{_percent(least)} to {_percent(min(sensor['odds']))}"
+        )
+
+
 def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
     for name, each in found["numbers"].items() if found["criterion"] == "intervals" else ():
         after, unit = each["after"], f" {each['unit']}".rstrip()
@@ -144,6 +160,14 @@ def _percent(odds: float | None) -> str:
 
 def _half(width: float | None) -> str:
     return "not within the limits" if width is None else f"± {width:.2g}"
+
+
+def _sensor(found: BestSensor | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    odds = [float(ndtr(0.5 * distance)) for distance in found.distances]
+    about = {"label": found.sensor.label, "unit": found.sensor.unit, "accuracy": found.accuracy}
+    return {**about, "odds": odds}
 
 
 def _odds(value: Value | None, alternative: int) -> float | None:
@@ -178,13 +202,17 @@ def _shows(design: Design, y: Array) -> dict[str, Any]:
     }
 
 
-def _rounded(value: Any) -> Any:
-    """`value` with few enough digits that equal runs on two machines give equal files."""
+def rounded(value: Any) -> Any:
+    """Return a value with few enough digits that equal runs on two machines give equal files.
+
+    Args:
+        value: mapping, list, number or text; a number that is not finite becomes None.
+    """
     match value:
         case Mapping():
-            return {str(key): _rounded(item) for key, item in value.items()}
+            return {str(key): rounded(item) for key, item in value.items()}
         case list():
-            return [_rounded(item) for item in value]
+            return [rounded(item) for item in value]
         case float():
             return float(f"{value:.{DIGITS}g}") + 0.0 if math.isfinite(value) else None
         case _:

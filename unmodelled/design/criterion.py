@@ -62,18 +62,19 @@ class Criterion:
         Args:
             u: inputs, shape (designs, samples, inputs), SI.
         """
-        excess = np.max([self._excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0)
+        excess = np.max(
+            [self.limits.excess(r.runs(u, self.limits, False)[1][:, 0]) for r in self.rivals], axis=0
+        )
         inside = np.flatnonzero(excess == 0.0)
         named = self.rivals[0]
         distances = np.full((len(u), len(self.rivals) - 1), np.nan)
         after = np.full((len(u), len(named.values)), np.nan)
         if len(inside):
-            y, slopes = self._weighted(named, u[inside])
+            y, slopes = self._outputs(named, u[inside])
             deviation = named.root @ _root_after(slopes)
             after[inside] = np.linalg.norm(deviation, axis=-1)
             for k, other in enumerate(self.rivals[1:]):
-                own, its = self._weighted(other, u[inside])
-                distances[inside, k] = _distance(y - own, np.concatenate([slopes, -its], axis=1))
+                distances[inside, k] = distance((y, slopes), self._outputs(other, u[inside]))
         return Value(excess, distances, after)
 
     def scores(self, found: Value) -> Array:
@@ -115,24 +116,28 @@ class Criterion:
         size = np.array([abs(named.values[n]) or s for n, s in zip(self.numbers, scales, strict=True)])
         return np.asarray(np.sqrt(np.mean((deviation[:, rows] / size) ** 2, axis=1)))
 
-    def _weighted(self, rival: Rival, u: Array) -> tuple[Array, Array]:
-        """Outputs (designs, values) and their slopes (designs, numbers, values), in standard deviations."""
-        y, _ = rival.runs(u, self.limits, True)
-        unit = np.sqrt(self.noise**2 + self.limits.samples * self.spread**2)
-        flat = np.nan_to_num((y / unit).reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
-        slopes = (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
-        return flat[:, 0], slopes
+    @property
+    def unit(self) -> Array:
+        """Return the standard deviation of the outputs, shape (outputs,), that an experiment is judged by."""
+        return np.sqrt(self.noise**2 + self.limits.samples * self.spread**2)
 
-    def _excess(self, watched: Array) -> Array:
-        """Largest excess (designs,) of watched quantities (designs, samples, quantities)."""
-        found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
-        for k, own in enumerate(self.limits.travel.values()):
-            x = np.nan_to_num(watched[:, :, k], nan=1e30, posinf=1e30, neginf=-1e30)
-            width = own.high - own.low if np.isfinite(own.high - own.low) else 1.0
-            speed = np.abs(np.diff(x, axis=1)).max(axis=1) / self.limits.period
-            beyond = np.maximum(own.low - x.min(axis=1), x.max(axis=1) - own.high) / width
-            found = np.maximum(found, np.maximum(beyond, speed / own.rate - 1.0))
-        return np.asarray(np.maximum(found, 0.0))
+    def _outputs(self, rival: Rival, u: Array) -> tuple[Array, Array]:
+        return weighted(rival, rival.runs(u, self.limits, True)[0] / self.unit)
+
+
+def weighted(rival: Rival, y: Array) -> tuple[Array, Array]:
+    """Return the predictions of a model and their slopes by its numbers.
+
+    Args:
+        rival: fitted model.
+        y: outputs for its sets of numbers, shape (designs, sets, samples, outputs), in standard deviations.
+
+    Returns:
+        Outputs, shape (designs, values), and slopes, shape (designs, numbers, values), per standard deviation
+        of the numbers.
+    """
+    flat = np.nan_to_num(y.reshape(*y.shape[:2], -1), posinf=0.0, neginf=0.0)
+    return flat[:, 0], (flat[:, 1:] - flat[:, :1]) * rival.sets[1][:, None]
 
 
 def _root_after(slopes: Array) -> Array:
@@ -144,8 +149,17 @@ def _root_after(slopes: Array) -> Array:
     return np.asarray(vectors / np.sqrt(eigenvalues)[:, None, :])
 
 
-def _distance(gap: Array, slopes: Array) -> Array:
-    """Distance (designs,) of outputs that differ by `gap` (designs, values) where numbers may still move."""
+def distance(one: tuple[Array, Array], other: tuple[Array, Array]) -> Array:
+    """Return the distance of two models whose numbers may still move, in standard deviations.
+
+    Args:
+        one: predictions, shape (designs, values), and slopes, shape (designs, numbers, values), of a model.
+        other: predictions, shape (designs, values), and slopes, shape (designs, numbers, values), of another.
+
+    Returns:
+        Distance, shape (designs,).
+    """
+    gap, slopes = one[0] - other[0], np.concatenate([one[1], -other[1]], axis=1)
     root = _root_after(slopes)
     moved = np.einsum("dnk,dn->dk", root, np.einsum("dnv,dv->dn", slopes, gap))
     return np.asarray(np.sqrt(np.maximum(np.sum(gap**2, axis=1) - np.sum(moved**2, axis=1), 0.0)))

@@ -17,6 +17,7 @@ from unmodelled.design.criterion import Criterion, Value
 from unmodelled.design.limits import read_limits
 from unmodelled.design.rivals import Entry, Rival, fitted_rival
 from unmodelled.design.search import Found, best_experiment
+from unmodelled.design.sensors import BestSensor, best_sensor
 from unmodelled.design.signals import references
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.study import Study
@@ -60,6 +61,11 @@ class Design:
         """
         given = references(self.criterion.limits, self.seed)
         return {name: _largest(self.criterion(u)) for name, u in given.items()}
+
+    @cached_property
+    def sensor(self) -> BestSensor | None:
+        """Return the further sensor that would separate the alternatives best in the proposed experiment."""
+        return best_sensor(self.criterion, self.system, self.found.u)
 
     @cached_property
     def predictions(self) -> Mapping[str, Array]:

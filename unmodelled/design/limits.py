@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Constant, System
+
+Array = NDArray[np.float64]
 
 #: Fewest and most samples of an experiment. Thousands of experiments are simulated.
 FEWEST, MOST = 20, 20_000
@@ -44,6 +47,7 @@ class Limits:
         travel: ranges of states, outputs or signals by name; they hold for every model.
         start: states at the start by name, SI; the others start at the value of the system file, or at 0.
         constants: operating point by name, SI.
+        noise: standard deviation of the sensor noise by name of the output, SI; empty where it is not given.
     """
 
     file: Path
@@ -53,23 +57,43 @@ class Limits:
     travel: Mapping[str, Range]
     start: Mapping[str, float]
     constants: Mapping[str, float]
+    noise: Mapping[str, float]
 
     @property
     def samples(self) -> int:
         """Return the number of samples of the experiment."""
         return round(self.duration / self.period) + 1
 
+    def excess(self, watched: Array) -> Array:
+        """Return the largest excess of a travel limit, as a share of its width; inf where a run diverges.
 
-def read_limits(file: Path, system: System, logs: Logs) -> Limits:
+        Args:
+            watched: quantities whose travel is limited, shape (designs, samples, quantities), SI.
+
+        Returns:
+            Excess, shape (designs,); 0 within all limits.
+        """
+        found = np.where(np.isfinite(watched).all(axis=(1, 2)), 0.0, np.inf)
+        for k, own in enumerate(self.travel.values()):
+            x = np.nan_to_num(watched[:, :, k], nan=1e30, posinf=1e30, neginf=-1e30)
+            width = own.high - own.low if np.isfinite(own.high - own.low) else 1.0
+            speed = np.abs(np.diff(x, axis=1)).max(axis=1) / self.period
+            beyond = np.maximum(own.low - x.min(axis=1), x.max(axis=1) - own.high) / width
+            found = np.maximum(found, np.maximum(beyond, speed / own.rate - 1.0))
+        return np.asarray(np.maximum(found, 0.0))
+
+
+def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
     """Read the limits of an experiment with a machine.
 
     Args:
         file: YAML file with the keys `duration` (s) and `inputs` (for every input `low`, `high` and, where
             limited, `rate` per second), and as needed `travel` (for a state, output or signal `low`, `high`,
-            `speed` per second), `start` (states), `operating_point` (constants) and `period` (s, default that
-            of the logs); all in units of the system file.
+            `speed` per second), `start` (states), `operating_point` (constants), `period` (s, default that
+            of the logs) and `noise` (standard deviation of outputs); all in units of the system file.
         system: system of the machine.
-        logs: measured experiments, for the sampling period and the operating point.
+        logs: measured experiments, for the sampling period and the operating point; default None: the file
+            must give both.
 
     Returns:
         The limits.
@@ -78,9 +102,11 @@ def read_limits(file: Path, system: System, logs: Logs) -> Limits:
         BadInput: when the file cannot be read, a name is unknown, or a value cannot be kept.
     """
     root = load_yaml(file)
-    found = root.fields(("duration", "inputs"), ("period", "travel", "start", "operating_point"))
+    found = root.fields(("duration", "inputs"), ("period", "travel", "start", "operating_point", "noise"))
     duration = _positive(found["duration"])
-    period = _positive(found["period"]) if "period" in found else logs.period
+    if "period" not in found and logs is None:
+        raise root.wrong("has no period: add the sampling period, period: ... (s)")
+    period = _positive(found["period"]) if "period" in found or logs is None else logs.period
     samples = round(duration / period) + 1
     if not FEWEST <= samples <= MOST:
         raise found["duration"].wrong(
@@ -101,6 +127,7 @@ def read_limits(file: Path, system: System, logs: Logs) -> Limits:
     for name, value in start.items():
         if name in travel and not travel[name].low <= value <= travel[name].high:
             raise found["start"].wrong(f"{name} starts at {value:g}, outside of its travel: change one")
+    noise = _given(found, "noise", [o.name for o in system.outputs])
     constants = _given(found, "operating_point", [c.name for c in system.operating_point])
     return Limits(
         *(file, duration, period),
@@ -111,6 +138,7 @@ def read_limits(file: Path, system: System, logs: Logs) -> Limits:
             c.name: constants[c.name].number() if c.name in constants else _usual(c, root, logs)
             for c in system.operating_point
         },
+        noise={name: _positive(node) for name, node in noise.items()},
     )
 
 
@@ -152,14 +180,14 @@ def _increasing(node: Node, found: Range) -> Range:
     return found
 
 
-def _usual(constant: Constant, root: Node, logs: Logs) -> float:
+def _usual(constant: Constant, root: Node, logs: Logs | None) -> float:
     """The value of all experiments, or the default of the system file."""
-    values = logs.c[:, logs.constants.index(constant.name)]
-    if np.all(values == values[0]):
+    values = np.empty(0) if logs is None else logs.c[:, logs.constants.index(constant.name)]
+    if len(values) and np.all(values == values[0]):
         return float(values[0])
     if constant.other is not None:
         return constant.other
+    why = "has no value" if logs is None else "differs between the logs"
     raise BadInput(
-        f"{root.file}: operating_point: {constant.name} differs between the logs: add "
-        f"operating_point: {{{constant.name}: ...}}"
+        f"{root.file}: operating_point: {constant.name} {why}: add operating_point: {{{constant.name}: ...}}"
     )

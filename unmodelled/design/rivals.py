@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
+from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.columns import Member
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
-from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
-from unmodelled.systems.model import System, symbol
+from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 Entry = Mapping[str, Any]
@@ -168,51 +168,31 @@ class Rival:
         ]
         return systems, np.array(steps)
 
-    def runs(self, u: Array, limits: Limits, every: bool) -> tuple[Array, Array]:
-        """Simulate experiments.
+    def runs(
+        self, u: Array, limits: Limits, every: bool, watched: Sequence[sp.Expr] | None = None
+    ) -> tuple[Array, Array]:
+        """Simulate experiments, see `simulated`.
 
         Args:
             u: inputs, shape (designs, samples, inputs), SI.
             limits: start, operating point, watched travel, sampling period.
             every: whether the steps along the columns of `root` are simulated too.
+            watched: expressions of further quantities; default: the quantities whose travel is limited.
 
         Returns:
-            Outputs as sensors show them, shape (designs, sets, samples, outputs), and the quantities whose
-            travel is limited, shape (designs, sets, samples, quantities), SI.
+            Outputs, shape (designs, sets, samples, outputs), and the watched quantities, shape (designs,
+            sets, samples, quantities), SI.
         """
         systems = self.sets[0] if every else self.sets[0][:1]
-        designs, samples, _ = u.shape
-        # by (set, design, sample): every set of numbers has input delays of its own
-        late = [[item.delay / limits.period for item in s.inputs] for s in systems]
-        tables = np.concatenate([_later(u, delays).reshape(-1, u.shape[2]) for delays in late])
-        first = samples * np.arange(designs)
-        windows = Windows(
-            *(tables, np.tile(limits.period * np.arange(samples), designs), first),
-            *(np.full(designs, samples - 1), np.zeros(designs, np.int64)),
-            samples * designs * np.arange(len(systems)),
-        )
-        c = self._constants(limits)
-        p = np.array([s.values for s in systems])[None]
-        x0 = np.array([self._start(s, limits, c, u[0, 0]) for s in systems])
-        substeps = self.fitted.fit.substeps * -(-limits.period // self.fitted.hypothesis.study.logs.period)
-        hold = tuple(item.course for item in systems[0].inputs)
-        how = Integration(limits.period, "rk4", max(int(substeps), 1), hold)
-        start = np.tile(x0, (designs, 1, 1))
-        with np.errstate(all="ignore"):
-            found = free_run(self._equations(tuple(limits.travel)), windows, p, c[None], start, how)
-        outputs = len(systems[0].outputs)
-        y = found[..., :outputs]
-        shown = [[item.delay / limits.period for item in s.outputs] for s in systems]
-        y = np.stack([_later(y[:, k], delays) for k, delays in enumerate(shown)], axis=1)
-        return y, found[..., outputs:]
+        study = self.fitted.hypothesis.study
+        substeps = int(self.fitted.fit.substeps * -(-limits.period // study.logs.period))
+        more = quantities(systems[0], limits.travel) if watched is None else tuple(watched)
+        return simulated(systems, u, limits, self._constants(limits), substeps, self._equations(more))
 
-    def _equations(self, watched: tuple[str, ...]) -> Program:
-        system, known = self.sets[0][0], self.__dict__.setdefault("_programs", {})
+    def _equations(self, watched: tuple[sp.Expr, ...]) -> Program:
+        known = self.__dict__.setdefault("_programs", {})
         if watched not in known:
-            outputs = {o.name: o.expression for o in system.outputs}
-            names = {s.name for s in system.states}
-            more = [outputs[n] if n in outputs and n not in names else system.expression(n) for n in watched]
-            known[watched] = Program.of(system, [*outputs.values(), *more])
+            known[watched] = equations(self.sets[0][0], watched)
         found: Program = known[watched]
         return found
 
@@ -226,28 +206,3 @@ class Rival:
             for name, column in effect.columns.items():
                 values[name] = 1.0 if isinstance(column, Member) else float(len(hypothesis.study.logs))
         return np.array([values[c.name] for c in hypothesis.system.operating_point])
-
-    @staticmethod
-    def _start(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
-        """States at the start; those that are not given follow from the system file."""
-        known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
-        known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
-        known |= {symbol(s.name): limits.start.get(s.name, 0.0) for s in system.states}
-        return [
-            limits.start[s.name] if s.name in limits.start else float(s.initial.xreplace(known))
-            for s in system.states
-        ]
-
-
-def _later(values: Array, delays: Sequence[float]) -> Array:
-    """Signals (designs, samples, channels), each by its delay (samples) later; they rest before the start."""
-    if not any(delays):
-        return values
-    last = values.shape[1] - 1
-    shifted = []
-    for k, delay in enumerate(delays):
-        at = np.clip(np.arange(last + 1) - delay, 0.0, last)
-        left = np.minimum(at.astype(np.int64), last - 1)
-        own = values[:, :, k]
-        shifted.append(own[:, left] + (at - left) * (own[:, left + 1] - own[:, left]))
-    return np.stack(shifted, axis=-1)

@@ -82,6 +82,7 @@ class Scales:
         period: sampling period in s.
         duration: duration of the longest experiment in s.
         loads: range of the load (`load`) of each port that has one.
+        moving: root mean square of all effort that moves a port, by port.
     """
 
     of: Mapping[str, Spread]
@@ -91,6 +92,7 @@ class Scales:
     period: float
     duration: float
     loads: Mapping[str, Spread] = field(default_factory=dict)
+    moving: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def measured(
@@ -120,14 +122,16 @@ class Scales:
         sizes |= {name: Spread.of(column) for name, column in zip(system.signals, signals, strict=True)}
         carried = {p.name: found[1] for p in system.ports if (found := load(system, p)) is not None}
         loads = samples.values(carried.values())
+        efforts = samples.efforts()
         return cls(
             of=sizes,
             outputs={o.name: Spread.of(y) for o, y in zip(system.outputs, outputs, strict=True)},
-            effort=samples.efforts(),
+            effort={name: lacking for name, (lacking, _) in efforts.items()},
             mobility=samples.mobilities(),
             period=period,
             duration=period * float(np.diff(offsets).max() - 1),
             loads={name: Spread.of(row) for name, row in zip(carried, loads, strict=True)},
+            moving={name: moving for name, (_, moving) in efforts.items()},
         )
 
 
@@ -160,8 +164,9 @@ class _Samples:
             for p, row in zip(ports, found, strict=True)
         }
 
-    def efforts(self) -> dict[str, float]:
-        """Return the missing effort of each port, by least squares of measured slopes minus known physics.
+    def efforts(self) -> dict[str, tuple[float, float]]:
+        """Return the missing effort of each port, by least squares of measured slopes minus known physics,
+        and all effort that moves the port.
 
         States are weighted by their slopes, so that units do not matter; samples at which a port has little
         influence have little weight.
@@ -183,5 +188,5 @@ class _Samples:
             lacking, moving = (
                 Spread.of(np.sum(weight * b * r, axis=0)).rms / power for r in (slope - known, slope)
             )
-            found[port.name] = max(lacking, LEAST * moving, _TINY)
+            found[port.name] = max(lacking, LEAST * moving, _TINY), max(moving, _TINY)
         return found

@@ -109,7 +109,7 @@ class Identifiability:
     @property
     def correlated(self) -> float:
         """Correlation above which two parameters must be separated; 0.91 for a limit of 5."""
-        return 1.0 - 1.0 / (SHARE_OF_TWO * self.limit) ** 2
+        return correlated(self.limit)
 
     @cached_property
     def sensitive(self) -> Names:
@@ -243,6 +243,19 @@ def identify_sets(
     gains = list(found.matrix[:, :efforts].T)
     left = beside_networks(found.matrix[:, efforts:], gains, found.inputs)
     return Identifiability(found, left, float(limit), float(floor))
+
+
+def correlated(limit: float) -> float:
+    """Return the correlation above which two columns must be separated.
+
+    Args:
+        limit: limit of the collinearity index of a set.
+
+    Examples:
+        >>> round(correlated(5.0), 2)
+        0.91
+    """
+    return 1.0 - 1.0 / (SHARE_OF_TWO * limit) ** 2
 
 
 def collinearity(correlation: Array, columns: Sequence[int]) -> float:

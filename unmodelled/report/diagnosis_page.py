@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import base64
-import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,7 @@ from unmodelled.report.formula import formula
 from unmodelled.report.headline import effect_name, headline, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, unit_text
-from unmodelled.report.rendering import ORIGINS, STATIC, THEME, templates
+from unmodelled.report.rendering import ORIGINS, STATIC, THEME, policy, templates
 from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
@@ -69,7 +68,7 @@ def write_page(folder: Path, command: str) -> None:
         "uplot_licence": (STATIC / "uplot.LICENSE.txt").read_text() if live else "",
     }
     template = templates().get_template("diagnosis.html.j2")
-    text = template.render(**shown, **inside, policy=_policy([THEME, *inside["scripts"]]), root="")
+    text = template.render(**shown, **inside, policy=policy([THEME, *inside["scripts"]]), root="")
     for figure in figures:
         address = f"figures/{figure.source.name}"
         data = base64.b64encode(figure.source.read_bytes()).decode()
@@ -92,16 +91,6 @@ def _live(folder: Path, shown: Mapping[str, Any]) -> str:
         if effect["curve"]:
             effect["curve"]["x_unit"] = units.get(effect["curve"]["x"], "")
     return as_block(content)
-
-
-def _policy(scripts: Iterable[str]) -> str:
-    """Content security policy under which a browser runs these scripts and loads nothing else."""
-    digests = (hashlib.sha256(script.encode()).digest() for script in scripts)
-    allowed = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)
-    return (
-        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
-        "base-uri 'none'; form-action 'none'"
-    )
 
 
 def view(folder: Path) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from unmodelled.report.numbers import amounts, number
@@ -31,7 +31,7 @@ def headline(content: Mapping[str, Any]) -> str:
         more = "; more is missing" if content["verdict"] == "main_effect" else ""
         return f"{together[:1].upper()}{together[1:]} {verb} {shrink} of the gap (confidence {sure}){more}."
     first = content["where"]["channels"][:1]
-    found = [f"{percent(row['share'])} of it enters at {_place(row['port'])}" for row in first]
+    found = [f"{percent(row['share'])} of it enters at {place_name(row['port'])}" for row in first]
     return "; ".join(["A gap that no known effect explains", *found]) + "."
 
 
@@ -41,23 +41,31 @@ def outcome(content: Mapping[str, Any]) -> str:
     Args:
         content: content of diagnosis.json.
     """
-    gap = content["gap"]
-    fallen = [
-        (name, entry)
-        for name, entry in gap.get("units", {}).items()
-        if None not in (entry["known"], entry["augmented"]) and entry["augmented"] < entry["known"]
-    ]
-    if not content["effects"] or not fallen:
+    gap, shown = content["gap"], fallen(content)
+    if not content["effects"] or not shown:
         return headline(content)
     *others, last = [_amount_of(effect) for effect in content["effects"]]
     together = f"{', '.join(others)} and {last}" if others else last
-    name, entry = fallen[0]
+    name, entry = shown[0]
     before, after = amounts([entry["known"], entry["augmented"]], entry["unit"])
     of, (late,) = f" of {name}" if len(gap["units"]) > 1 else "", amounts([gap["horizon"]], "s")
     return (
         f"{together[:1].upper()}{together[1:]}: the error{of} after {late} falls from {before} to {after} "
         "on experiments that took no part in the fit."
     )
+
+
+def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
+    """Return the outputs whose error falls, each with its entry of `gap.units`.
+
+    Args:
+        content: content of diagnosis.json.
+    """
+    return [
+        (name, entry)
+        for name, entry in content["gap"].get("units", {}).items()
+        if None not in (entry["known"], entry["augmented"]) and entry["augmented"] < entry["known"]
+    ]
 
 
 def remains(content: Mapping[str, Any]) -> str:
@@ -83,12 +91,23 @@ def _amount_of(effect: Mapping[str, Any]) -> str:
     name = effect_name(effect)
     for kind in PLACES.values():  # a sensor delay at sensor theta is a delay at sensor theta
         name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
-    for entry in effect["parameters"].values():
+    entry = main_number(effect)
+    return f"{amounts([entry['value']], entry['unit'], 3)[0]} of {name}" if entry else name
+
+
+def main_number(effect: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """Return the first number of an effect that has a unit and differs from zero; None if there is none.
+
+    Args:
+        effect: effect of diagnosis.json.
+    """
+    numbers: Iterable[Mapping[str, Any]] = effect["parameters"].values()
+    for entry in numbers:
         value, unit, ends = entry["value"], str(entry["unit"]), entry["interval"]
         known = value is not None and None not in ends and ends[0] * ends[1] > 0.0
         if known and unit not in ("", "1", "-") and entry.get("determined", True):
-            return f"{amounts([value], unit, 3)[0]} of {name}"
-    return name
+            return entry
+    return None
 
 
 def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:
@@ -111,13 +130,18 @@ def effect_name(entry: Mapping[str, Any]) -> str:
         family = family.replace(name.lower(), name)
     if entry.get("variant"):
         family += f" ({str(entry['variant']).replace('_', ' ')})"
-    found = f"{family} at {_place(str(entry['port']))}"
+    found = f"{family} at {place_name(str(entry['port']))}"
     if entry.get("factor") is not None:
         found += f", where {entry['factor']} is {number(entry['level'])}"
     return found
 
 
-def _place(channel: str) -> str:
+def place_name(channel: str) -> str:
+    """Describe a channel in words, such as "input u" for actuator:u.
+
+    Args:
+        channel: name of a channel in diagnosis.json.
+    """
     kind, _, name = channel.rpartition(":")
     return f"{PLACES.get(kind, kind)} {name}".strip()
 

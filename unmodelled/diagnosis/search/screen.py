@@ -181,23 +181,49 @@ class _Look:
     def _points(self, hypothesis: Hypothesis) -> Iterator[Point]:
         """The last effect at all its starting points."""
         added = hypothesis.effects[-1]
-        names = added.amplitudes or tuple(added.delays)
-        highest = {u.name: u.high for u in hypothesis.unknowns}
-        within = [dict.fromkeys(min(v, highest[n]) for v in values) for n, values in added.shapes.items()]
-        grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
-        chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(SCREENED_POINTS, len(grid))).astype(int)]
-        sizes = np.array([[_amount(added, n, values) for n in names] for values in chosen])
-        sets = [
-            {**values, n: size}
-            for values, row in zip(chosen, sizes, strict=True)
-            for n, size in zip(names, row, strict=True)
-        ]
+        names, chosen, sizes = tried(hypothesis, SCREENED_POINTS)
+        sets = sets_of(names, chosen, sizes)
         slopes = self.tangent.slopes(hypothesis, sets)
         bounds = np.array([(0.0, 1.0) if n in added.delays else added.bounds[n] for n in names]).T
         for k, (values, size) in enumerate(zip(chosen, sizes, strict=True)):
             own = slopes[:, k * len(names) : (k + 1) * len(names)]
             products = self.tangent.products(own, bounds if added.delays else bounds / size)
             yield Point(values, names, size, products)
+
+
+def tried(hypothesis: Hypothesis, most: int) -> tuple[tuple[str, ...], list[dict[str, float]], Array]:
+    """Return what is tried of the last effect of a hypothesis.
+
+    Args:
+        hypothesis: hypothesis with an effect.
+        most: largest number of starting points.
+
+    Returns:
+        Names of the effect's amplitudes, or of a delay; starting points of its shapes by name, SI; amounts
+        that are tried, shape (points, names), SI.
+    """
+    added = hypothesis.effects[-1]
+    names = added.amplitudes or tuple(added.delays)
+    highest = {u.name: u.high for u in hypothesis.unknowns}
+    within = [dict.fromkeys(min(v, highest[n]) for v in values) for n, values in added.shapes.items()]
+    grid = [dict(zip(added.shapes, values, strict=True)) for values in product(*within)]
+    chosen = [grid[k] for k in np.linspace(0, len(grid) - 1, min(most, len(grid))).astype(int)]
+    return names, chosen, np.array([[_amount(added, n, values) for n in names] for values in chosen])
+
+
+def sets_of(names: Sequence[str], chosen: Sequence[dict[str, float]], sizes: Array) -> list[dict[str, float]]:
+    """Return a set of values for every amount at every starting point, the amounts of a point together.
+
+    Args:
+        names: names of the amounts.
+        chosen: starting points by name, SI.
+        sizes: amounts, shape (points, names), SI.
+    """
+    return [
+        {**values, n: size}
+        for values, row in zip(chosen, sizes.tolist(), strict=True)
+        for n, size in zip(names, row, strict=True)
+    ]
 
 
 def _amount(added: Added, name: str, values: dict[str, float]) -> float:

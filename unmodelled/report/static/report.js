@@ -112,14 +112,14 @@ function filterable(input) {
   });
 }
 
-// claims: only those with one verdict; a second click shows all again
-function verdictTiles() {
-  const tiles = [...document.querySelectorAll("[data-show]")];
+// only the rows of a table with one verdict; a second click shows all again
+function verdictTiles(list) {
+  const tiles = [...list.querySelectorAll("[data-show]")];
   for (const tile of tiles) {
     tile.addEventListener("click", () => {
       const only = tile.hasAttribute("aria-current") ? "" : tile.dataset.show;
       for (const other of tiles) other.toggleAttribute("aria-current", other.dataset.show === only);
-      for (const row of document.querySelectorAll("#claims-index tbody tr")) {
+      for (const row of document.querySelectorAll(`#${list.dataset.of} tbody tr`)) {
         row.classList.toggle("other", Boolean(only) && !row.querySelector(`span.${only}`));
       }
     });
@@ -185,7 +185,7 @@ themeButton();
 searchBox();
 document.querySelectorAll("main table:has(> thead)").forEach(sortable);
 document.querySelectorAll("[data-filter]").forEach(filterable);
-verdictTiles();
+document.querySelectorAll("[data-of]").forEach(verdictTiles);
 zoom();
 copyButtons();
 // on a phone the list of pages is one line that scrolls

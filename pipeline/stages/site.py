@@ -1,4 +1,4 @@
-"""Build the report, reports/index.html, from claims, figures, tables and metrics."""
+"""Build the site, reports/index.html, from claims, figures, tables and metrics."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from unmodelled.base.ownership import Out, verb
 
 
 @verb(Out.SHARED)
-def report(
+def site(
     metrics: Path,
     claims: Path,
     tables: Path,

@@ -1,0 +1,36 @@
+"""Tell which effects planned experiments could show, before any log exists."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from unmodelled.api.plan import plan as planned
+from unmodelled.base.ownership import verb
+from unmodelled.systems.reader import read_system
+
+
+@verb()
+def plan(system: Path, limits: Path, inputs: Path | None, out: Path, seed: int = 0) -> None:
+    """Write from which size on every effect of the library would show, and which effects would look alike.
+
+    The known physics is simulated with the noise of the sensors; uncertain parameters, the timing of inputs
+    and initial states are re-fitted. `out` holds `plan.json`, `effects.csv` and the folder `experiments` with
+    the inputs, in the units of their columns.
+
+    Args:
+        system: system file of the machine.
+        limits: YAML file with `duration` and `period` (s), `inputs` (`low`, `high`, `rate` per second),
+            `noise` (standard deviation of every output) and, as needed, `travel` (`low`, `high`, `speed` of
+            states, outputs or signals), `start` and `operating_point`.
+        inputs: CSV file with t (s) and the inputs, or a folder with such files; null: two experiments of each
+            of five families of signals within the limits.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
+        seed: seed of the experiments and of the noise; the same seed gives the same files.
+
+    Raises:
+        BadInput: when the system file, the limits or the inputs cannot be used, or no experiment keeps the
+            limits.
+    """
+    found = planned(read_system(system), limits, inputs, seed)
+    found.save(out)
+    print(found)

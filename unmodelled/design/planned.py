@@ -1,0 +1,142 @@
+"""Planned experiments before any log exists: inputs within limits, and logs simulated with sensor noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from unmodelled.base.errors import BadInput
+from unmodelled.design.limits import Limits
+from unmodelled.design.runs import equations, quantities, simulated
+from unmodelled.design.signals import FAMILIES
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.table import read_columns
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+#: Inputs, shape (samples, inputs), SI, by name of the experiment.
+Inputs = Mapping[str, Array]
+
+#: Signals of a family that are tried, and experiments of a family that are planned.
+TRIED, EACH = 64, 2
+#: Integration steps per sample of the simulated logs.
+SUBSTEPS = 10
+
+
+def default_inputs(system: System, limits: Limits, seed: int) -> Inputs:
+    """Return two experiments of every family of signals in which the known physics keeps the limits.
+
+    Args:
+        system: known physics.
+        limits: limits of the experiments.
+        seed: seed of the signals.
+
+    Raises:
+        BadInput: when no signal keeps the limits.
+    """
+    found: dict[str, Array] = {}
+    program, c = equations(system, quantities(system, limits.travel)), _constants(system, limits)
+    for family in FAMILIES:
+        z = np.asarray(qmc.Halton(family.size * len(limits.inputs), rng=seed).random(TRIED))
+        u = family.inputs(z, limits)
+        y, watched = simulated([system], u, limits, c, SUBSTEPS, program)
+        kept = (limits.excess(watched[:, 0]) == 0.0) & np.isfinite(y).all(axis=(1, 2, 3))
+        for k, design in enumerate(np.flatnonzero(kept)[:EACH], start=1):
+            found[f"{family.name.replace(' ', '_')}_{k}"] = u[design]
+    if not found:
+        raise BadInput(
+            f"{limits.file}: travel: no experiment of {limits.duration:g} s was found in which the known "
+            "physics stays within the limits: widen them, shorten `duration`, or change `start`"
+        )
+    return found
+
+
+def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
+    """Read planned experiments, in the units of their columns; they are put on the sampling period.
+
+    Args:
+        place: CSV file with `t` (s) and the columns of the inputs, or a folder with such files.
+        system: known physics.
+        limits: limits, for the sampling period.
+
+    Raises:
+        BadInput: when there is no file, or a file lacks a column or has a cell that is no number.
+    """
+    files = sorted(place.glob("*.csv")) if place.is_dir() else [place]
+    if not files:
+        raise BadInput(f"{place}: holds no CSV file: give experiments with t and the inputs")
+    found = {}
+    for file in files:
+        columns = read_columns(file, ["t", *(item.column for item in system.inputs)]).values
+        t = columns["t"] - columns["t"][:1]
+        if len(t) < 2 or not (np.diff(t) > 0.0).all():
+            raise BadInput(f"{file}: column t: does not increase: write the time of every sample in s")
+        clock = limits.period * np.arange(int(t[-1] / limits.period + 1e-9) + 1)
+        given = [
+            columns[i.column] if i.logged is None else i.logged.to_si(columns[i.column])
+            for i in system.inputs
+        ]
+        found[file.stem] = np.stack([np.interp(clock, t, u) for u in given], axis=1)
+    return found
+
+
+def frames(inputs: Inputs, system: System, limits: Limits) -> dict[str, pd.DataFrame]:
+    """Return experiments as a user runs them: t (s), and the inputs in the units of their columns.
+
+    Args:
+        inputs: inputs by name of the experiment, SI.
+        system: known physics.
+        limits: limits, for the sampling period.
+    """
+    found = {}
+    for name, u in inputs.items():
+        columns = {"t": limits.period * np.arange(len(u))}
+        for k, item in enumerate(system.inputs):
+            columns[item.column] = u[:, k] if item.logged is None else item.logged.from_si(u[:, k])
+        found[name] = pd.DataFrame(columns)
+    return found
+
+
+def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) -> Logs:
+    """Simulate the logs of experiments with the known physics and the noise of the sensors.
+
+    Args:
+        inputs: inputs by name of the experiment, SI.
+        system: known physics.
+        limits: start, operating point, sampling period and noise.
+        seed: seed of the noise.
+
+    Raises:
+        BadInput: when the noise of an output is not given, an experiment is too short, an output does not
+            move, or a simulation diverges.
+    """
+    for output in system.outputs:
+        if output.name not in limits.noise:
+            raise BadInput(
+                f"{limits.file}: noise: the output {output.name} has none: add "
+                f"noise: {{{output.name}: ...}}, the standard deviation of the sensor in {output.unit}"
+            )
+    rng, c, program = np.random.default_rng(seed), _constants(system, limits), equations(system, ())
+    tables = frames(inputs, system, limits)
+    for name, u in inputs.items():
+        own = replace(limits, travel={})
+        y = simulated([system], u[None], own, c, SUBSTEPS, program)[0][0, 0]
+        if not np.isfinite(y).all():
+            raise BadInput(f"{limits.file}: start: the simulation of {name} diverges: change the inputs")
+        for k, output in enumerate(system.outputs):
+            value = y[:, k] + limits.noise[output.name] * rng.standard_normal(len(y))
+            tables[name][output.column] = value if output.logged is None else output.logged.from_si(value)
+    constants = {
+        item.name: limits.constants[item.name] for item in system.operating_point if item.values is None
+    }
+    return Logs.from_frames(tables, system, pd.DataFrame(constants, index=list(tables)))
+
+
+def _constants(system: System, limits: Limits) -> Array:
+    return np.array([limits.constants[item.name] for item in system.operating_point])

@@ -1,0 +1,261 @@
+"""Answers of diagnoses found below a folder, each checked and ready to be listed and compared."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import read_json
+from unmodelled.base.tables import read_table
+from unmodelled.report.headline import (
+    effect_name,
+    fallen,
+    headline,
+    main_number,
+    outcome,
+    percent,
+    place_name,
+)
+from unmodelled.report.numbers import amounts, number, quantity, unit_text
+
+Array = NDArray[np.float64]
+Entry = Mapping[str, Any]
+
+SUMMARY = "diagnosis.json"
+#: Verdicts of diagnosis.json in words.
+VERDICTS = {
+    "effect": "effect found",
+    "main_effect": "main effect found",
+    "no_gap": "no gap",
+    "unknown": "unknown effect",
+    "check_logs": "check the logs",
+}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A row of the comparison of two answers.
+
+    Attributes:
+        name: name of the quantity, with its unit; rows of equal names are compared.
+        text: value, with its interval if there is one.
+        interval: 95 % interval in the unit of the name; None if there is none.
+    """
+
+    name: str
+    text: str
+    interval: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Error:
+    """An error on the held-out experiments.
+
+    Attributes:
+        text: error of one output in its unit, or the gap in standard deviations.
+        note: output, time since the start of the free run, and gap.
+        gap: gap in standard deviations of the outputs.
+    """
+
+    text: str
+    note: str
+    gap: float
+
+
+@dataclass(frozen=True, eq=False)
+class ListedAnswer:
+    """Answer as a list of answers shows it.
+
+    Attributes:
+        folder: folder of the answer.
+        name: path of the folder, relative to the listed one.
+        system: name of the machine.
+        verdict: verdict as in diagnosis.json.
+        confidence: confidence in the verdict, 0 to 1.
+        sentence: verdict as one sentence with amounts.
+        effects: named effects in words, each with its main amount and 95 % interval.
+        place: channel by which most of the gap enters, with its share; empty if there is none.
+        before: error of the system file as given.
+        after: error with the effects found and refitted parameters; None where nothing was fitted.
+        written: time at which diagnosis.json was last written; an answer records no date.
+        rows: rows of a comparison with another answer.
+    """
+
+    folder: Path
+    name: str
+    system: str
+    verdict: str
+    confidence: float
+    sentence: str
+    effects: tuple[tuple[str, str], ...]
+    place: str
+    before: Error
+    after: Error | None
+    written: datetime
+    rows: tuple[Compared, ...]
+
+    def residual(self) -> tuple[Array, Array] | None:
+        """Return the residuals over the time of the held-out experiments, before and after.
+
+        Returns:
+            Root mean squares in standard deviations of the outputs, each of shape (intervals,), with refitted
+            parameters and with the effects found; None where the answer has no table `time`.
+        """
+        try:
+            table = read_table(self.folder / "tables" / "time", ("over",))
+            rows = table[table["over"] == "experiment"]
+            before, after = (rows[name].to_numpy(dtype=float) for name in ("reidentified", "augmented"))
+        except (BadInput, ModuleNotFoundError, KeyError, ValueError):
+            return None
+        return (before, after) if len(rows) > 1 and np.isfinite([before, after]).all() else None
+
+
+def find_answers(folder: Path, schema: str) -> tuple[list[ListedAnswer], list[str]]:
+    """Find the answers below a folder, in alphabetical order; hidden folders and links are left out.
+
+    Args:
+        folder: folder that is searched.
+        schema: schema that an answer has.
+
+    Returns:
+        The answers, and a note for every diagnosis.json that is none.
+
+    Raises:
+        BadInput: when the folder cannot be read or holds no answer.
+    """
+    if not folder.is_dir():
+        raise BadInput(f"{folder}: is no folder: give the folder that holds the answers of `diagnose`")
+    found: list[ListedAnswer] = []
+    notes: list[str] = []
+    for place in _folders(folder):
+        try:
+            found.append(_read(place, folder, schema))
+        except BadInput as fault:
+            notes.append(str(fault))
+    if not found:
+        raise BadInput(
+            f"{folder}: holds no answer: give the folder that holds the results of `diagnose`", notes
+        )
+    return found, notes
+
+
+def _folders(folder: Path) -> Iterator[Path]:
+    for place, folders, files in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        if SUMMARY in files:
+            yield Path(place)
+
+
+def _read(folder: Path, listed: Path, schema: str) -> ListedAnswer:
+    file = folder / SUMMARY
+    content = read_json(file)
+    if not isinstance(content, dict) or content.get("schema") != schema:
+        raise BadInput(f"{file}: is no answer of this version (schema {schema}): diagnose again")
+    try:
+        return _listed(content, folder, folder.relative_to(listed).as_posix())
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise BadInput(
+            f"{file}: does not follow {schema} ({type(error).__name__}: {error}): diagnose again"
+        ) from None
+
+
+def _listed(content: Entry, folder: Path, name: str) -> ListedAnswer:
+    verdict, gap = content["verdict"], content["gap"]
+    if verdict not in VERDICTS:
+        raise ValueError(f"verdict {verdict!r}")
+    fitted = verdict != "check_logs"
+    channels = content["where"]["channels"][:1]
+    return ListedAnswer(
+        folder,
+        name,
+        str(content["system"]),
+        verdict,
+        float(content["confidence"]),
+        outcome(content),
+        tuple((effect_name(effect), _main_amount(effect)) for effect in content["effects"]),
+        "".join(f"{place_name(str(row['port']))}, {percent(row['share'])}" for row in channels),
+        _error(content, "known"),
+        _error(content, "augmented") if fitted else None,
+        datetime.fromtimestamp((folder / SUMMARY).stat().st_mtime, UTC),
+        (Compared("verdict", headline(content)), *_errors(gap, fitted), *_numbers(content)),
+    )
+
+
+def _main_amount(effect: Entry) -> str:
+    entry = main_number(effect) or next(iter(effect["parameters"].values()), None)
+    return _amount(entry) if entry else ""
+
+
+def _amount(entry: Entry, value: str = "value") -> str:
+    """A number with its unit and interval, such as 6.2 N (5.8 to 6.6)."""
+    text, interval = quantity(entry[value], _interval(entry))
+    many = f"; one for each of {len(entry['values'])} experiments" if "values" in entry else ""
+    about = f"{interval}{many}".removeprefix("; ")
+    return f"{text} {unit_text(entry.get('unit'))}".strip() + (f" ({about})" if about else "")
+
+
+def _interval(entry: Entry) -> tuple[float, float] | None:
+    low, high = entry["interval"]
+    return None if None in (low, high) else (float(low), float(high))
+
+
+def _error(content: Entry, model: str) -> Error:
+    """Error of the output whose error falls, else of the first one; without units, the gap."""
+    gap = content["gap"]
+    deviations = f"{number(float(f'{gap[model]:.3g}'))} s.d."
+    for name, entry in [*fallen(content), *gap.get("units", {}).items()][:1]:
+        text = "diverges" if entry[model] is None else amounts([entry[model]], entry["unit"])[0]
+        late = f" after {amounts([gap['horizon']], 's')[0]}" if "horizon" in gap else ""
+        return Error(text, f"{name}{late}; {deviations}", float(gap[model]))
+    return Error(deviations, "", float(gap[model]))
+
+
+def _errors(gap: Entry, fitted: bool) -> Iterator[Compared]:
+    """Errors of every output before and after, and the gap."""
+    for span, key in (("after the horizon", ""), ("over whole runs", "_whole_run")):
+        for name, entry in gap.get("units", {}).items():
+            values = [entry[f"{model}{key}"] for model in ("known", "augmented")[: 1 + fitted]]
+            shown = ["diverges" if v is None else amounts([v], entry["unit"])[0] for v in values]
+            yield Compared(f"error of {name} {span}", " → ".join(shown))
+    gaps = [number(float(f"{gap[model]:.3g}")) for model in ("known", "augmented")[: 1 + fitted]]
+    yield Compared("gap (standard deviations)", " → ".join(gaps))
+
+
+def _numbers(content: Entry) -> Iterator[Compared]:
+    """Effects with their shares and numbers, then the refitted parameters."""
+    for effect in content["effects"]:
+        name = effect_name(effect)
+        yield Compared(name, f"explains {percent(effect['shrink'])} of the gap")
+        for key, entry in effect["parameters"].items():
+            interval = None if "values" in entry else _interval(entry)
+            yield Compared(_with_unit(f"{key} of {name}", entry), _amount(entry), interval)
+    for key, entry in content["parameters"].items():
+        yield Compared(_with_unit(f"parameter {key}", entry), _amount(entry, "identified"), _interval(entry))
+
+
+def _with_unit(name: str, entry: Entry) -> str:
+    unit = unit_text(entry.get("unit"))
+    return f"{name} ({unit})" if unit else name
+
+
+def table_lines(answers: Sequence[ListedAnswer]) -> list[str]:
+    """Return the list as lines of text with aligned columns: answer, verdict, error before, after, effects.
+
+    Args:
+        answers: answers to list.
+    """
+    rows = [("answer", "verdict", "error before", "after", "missing effects")]
+    for one in answers:
+        effects = "; ".join(f"{name}: {amount}".removesuffix(": ") for name, amount in one.effects)
+        after = one.after.text if one.after else "–"
+        rows.append((one.name, VERDICTS[one.verdict], one.before.text, after, effects or "–"))
+    widths = [max(len(row[k]) for row in rows) for k in range(5)]
+    return ["  ".join(text.ljust(w) for text, w in zip(row, widths, strict=True)).rstrip() for row in rows]
