@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from unmodelled.api.example import example as example
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
+    from unmodelled.api.robot import supplement as supplement
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
@@ -47,6 +48,7 @@ else:
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
+        "api.robot": ("supplement",),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),

@@ -52,9 +52,7 @@ class Replay:
 
     @property
     def improves(self) -> bool:
-        """Whether the patched file is nearer to the measurement, and diverges nowhere where the given one does
-        not.
-        """
+        """Whether the patched file errs less than the given one, and no further output diverges."""
         worse = set(self.final.diverged) - set(self.given.diverged)
         return self.final.gap < self.given.gap and not worse
 

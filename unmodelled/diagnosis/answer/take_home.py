@@ -1,4 +1,4 @@
-"""The robot file of a diagnosed system with the identified numbers and the effects that its format can say."""
+"""The robot file of a diagnosed system with identified numbers, and effects that its format can say."""
 
 from __future__ import annotations
 
@@ -134,9 +134,7 @@ def _missing(unsaid: Mapping[Key, float]) -> Iterator[Unsaid]:
         yield Unsaid(f"{element}.{quantity} = {value:.6g}", reason, held)
 
 
-def _wanted(
-    efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, float]
-) -> dict[Key, float]:
+def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, float]) -> dict[Key, float]:
     """All numbers of the file: identified ones, and those that say effects."""
     robot, wanted = efforts.robot, numbers(efforts.robot)
     for p in properties(robot, efforts.tree):
@@ -217,7 +215,7 @@ class _Written:
         if self.element is None:
             return {}
         own = {quantity: value for (name, quantity), value in wanted.items() if name == self.element}
-        finite = {quantity: value if abs(value) < _FAR else copysign(_FAR, value) for quantity, value in own.items()}
+        finite = {q: value if abs(value) < _FAR else copysign(_FAR, value) for q, value in own.items()}
         scope = Scope({name: Value(sp.Float(value)) for name, value in {**finite, **self.values}.items()})
         found = {}
         for quantity, text in self.added.robot.items():

@@ -119,9 +119,7 @@ class MujocoRuns:
                 y[w, i, : len(x)] = self.observed.evaluate(*known)
         return y
 
-    def _states(
-        self, t: Array, u: Array, x0: Array, p: Array, c: Array, hold: Array, period: float
-    ) -> Array:
+    def _states(self, t: Array, u: Array, x0: Array, p: Array, c: Array, hold: Array, period: float) -> Array:
         """States at the samples, shape (samples, states); nan from where the run is lost."""
         import mujoco
 
@@ -138,7 +136,8 @@ class MujocoRuns:
                 if len(self.to):
                     state = x0.copy()
                     state[self.q], state[self.qd] = data.qpos[self.places], data.qvel[self.dofs]
-                    data.qfrc_applied[self.to] = self.applied.evaluate(np.float64(data.time), state, now, p, c)
+                    time = np.array(data.time)
+                    data.qfrc_applied[self.to] = self.applied.evaluate(time, state, now, p, c)
                 mujoco.mj_step(self.model, data)
             x[k, self.q], x[k, self.qd] = data.qpos[self.places], data.qvel[self.dofs]
             if not np.max(np.abs(x[k, [*self.q, *self.qd]])) < _LOST:

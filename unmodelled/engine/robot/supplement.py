@@ -46,8 +46,9 @@ class Supplement:
 
     Attributes:
         numbers: numbers by joint or actuator and then by quantity, SI; they replace those of the file.
-        forces: effort on a joint by its name, N m or N: expression of the grammar of system files in q_<joint>,
-            qd_<joint>, applied_<joint> (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in `values`.
+        forces: effort on a joint by its name, N m or N: expression of the grammar of system files in
+            q_<joint>, qd_<joint>, applied_<joint> (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in
+            `values`.
         values: numbers of the expressions by name, SI.
     """
 
@@ -83,12 +84,14 @@ class Supplement:
         if not isinstance(content, dict) or content.get("schema") != SCHEMA:
             raise BadInput(f"{path}: schema: must be {SCHEMA!r}: give the file that diagnose wrote")
         parts = {name: content.get(name, {}) for name in ("numbers", "forces", "values")}
-        numbers = [parts["values"], *parts["numbers"].values()] if _mapping(parts["numbers"]) else [None]
-        for entries in [*numbers, parts["forces"]]:
-            if not _mapping(entries):
-                raise BadInput(f"{path}: numbers, forces and values must be objects: see the documentation")
-        if not all(_number(value) for entries in numbers for value in entries.values()):
-            raise BadInput(f"{path}: a number is not finite: write a finite number")
+        elements = parts["numbers"] if _is_object(parts["numbers"]) else {"": None}
+        numbers = [parts["values"], *elements.values()]
+        if not all(map(_is_object, [*numbers, parts["forces"]])):
+            raise BadInput(f"{path}: numbers, forces and values must be objects: give the file of diagnose")
+        if not all(_is_number(value) for entries in numbers for value in entries.values()):
+            raise BadInput(f"{path}: a number is missing or not finite: give the file of diagnose")
+        if not all(isinstance(text, str) for text in parts["forces"].values()):
+            raise BadInput(f"{path}: a force must be a text: give the file of diagnose")
         return cls(**parts)
 
     def complete(self, model: Any, where: str = "supplement") -> Callback:
@@ -116,11 +119,12 @@ class Supplement:
         strange = [name for name in self.forces if name not in joints]
         if strange:
             raise BadInput(f"{where}: forces: the robot has no joint {strange[0]!r}: use its own file")
-        groups = [[symbol(name) for name in names] for names in (states, inputs, self.values)]
-        scope = Scope({str(s): Value(s) for group in groups for s in group})
+        x, u, p = ([symbol(name) for name in names] for names in (states, inputs, self.values))
+        scope = Scope({str(s): Value(s) for s in (*x, *u, *p)})
         laws = [grammar.parse(text, scope, f"{where}: forces.{n}") for n, text in self.forces.items()]
-        program = assembled(Equations(*groups, (), [sp.S.Zero] * len(states), laws, {}, ()))
-        return _Forces(program, model, [joints.index(name) for name in self.forces], [*self.values.values()])
+        equations = Equations(x, u, p, (), [sp.S.Zero] * len(x), laws, {}, ())
+        to = [joints.index(name) for name in self.forces]
+        return _Forces(assembled(equations), model, to, [*self.values.values()])
 
 
 class _Forces:
@@ -134,9 +138,8 @@ class _Forces:
     def __call__(self, _: Any, data: Any) -> None:
         x = np.concatenate([data.qpos[self.places], data.qvel[self.dofs]])
         u = np.concatenate([data.qfrc_applied[self.dofs], data.ctrl])
-        data.qfrc_passive[self.to] += self.program.evaluate(
-            np.float64(data.time), x, u, self.values, self.nothing
-        )
+        t = np.array(data.time)
+        data.qfrc_passive[self.to] += self.program.evaluate(t, x, u, self.values, self.nothing)
 
 
 def _set(model: Any, element: str, quantity: str, value: float, where: str) -> None:
@@ -164,11 +167,11 @@ def _index(model: Any, kind: str, element: str, where: str) -> int:
     return names.index(element)
 
 
-def _mapping(entries: Any) -> bool:
+def _is_object(entries: Any) -> bool:
     return isinstance(entries, dict)
 
 
-def _number(value: Any) -> bool:
+def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 

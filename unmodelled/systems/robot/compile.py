@@ -110,7 +110,6 @@ class _Compiled:
     def _wrong(self, what: str, problem: str) -> BadInput:
         return BadInput(f"{self.where}: {what}: {problem}")
 
-
     def _names(self, written: list[str]) -> list[str]:
         """Names of a system file."""
         found: dict[str, str] = {}

@@ -36,7 +36,7 @@ class Efforts:
 
     @cached_property
     def controls(self) -> dict[str, tuple[str, ...]]:
-        """Names of the inputs of the actuators by joint, where the system drives the joint as its file does."""
+        """Inputs of the actuators by joint, where the system drives the joint as its file does."""
         found = {}
         scope = scope_of(self.system)
         for name in self.joints if self.robot.actuators else ():
@@ -61,7 +61,8 @@ class Efforts:
     def tree(self) -> Tree:
         """Moving links."""
         locked = {} if self.system.robot is None else self.system.robot.locked
-        return Tree.of(self.robot, {k: locked[j.written] for k, j in enumerate(self.robot.joints) if j.written in locked})
+        numbers = {k: joint.written for k, joint in enumerate(self.robot.joints) if joint.written in locked}
+        return Tree.of(self.robot, {k: locked[written] for k, written in numbers.items()})
 
     def of_file(self, system: System) -> dict[str, sp.Expr]:
         """Return the effort that the file makes on each joint: by its actuators, its damping and its spring.
@@ -94,33 +95,29 @@ class Efforts:
         Raises:
             BadInput: if the system file has other dynamics than the robot.
         """
-        scope = scope_of(system)
+        scope, applied = scope_of(system), self.applied(system)
         laws = {symbol(p.effort): sp.S.Zero if p.law is None else p.law for p in system.ports}
-        rates = dict(zip((state.name for state in system.states), system.dynamics, strict=True))
-        applied = self.applied(system)
         known = {e: _name(name, e) for name, e in applied.items()}
         found = {}
         for name in self.joints:
-            text = system.text.get(f"dynamics.qd_{name}", "")
-            call = syntax.tree(text, text)[1] if text else None
-            own = isinstance(call, ast.Call) and ast.unparse(call.func) == f"acceleration_{name}"
-            if not own or grammar.parse(text, scope, text) != rates[f"qd_{name}"]:
-                raise BadInput(f"dynamics.qd_{name} is not the acceleration of the robot file")
-            argument = ast.unparse(call.args[self._order.index(name)])
-            whole = grammar.parse(argument, scope, text).xreplace(laws)
+            whole = grammar.parse(self._written(system, name, scope), scope, name).xreplace(laws)
             if name in applied:  # a sum is taken out as a whole
                 whole = whole - applied[name] + known[applied[name]]
             found[name] = whole.xreplace(known)
         return found
 
-    @property
-    def _order(self) -> list[str]:
-        """Joints in the order of the first arguments of their accelerations."""
-        robot = self.system.robot
-        assert robot is not None
-        arguments = robot.functions[f"acceleration_{self.joints[0]}"].arguments
-        start = "robot.torque_"
-        return [str(x).removeprefix(start) for x in arguments if str(x).startswith(start)]
+    def _written(self, system: System, joint: str, scope: Scope) -> str:
+        """Effort on a joint as text: an argument of the acceleration of the joint."""
+        place, function = f"dynamics.qd_{joint}", f"acceleration_{joint}"
+        text = system.text.get(place, "0")
+        call = syntax.tree(text, place)[1]
+        rate = system.dynamics[[state.name for state in system.states].index(f"qd_{joint}")]
+        own = isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == function
+        if not (own and isinstance(call, ast.Call) and grammar.parse(text, scope, place) == rate):
+            raise BadInput(f"{place} is not the acceleration of the robot file")
+        assert system.robot is not None
+        arguments = map(str, system.robot.functions[function].arguments)
+        return ast.unparse(call.args[[*arguments].index(f"robot.torque_{joint}")])
 
     def applied(self, system: System) -> dict[str, sp.Expr]:
         """Return the effort that is applied to each joint that its file does not drive as the system does.

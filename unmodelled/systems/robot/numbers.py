@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
+from math import inf, isclose
 
 from unmodelled.systems.robot.actuators import input_unit
 from unmodelled.systems.robot.bodies import Actuator, Joint, Robot
@@ -21,7 +21,7 @@ OF_BODIES = (
 
 
 def numbers(robot: Robot) -> dict[Key, float]:
-    """Return the numbers of a robot by element and quantity, in SI units; limits that are missing are infinite.
+    """Return the numbers of a robot by element and quantity, SI; a limit that is missing is infinite.
 
     Args:
         robot: bodies, joints and actuators.
@@ -107,11 +107,9 @@ def differing(wanted: Mapping[Key, float], found: Mapping[Key, float]) -> dict[K
         wanted: numbers by element and quantity.
         found: the same numbers, of a file.
     """
-    return {
-        key: value
-        for key, value in wanted.items()
-        if value != found[key] and not abs(value - found[key]) <= 1e-8 * max(abs(value), abs(found[key]), 1e-6)
-    }
+    # ten digits are written, and a matrix of inertia is turned
+    close = {key: isclose(value, found[key], rel_tol=1e-8, abs_tol=1e-14) for key, value in wanted.items()}
+    return {key: value for key, value in wanted.items() if not close[key]}
 
 
 def unit_of(robot: Robot, key: Key) -> str:

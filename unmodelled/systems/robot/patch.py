@@ -42,10 +42,10 @@ def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
         ModuleNotFoundError: if MuJoCo is not installed.
 
     Examples:
-        >>> arm = '''<mujoco><worldbody><body name="rod"><!-- steel --><joint name="pivot" axis="0 1 0"/>
+        >>> arm = '''<mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0"/>
         ...   <geom size="0.1"/></body></worldbody></mujoco>'''
-        >>> print(patched(arm, "rod.xml", {("pivot", "frictionloss"): 0.2}).text)
-        <mujoco><worldbody><body name="rod"><!-- steel --><joint name="pivot" axis="0 1 0" frictionloss="0.2" />
+        >>> print(patched(arm, "rod.xml", {("pin", "frictionloss"): 0.2}).text)
+        <mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0" frictionloss="0.2" />
           <geom size="0.1" /></body></worldbody></mujoco>
         <BLANKLINE>
     """
@@ -70,4 +70,3 @@ def _check_names(tree: RobotTree, robot: Robot, where: str) -> None:
         for element in known:
             if element.name not in tree.elements[kind]:
                 raise BadInput(f"{where}: {kind} {element.name!r} is not found in the file: give it a name")
-

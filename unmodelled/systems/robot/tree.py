@@ -5,6 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from unmodelled.systems.robot.compile import plain_name
 
@@ -17,11 +18,11 @@ class _Kept(ET.TreeBuilder):
         self.before: list[str] = []
         self._begun = False
 
-    def start(self, tag: str, attrs: dict[str, str], /) -> ET.Element:  # type: ignore[override]
+    def start(self, tag: str, attrs: dict[str, str], /) -> ET.Element:
         self._begun = True
         return super().start(tag, attrs)
 
-    def comment(self, text: str | None, /) -> ET.Element:
+    def comment(self, text: str | None, /) -> ET.Element[Any]:
         if self._begun:
             return super().comment(text)
         self.before.append(f"<!--{text}-->")
