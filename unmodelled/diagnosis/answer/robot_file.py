@@ -42,7 +42,7 @@ class RobotFile:
             BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
             ModuleNotFoundError: if MuJoCo is not installed.
         """
-        found = take_home(diagnosis)
+        found = take_home(diagnosis.system, diagnosis.augmented.system, diagnosis.effects)
         return cls(found, replay(diagnosis, found))
 
     @property
@@ -81,7 +81,7 @@ class RobotFile:
             "file": self.file,
             "supplement": self.supplement,
             "changes": [asdict(change) for change in self.found.changes],
-            "unsaid": [asdict(part) for part in self.found.unsaid],
+            "missing": [asdict(part) for part in self.found.missing],
             "replay": {**runs, "improves": self.replay.improves},
         }
 
@@ -93,7 +93,7 @@ class RobotFile:
         more = f" and {len(changes) - LISTED} more" if len(changes) > LISTED else ""
         listed = ", ".join(map(_said, changes[:LISTED])) + more
         yield f"{self.file} is the robot file, patched: {listed or 'no number differs'}"
-        for part in self.found.unsaid:
+        for part in self.found.missing:
             held = f" ({self.supplement} holds it)" if part.supplemented else ""
             yield f"{self.file} does not hold {part.what}: {part.reason}{held}"
         run, final = self.replay, self.replay.final

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 from math import copysign, inf
 from pathlib import Path
 
@@ -12,19 +11,19 @@ import sympy as sp
 
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.answer.sentences import named
-from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
+from unmodelled.diagnosis.data.result import DiagnosedEffect
 from unmodelled.effects.added import Added
 from unmodelled.engine.robot.supplement import QUANTITIES, Supplement
 from unmodelled.systems import grammar, syntax
 from unmodelled.systems.functions import lookup
-from unmodelled.systems.model import TIME, symbol
+from unmodelled.systems.model import TIME, System, symbol
 from unmodelled.systems.printing import printed
 from unmodelled.systems.procedure import evaluated
 from unmodelled.systems.robot.bodies import Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.efforts import Efforts
 from unmodelled.systems.robot.numbers import Key, differing, numbers, servo_gains, unit_of
-from unmodelled.systems.robot.patch import patched
+from unmodelled.systems.robot.patch import Patched, patched
 from unmodelled.systems.robot.properties import properties
 from unmodelled.systems.scope import Scope, Value
 
@@ -52,7 +51,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Unsaid:
+class Missing:
     """Part of the augmented system that the patched robot file does not hold.
 
     Attributes:
@@ -75,7 +74,7 @@ class TakeHome:
         text: its content.
         changes: numbers that differ from the file as given.
         supplement: numbers and forces for MuJoCo that the file cannot say.
-        unsaid: parts of the augmented system that the file does not hold.
+        missing: parts of the augmented system that the file does not hold.
         efforts: how the system as given drives the joints.
     """
 
@@ -83,39 +82,44 @@ class TakeHome:
     text: str
     changes: tuple[Change, ...]
     supplement: Supplement
-    unsaid: tuple[Unsaid, ...]
+    missing: tuple[Missing, ...]
     efforts: Efforts
 
 
-def take_home(diagnosis: Diagnosis) -> TakeHome:
-    """Return the robot file of a diagnosed system, patched to say what the augmented system says.
+def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect]) -> TakeHome:
+    """Return the robot file of a system, patched to say what the augmented system says.
 
     Args:
-        diagnosis: diagnosis with an augmented model of a system with a robot.
+        given: system with a robot, as given.
+        system: augmented system, with identified numbers.
+        effects: effects that it has in addition.
 
     Raises:
         BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
         ModuleNotFoundError: if MuJoCo is not installed.
     """
-    robot = diagnosis.system.robot
+    robot = given.robot
     assert robot is not None
     name = Path(robot.file).name
-    given = compiled(robot.text, name)
-    system, efforts = diagnosis.augmented.system, Efforts(diagnosis.system, given)
+    efforts = Efforts(given, compiled(robot.text, name))
     values = {p.name: p.value for p in system.parameters}
-    effects = [_Written(found, efforts, values) for found in diagnosis.effects]
-    file = patched(robot.text, name, _wanted(efforts, effects, values))
-    forces, silent = _forces(diagnosis, efforts, effects)
+    written = _written(effects, efforts, values)
+    file = patched(robot.text, name, _wanted(efforts, written, values))
+    forces, silent = _forces(system, efforts, written)
     beside: dict[str, dict[str, float]] = {}
-    for (element, quantity), value in file.unsaid.items():
+    for (element, quantity), value in file.missing.items():
         if quantity in QUANTITIES:
             beside.setdefault(element, {})[quantity] = value
     used = {str(s) for e in forces.values() for s in e.free_symbols}
     texts = {joint: printed(e, [str(s) for s in e.free_symbols], []) for joint, e in forces.items()}
     supplement = Supplement(beside, texts, {n: v for n, v in values.items() if n in used})
     return TakeHome(
-        *(name, file.text, tuple(_changes(given, file.text, name)), supplement),
-        unsaid=(*_missing(file.unsaid), *(part for e in effects for part in e.unsaid(forces)), *silent),
+        *(name, file.text, tuple(_changes(efforts.robot, file.text, name)), supplement),
+        missing=(
+            *_missing(efforts.robot, file),
+            *(m for e in written for m in e.missing(file, forces)),
+            *silent,
+        ),
         efforts=efforts,
     )
 
@@ -127,11 +131,13 @@ def _changes(given: Robot, text: str, name: str) -> Iterator[Change]:
         yield Change(element, quantity, unit, before[element, quantity], value)
 
 
-def _missing(unsaid: Mapping[Key, float]) -> Iterator[Unsaid]:
-    for (element, quantity), value in unsaid.items():
-        held = quantity in QUANTITIES
-        reason = "the file has no attribute for it" + ("" if held else ": set it where you load the file")
-        yield Unsaid(f"{element}.{quantity} = {value:.6g}", reason, held)
+def _missing(robot: Robot, file: Patched) -> Iterator[Missing]:
+    for (element, quantity), value in file.missing.items():
+        held, unit = quantity in QUANTITIES, unit_of(robot, (element, quantity))
+        reason = f"{file.format} has no attribute for it here" + (
+            "" if held else ": set it where you load the file"
+        )
+        yield Missing(f"{element}.{quantity} = {value:.4g} {unit}".removesuffix(" 1"), reason, held)
 
 
 def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, float]) -> dict[Key, float]:
@@ -149,28 +155,39 @@ def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, 
 
 
 def _forces(
-    diagnosis: Diagnosis, efforts: Efforts, effects: Sequence[_Written]
-) -> tuple[dict[str, sp.Expr], list[Unsaid]]:
+    system: System, efforts: Efforts, effects: Sequence[_Written]
+) -> tuple[dict[str, sp.Expr], list[Missing]]:
     """Efforts on joints that the file does not make, and those that a supplement cannot make either."""
-    system = diagnosis.augmented.system
-    off = {symbol(name): sp.S.Zero for effect in effects for name in effect.off}
-    whole, made = efforts.of(system), efforts.of_file(system)
+    driven, made = efforts.of(system, laws=False), efforts.of_file(system)
+    whole = efforts.of(system)
+    # a law that grows with the load also needs what the file says of the actuator that makes the load
+    off = {symbol(n): sp.S.Zero for e in effects if e.absent or not e.at_actuator for n in e.off}
+    off_in_drives = off | {symbol(n): sp.S.Zero for e in effects for n in e.off}
     known = {TIME, *system.p, *(symbol(f"applied_{joint}") for joint in efforts.joints)}
     known |= {symbol(f"{s}_{joint}") for s in ("q", "qd") for joint in efforts.joints}
     known |= {symbol(name) for inputs in efforts.controls.values() for name in inputs}
     forces, silent = {}, []
     for joint in efforts.joints:
-        force = (whole[joint] - made[joint]).xreplace(off)
+        laws, drive = whole[joint] - driven[joint], driven[joint] - made[joint]
+        force = laws.xreplace(off) + drive.xreplace(off_in_drives)
         if force == 0:
             continue
         foreign = sorted(map(str, force.free_symbols - known))
         if foreign or force.has(evaluated, lookup):
             what = foreign[0] if foreign else "an acceleration or a table"
             reason = f"it depends on {what}, which MuJoCo does not know: simulate {FILE}"
-            silent.append(Unsaid(f"further effort on {joint}", reason, False))
+            silent.append(Missing(f"further effort on {joint}", reason, False))
         else:
             forces[joint] = force
     return forces, silent
+
+
+def _written(
+    effects: Sequence[DiagnosedEffect], efforts: Efforts, values: Mapping[str, float]
+) -> list[_Written]:
+    alone = [_Written(found, efforts, values) for found in effects]
+    forced = {e.added.place for e in alone if e.at_actuator and not e.absent and e.element is None}
+    return [replace(e, crowded=e.added.place in forced) for e in alone]
 
 
 @dataclass(frozen=True)
@@ -180,23 +197,30 @@ class _Written:
     found: DiagnosedEffect
     efforts: Efforts
     values: Mapping[str, float]
+    #: Whether another effect at the same input is none that a file can say: what both make of it is a force.
+    crowded: bool = False
 
     @property
     def added(self) -> Added:
         return self.found.added
 
-    @cached_property
+    @property
     def element(self) -> str | None:
         """Joint or actuator whose numbers say the effect; None if none do."""
         place = self.added.place
-        if not self.added.robot or self.changes:
+        if not self.added.robot or self.differs or self.crowded:
             return None
         if place.kind == "port":
             return place.name if place.name in self.efforts.joints else None
         return place.name.removeprefix("u_") if self.controlled else None
 
     @property
-    def changes(self) -> bool:
+    def at_actuator(self) -> bool:
+        """Whether the effect is at an input."""
+        return self.added.place.kind == "actuator"
+
+    @property
+    def differs(self) -> bool:
         """Whether the effect is not the same in every experiment."""
         added = self.added
         return bool(added.place.factor or added.per_experiment or added.columns)
@@ -233,27 +257,32 @@ class _Written:
         words = {word for text in self.added.robot.values() for word in syntax.names(text)}
         return tuple(n for n in self.added.amplitudes if n in words or n in self.added.shares)
 
-    def unsaid(self, forces: Mapping[str, sp.Expr]) -> Iterator[Unsaid]:
-        """Yield what the file does not hold of the effect."""
+    def missing(self, file: Patched, forces: Mapping[str, sp.Expr]) -> Iterator[Missing]:
+        """Yield what the file does not hold of the effect.
+
+        Args:
+            file: patched file.
+            forces: forces of the supplement.
+        """
         if self.absent:
-            yield Unsaid(named(self.added), self.absent, False)
+            yield Missing(named(self.added), self.absent, False)
         elif rest := [n for n in self.added.amplitudes if n not in self.off]:
             part = f"{', '.join(rest)} of {named(self.added)}" if self.off else named(self.added)
             held = any(symbol(n) in force.free_symbols for n in rest for force in forces.values())
-            yield Unsaid(part, "the format has no such law", held)
+            yield Missing(part, f"{file.format} has no such law", held)
 
     @property
     def absent(self) -> str:
         """Why neither the file nor its supplement holds the effect; empty if one of them can."""
-        kind, delays = self.added.place.kind, [self.found.estimates[n].value for n in self.added.delays]
-        if kind == "sensor":
+        delays = [self.found.estimates[n].value for n in self.added.delays]
+        if self.added.place.kind == "sensor":
             return "the sensor is no part of the robot: correct what it shows"
         if delays:
-            return f"the format has no delay: apply the input {delays[0]:.3g} s later"
-        if self.changes or kind == "parameter":
+            return f"robot files have no delay: apply the input {delays[0]:.3g} s later"
+        if self.differs or self.added.place.kind == "parameter":
             return f"it changes with time or between experiments: simulate {FILE}"
         if self.added.memory:
             return f"it has states of its own: simulate {FILE}"
-        if kind == "actuator" and not self.controlled:
+        if self.at_actuator and not self.controlled:
             return "the input is not one of the file: change the drive that you compute from it"
         return ""

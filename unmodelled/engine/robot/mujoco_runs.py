@@ -30,7 +30,7 @@ class RobotInMujoco:
     """Robot file with what it gets beside it, and how the inputs of a system drive it.
 
     Attributes:
-        text: content of the file; contacts are left out, because meshes are not read.
+        text: content of the file; contacts and limits of joints are left out, as in the equations.
         name: name of the file, for messages.
         controls: names of the inputs of actuators; those of other actuators are zero and without effect.
         applied: effort on a joint that no actuator of the file drives, by its name: expression of the system.
@@ -70,9 +70,9 @@ class MujocoRuns:
 
         self.model = model = mujoco.MjModel.from_xml_string(dynamics_only(robot.text, robot.name)[0])
         self.forces = robot.supplement.complete(model, robot.name)
-        # what hits what is not known without meshes, and a run that is lost must not begin again
+        # what hits what is not known without meshes; a run that is lost must not begin again
         flags = mujoco.mjtDisableBit
-        model.opt.disableflags |= int(flags.mjDSBL_CONTACT) | int(flags.mjDSBL_AUTORESET)
+        model.opt.disableflags |= int(flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT | flags.mjDSBL_AUTORESET)
         self.step = float(model.opt.timestep)
         self.observed = Program.of(system, observed)
         self.applied = Program.of(system, [*robot.applied.values()])

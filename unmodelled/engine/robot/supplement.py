@@ -107,9 +107,12 @@ class Supplement:
         Raises:
             BadInput: when the robot has no such joint or actuator, or an expression is not allowed.
         """
+        import mujoco
+
         for element, numbers in self.numbers.items():
             for quantity, value in numbers.items():
                 _set(model, element, quantity, value, where)
+        mujoco.mj_setConst(model, mujoco.MjData(model))  # inertias that MuJoCo computes once
         return self._callback(model, where) if self.forces else lambda *_: None
 
     def _callback(self, model: Any, where: str) -> Callback:

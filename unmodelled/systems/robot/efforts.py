@@ -84,23 +84,24 @@ class Efforts:
             found[name] = grammar.parse(text, replace(scope, values=values), "")
         return found
 
-    def of(self, system: System) -> dict[str, sp.Expr]:
-        """Return the whole effort that moves each joint in a system, with the known laws of its ports.
+    def of(self, system: System, laws: bool = True) -> dict[str, sp.Expr]:
+        """Return the whole effort that moves each joint in a system.
 
         What is applied to a joint, see `of_file`, is its symbol.
 
         Args:
             system: system of the robot, possibly with effects.
+            laws: whether the known laws of the ports are part of it, default True.
 
         Raises:
             BadInput: if the system file has other dynamics than the robot.
         """
         scope, applied = scope_of(system), self.applied(system)
-        laws = {symbol(p.effort): sp.S.Zero if p.law is None else p.law for p in system.ports}
+        at_ports = {symbol(p.effort): (p.law if laws else None) or sp.S.Zero for p in system.ports}
         known = {e: _name(name, e) for name, e in applied.items()}
         found = {}
         for name in self.joints:
-            whole = grammar.parse(self._written(system, name, scope), scope, name).xreplace(laws)
+            whole = grammar.parse(self._written(system, name, scope), scope, name).xreplace(at_ports)
             if name in applied:  # a sum is taken out as a whole
                 whole = whole - applied[name] + known[applied[name]]
             found[name] = whole.xreplace(known)

@@ -19,12 +19,14 @@ class Patched:
 
     Attributes:
         text: content of the file.
-        unsaid: numbers that the file does not hold although they were wanted, because its format or its
+        format: name of its format, MJCF or URDF.
+        missing: numbers that the file does not hold although they were wanted, because its format or its
             other entries do not allow them, in SI units.
     """
 
     text: str
-    unsaid: Mapping[Key, float]
+    format: str
+    missing: Mapping[Key, float]
 
 
 def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
@@ -62,7 +64,7 @@ def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
         (urdf if tree.urdf else mjcf).write(tree, robot, all_of_it, changed)
         written = str(tree)
         found = numbers(compiled(written, where))
-    return Patched(written, differing(all_of_it, found))
+    return Patched(written, "URDF" if RobotTree.of(text).urdf else "MJCF", differing(all_of_it, found))
 
 
 def _check_names(tree: RobotTree, robot: Robot, where: str) -> None:

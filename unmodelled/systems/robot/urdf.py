@@ -52,5 +52,7 @@ def _inside(parent: ET.Element, tag: str) -> ET.Element:
     found = parent.find(tag)
     if found is None:
         found = ET.SubElement(parent, tag)
-        found.tail = parent.text
+        if len(parent) > 1:
+            before = parent[-2]
+            found.tail, before.tail = before.tail, parent.text
     return found
