@@ -240,7 +240,8 @@ class _Written:
             return {}
         own = {quantity: value for (name, quantity), value in wanted.items() if name == self.element}
         finite = {q: value if abs(value) < _FAR else copysign(_FAR, value) for q, value in own.items()}
-        scope = Scope({name: Value(sp.Float(value)) for name, value in {**finite, **self.values}.items()})
+        of_law = {n: self.values[n] for n in (*self.added.amplitudes, *self.added.shapes)}
+        scope = Scope({name: Value(sp.Float(value)) for name, value in {**finite, **of_law}.items()})
         found = {}
         for quantity, text in self.added.robot.items():
             value = float(grammar.parse(text, scope, self.added.family))
