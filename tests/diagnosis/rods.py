@@ -36,7 +36,7 @@ URDF = """<?xml version="1.0"?>
 """
 SYSTEM = "schema: system/1\nname: rod\nmodel: {}\ninputs: {{{}: {{column: u, hold: true}}}}\n"
 FRICTION, ROTOR, GIVEN_ROTOR = 0.1, 0.008, 0.002
-PERIOD, SAMPLES, RUNS = 0.01, 200, 5
+PERIOD, SAMPLES, RUNS = 0.01, 150, 4
 
 
 def write_rod(folder: Path, robot: str = MJCF, friction: float = FRICTION, rotor: float = ROTOR) -> Path:

@@ -12,6 +12,8 @@ import pytest
 import unmodelled as um
 from tests.diagnosis.diagnoses import Said, told
 from tests.diagnosis.rods import FRICTION, GIVEN_ROTOR, MJCF, ROTOR, URDF, write_rod
+from tests.physics.effects.benches import SYSTEMS
+from tests.physics.robot.mechanisms import system_of
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.diagnosis.answer import findings
@@ -26,6 +28,7 @@ from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import numbers
 
 PIN = Place("port", "pin")
+RK4 = '<option integrator="RK4" timestep="0.01"/>'
 DRY = Said("coulomb_friction", PIN, {"F_c": FRICTION, "v_c": 0.02})
 ALL = DRY, Said("inertia_error", PIN, {"dM": ROTOR - GIVEN_ROTOR})
 #: The URDF has no rotor at all.
@@ -40,7 +43,7 @@ def rod(folder: Path, *said: Said, robot: str = MJCF) -> Diagnosis:
 
 def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
     """With the same integrator and step, windows and whole runs are the same to rounding."""
-    exact = MJCF.replace("<worldbody>", '<option integrator="RK4" timestep="0.01"/><worldbody>')
+    exact = MJCF.replace("<worldbody>", RK4 + "<worldbody>")
     said = [
         Said("viscous_friction", PIN, {"d": 0.03}),
         Said("inertia_error", PIN, {"dM": 0.01}),
@@ -49,7 +52,7 @@ def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
     ]
     found = rod(tmp_path, *said, robot=exact)
     file, model = RobotFile.of(found), found.augmented
-    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, file.found.supplement)
+    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, file.found.supplement)
     for recording in (Recording.of(model.logs, 0.2), Recording.whole(model.logs)):
         ours, theirs = (
             simulation(simulation.values[None, None]).y
@@ -60,6 +63,24 @@ def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
         )
         assert np.nanmax(np.abs(ours)) > 0.5
         assert np.nanmax(np.abs(theirs - ours)) < 1e-9
+
+
+def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
+    """The arm above its waist keeps its posture against gravity, and the waist feels its inertia."""
+    text = (SYSTEMS / "arm.xml").read_text().replace("<worldbody>", RK4 + "<worldbody>").replace("0.05", "0")
+    more = "locked: {shoulder: 0.7, elbow: -0.4}\ninputs: {u_waist: {column: u, hold: true}}\n"
+    more += "outputs: {q_waist: {column: pin}}\n"
+    system = system_of(tmp_path, text, more)
+    write_rod(tmp_path)
+    logs = prepare(system, um.read_logs(tmp_path / "logs", system))
+    robot, recording = system.robot, Recording.of(logs, 0.2)
+    assert robot is not None
+    backend = RobotInMujoco(text, "robot.xml", ["u_waist"], {}, robot.locked)
+    ours, theirs = (
+        simulation(simulation.values[None, None]).y
+        for simulation in (Simulation(system, recording), Simulation(system, recording, backend=backend))
+    )
+    assert np.nanmax(np.abs(ours)) > 0.5 and np.nanmax(np.abs(theirs - ours)) < 1e-8
 
 
 def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> None:

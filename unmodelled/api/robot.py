@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from unmodelled.engine.robot.supplement import Callback, Supplement
 
-if TYPE_CHECKING:
-    from mujoco import MjModel
 
-
-def supplement(model: MjModel, path: Path | str) -> Callback:
+def supplement(model: Any, path: Path | str) -> Callback:
     """Complete a model of MuJoCo with the supplement of a patched robot file.
 
     The numbers of the supplement are set in the model. Its forces are expressions that are read as those of a
     system file; nothing is executed.
 
     Args:
-        model: model that MuJoCo loaded from the patched file.
+        model: `mujoco.MjModel` of the patched file.
         path: supplement, `answer/robot/<file>_supplement.json` of a diagnosis.
 
     Returns:

@@ -84,6 +84,8 @@ def _run(
 ) -> Replayed:
     controls = [name for names in found.efforts.controls.values() for name in names]
     applied = found.efforts.applied(model.system)
-    robot = RobotInMujoco(text, found.name, controls, applied, supplement)
-    gap, units = replayed(robot, model.system, model.logs, diagnosis.horizon, diagnosis.held_out)
+    robot = diagnosis.system.robot
+    locked = {} if robot is None else robot.locked
+    backend = RobotInMujoco(text, found.name, controls, applied, locked, supplement)
+    gap, units = replayed(backend, model.system, model.logs, diagnosis.horizon, diagnosis.held_out)
     return Replayed(gap, units)

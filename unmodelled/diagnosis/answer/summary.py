@@ -28,9 +28,10 @@ def summary(diagnosis: Diagnosis, where: Where, robot: RobotFile | None = None) 
     Beside the entries of the contract it has: `variant` of an effect that has several; `parameter` of an
     effect on a parameter, whose port is where the parameter acts; `values` by experiment of a number that
     differs between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
-    confidence is computed from. `logs` lists faults of the logs, a row per channel with a sentence, the
-    faulty `experiments` (empty: all) and `indistinguishable` faults. With the verdict check_logs nothing was
-    fitted: all gaps are those of the known model.
+    confidence is computed from; `robot` of a system with a robot file (`RobotFile.content`). `logs` lists
+    faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all) and
+    `indistinguishable` faults. With the verdict check_logs nothing was fitted: all gaps are those of the
+    known model.
 
     Args:
         diagnosis: diagnosis with any verdict.

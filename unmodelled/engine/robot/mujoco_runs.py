@@ -23,6 +23,8 @@ Array = NDArray[np.float64]
 
 #: Coordinates (rad, m) and speeds beyond which a run has diverged; MuJoCo resets a run far beyond.
 _LOST = 1e6
+#: Inertia (kg m^2) or mass (kg) of a locked joint, which no torque moves.
+_HELD = 1e10
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class RobotInMujoco:
         name: name of the file, for messages.
         controls: names of the inputs of actuators; those of other actuators are zero and without effect.
         applied: effort on a joint that no actuator of the file drives, by its name: expression of the system.
+        locked: coordinate (rad or m) of each joint that does not move, by its name in the file.
         supplement: numbers and forces beside the file, default none.
     """
 
@@ -41,6 +44,7 @@ class RobotInMujoco:
     name: str
     controls: Sequence[str]
     applied: Mapping[str, sp.Expr]
+    locked: Mapping[str, float] = field(default_factory=dict)
     supplement: Supplement = field(default_factory=Supplement)
 
     def __call__(self, system: System, observed: Sequence[sp.Expr]) -> MujocoRuns:
@@ -77,7 +81,12 @@ class MujocoRuns:
         self.observed = Program.of(system, observed)
         self.applied = Program.of(system, [*robot.applied.values()])
         names = [state.name for state in system.states]
-        joints = [plain_name(name) for name in written_names(model, "joint")]
+        written = written_names(model, "joint")
+        held = [written.index(name) for name in robot.locked]
+        self.held, self.at = model.jnt_qposadr[held], [*robot.locked.values()]
+        model.dof_armature[model.jnt_dofadr[held]] = _HELD
+        mujoco.mj_setConst(model, mujoco.MjData(model))
+        joints = [plain_name(name) for name in written]
         moving = [k for k, name in enumerate(joints) if f"q_{name}" in names]
         self.q, self.qd = ([names.index(f"{s}_{joints[k]}") for k in moving] for s in ("q", "qd"))
         self.places, self.dofs = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
@@ -127,6 +136,7 @@ class MujocoRuns:
         self.model.opt.timestep = period / substeps
         data, x = mujoco.MjData(self.model), np.full((len(t), len(x0)), np.nan)
         x[0] = x0
+        data.qpos[self.held] = self.at
         data.qpos[self.places], data.qvel[self.dofs], data.time = x0[self.q], x0[self.qd], t[0]
         later = np.vstack([u[1:], u[-1:]])
         for k in range(1, len(t)):
