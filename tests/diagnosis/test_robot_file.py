@@ -92,6 +92,15 @@ def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> N
     assert off.whole_run < 0.1 * before.whole_run
 
 
+def test_a_sensor_with_a_memory_is_replayed_as_given(tmp_path: Path) -> None:
+    lag = Said("sensor_lag", Place("sensor", "q_pin"), {"T_y": 0.003})
+    file = RobotFile.of(rod(tmp_path, *ALL, lag))
+    assert file.replay.improves and not file.replay.patched.diverged
+    assert [m.reason for m in file.found.missing] == [
+        "the sensor is no part of the robot: correct what it shows"
+    ]
+
+
 def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> None:
     file = RobotFile.of(rod(tmp_path, *OF_URDF, robot=URDF))
     run = file.replay

@@ -178,6 +178,7 @@ def test_a_drive_of_the_system_file_is_an_effort_that_is_applied(tmp_path: Path)
     home = take_home(given, system, [first, second])
     assert home.efforts.controls == {"waist": ("u_waist",), "shoulder": ("u_shoulder",)}
     assert lacking(home) == ["actuator_gain at actuator:i"]
+    assert "the law of the port elbow in the system file" in [m.what for m in home.missing]
     law = home.supplement.forces["elbow"]
     assert "abs(applied_elbow)" in law and "sign(qd_elbow)" in law and "i" not in names(law)
 

@@ -44,7 +44,7 @@ class Added:
             none.
         extent: names of the two parameters that hold the edges of the data, by name of the coordinate;
             default none.
-        robot: new values of numbers of a robot file that say the law, as in `Law`, in names of `system`;
+        robot: new values of numbers of a robot file that hold the law, as in `Law`, in names of `system`;
             default none.
     """
 

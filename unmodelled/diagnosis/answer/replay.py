@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from unmodelled.diagnosis.answer.take_home import TakeHome
 from unmodelled.diagnosis.data.gap import Off
@@ -11,6 +11,7 @@ from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.fitting.free_runs import replayed
 from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.engine.robot.supplement import Supplement
+from unmodelled.systems.model import System
 
 
 @dataclass(frozen=True)
@@ -87,5 +88,15 @@ def _run(
     robot = diagnosis.system.robot
     locked = {} if robot is None else robot.locked
     backend = RobotInMujoco(text, found.name, controls, applied, locked, supplement)
-    gap, units = replayed(backend, model.system, model.logs, diagnosis.horizon, diagnosis.held_out)
+    system = _with_known_sensors(model.system, diagnosis.system, found.efforts.joints)
+    gap, units = replayed(backend, system, model.logs, diagnosis.horizon, diagnosis.held_out)
     return Replayed(gap, units)
+
+
+def _with_known_sensors(system: System, given: System, joints: Sequence[str]) -> System:
+    """The system in which sensors with a memory, which MuJoCo does not simulate, are those as given."""
+    moving = {f"{s}_{joint}" for s in ("q", "qd") for joint in joints}
+    hidden = {x for x in system.x if str(x) not in moving}
+    known = {output.name: output for output in given.outputs}
+    outputs = (known[o.name] if o.expression.free_symbols & hidden else o for o in system.outputs)
+    return replace(system, outputs=tuple(outputs))

@@ -56,7 +56,7 @@ class Missing:
 
     Attributes:
         what: effect or number, in words.
-        reason: why the file does not hold it, and what to do.
+        reason: reason for this, and what to do.
         supplemented: whether the supplement holds it.
     """
 
@@ -75,7 +75,7 @@ class TakeHome:
         changes: numbers that differ from the file as given.
         supplement: numbers and forces for MuJoCo that the file cannot say.
         missing: parts of the augmented system that the file does not hold.
-        efforts: how the system as given drives the joints.
+        efforts: efforts on the joints in the system as given.
     """
 
     name: str
@@ -118,6 +118,7 @@ def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect])
         missing=(
             *_missing(efforts.robot, file),
             *(m for e in written for m in e.missing(file, forces)),
+            *_laws(given, file, forces),
             *silent,
         ),
         efforts=efforts,
@@ -138,6 +139,14 @@ def _missing(robot: Robot, file: Patched) -> Iterator[Missing]:
             "" if held else ": set it where you load the file"
         )
         yield Missing(f"{element}.{quantity} = {value:.4g} {unit}".removesuffix(" 1"), reason, held)
+
+
+def _laws(given: System, file: Patched, forces: Mapping[str, sp.Expr]) -> Iterator[Missing]:
+    """Laws that the system file gives to ports."""
+    for port in given.ports:
+        if port.law is not None:
+            what = f"the law of the port {port.name} in the system file"
+            yield Missing(what, f"{file.format} has no law of the user", port.name in forces)
 
 
 def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, float]) -> dict[Key, float]:

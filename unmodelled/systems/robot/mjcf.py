@@ -21,7 +21,7 @@ def write(tree: RobotTree, robot: Robot, wanted: Mapping[Key, float], changed: M
         tree: elements of the file, which are changed.
         robot: robot of the file.
         wanted: all its numbers, in SI units.
-        changed: those that the file does not say yet.
+        changed: numbers that the file does not hold yet, in SI units.
     """
     for joint in robot.joints:
         new = of(changed, joint.name, OF_JOINTS)
