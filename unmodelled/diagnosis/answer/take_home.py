@@ -127,7 +127,10 @@ def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect])
 
 def _changes(given: Robot, text: str, name: str) -> Iterator[Change]:
     before, after = numbers(given), numbers(compiled(text, name))
+    follows = servo_gains(given, after)  # what a servo's stiffness or damping says already
     for (element, quantity), value in differing(after, before).items():
+        if follows.get((element, quantity)) == value:
+            continue
         unit = unit_of(given, (element, quantity))
         yield Change(element, quantity, unit, before[element, quantity], value)
 
