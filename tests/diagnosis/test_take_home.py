@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
@@ -158,6 +159,21 @@ def test_identified_numbers_are_in_the_file() -> None:
         ("elbow", "frictionloss"): 0.0,
     }
     assert difference(home, system) < 1e-9
+
+
+def test_an_effect_that_no_file_holds_names_one_that_a_file_could_hold_instead() -> None:
+    part, inertia = (
+        next(e for e in effects() if (e.family, e.variant) == key)
+        for key in (("flexible_transmission", "part"), ("inertia_error", ""))
+    )
+    place = next(p for p in part.places(arm()) if p.name == "elbow")
+    system, found = planted(part, place, arm())
+    alike = replace(found, indistinguishable=(inertia.add(arm(), place, scales()),))
+    (missing,) = take_home(arm(), system, [alike]).missing
+    assert not missing.supplemented
+    assert missing.reason.endswith(
+        "cannot tell it from inertia_error at elbow, which a robot has a number for"
+    )
 
 
 DRIVEN = """inputs: {u_waist: {}, u_shoulder: {}, i: {unit: A, commanded: false}}

@@ -278,7 +278,13 @@ class _Written:
             forces: forces of the supplement.
         """
         if self.absent:
-            yield Missing(named(self.added), self.absent, False)
+            others = [named(other) for other in self.found.indistinguishable if other.robot]
+            alike = (
+                f"; the logs cannot tell it from {others[0]}, which a robot has a number for"
+                if others
+                else ""
+            )
+            yield Missing(named(self.added), self.absent + alike, False)
         elif rest := [n for n in self.added.amplitudes if n not in self.off]:
             part = f"{', '.join(rest)} of {named(self.added)}" if self.off else named(self.added)
             held = any(symbol(n) in force.free_symbols for n in rest for force in forces.values())
