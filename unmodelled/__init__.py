@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from unmodelled.api.next_experiment import next_experiment as next_experiment
     from unmodelled.api.plan import Plan as Plan
     from unmodelled.api.plan import plan as plan
+    from unmodelled.api.robot import supplement as supplement
     from unmodelled.api.simulation import Simulation as Simulation
     from unmodelled.api.simulation import simulate as simulate
     from unmodelled.base.errors import BadInput as BadInput
@@ -53,6 +54,7 @@ else:
         "api.example": ("example",),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
         "api.plan": ("Plan", "plan"),
+        "api.robot": ("supplement",),
         "api.simulation": ("Simulation", "simulate"),
         "base.errors": ("BadInput",),
         "explanation.parameter_study": ("ParameterStudy", "identifiability"),

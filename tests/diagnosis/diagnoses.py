@@ -74,8 +74,15 @@ def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 
 
 
 def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
-    """What a diagnosis would say if the effects were `said`."""
-    system, logs = known(folder)
+    """What a diagnosis of the pendulum would say if the effects were `said`."""
+    estimates = {"b": Estimate("N m s/rad", 0.03, 0.0151, (0.0149, 0.0153))}
+    return replace(
+        told(*known(folder), *said, timing=timing), parameters=estimates, notes=("theta was unwrapped",)
+    )
+
+
+def told(system: System, logs: Logs, *said: Said, timing: float = 0.0) -> Diagnosis:
+    """What a diagnosis of any system would say if the effects were `said`; four or more experiments."""
     before = JudgedModel("known", system, logs, free_runs(system, logs, HORIZON, HELD_OUT))
     after, found = augmented(system, logs, said, timing), added_to(system, logs, said)
     results = tuple(_found(logs, a, s) for a, s in zip(found, said, strict=True))
@@ -92,18 +99,18 @@ def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:
         reidentified=before,
         augmented=after,
         neural=after,
-        steps=(before, after),
+        steps=(before, *([after] * max(1, len(results)))),
         floor=after.gap.floor,
         shrink=0.99,
         interval=(0.97, 1.0),
         held_out=HELD_OUT,
-        parameters={"b": Estimate("N m s/rad", 0.03, 0.0151, (0.0149, 0.0153))},
+        parameters={},
         comparison=(
             Compared(tuple(found), 0.9, 0.0, 0.0, bool(said)),
             Compared(tuple(found[:1]), 2.4, 1.5, 0.3, False),
             Compared((), 5.0, 4.1, 0.6, not said),
         ),
-        notes=("theta was unwrapped",),
+        notes=(),
     )
 
 

@@ -11,6 +11,7 @@ import pytest
 
 import unmodelled
 from tests.diagnosis.run_folder import write_runs
+from unmodelled.base.files import read_json
 
 ARM = """<mujoco><option timestep="0.001"/><worldbody>
 <body name="upper"><joint name="shoulder" axis="0 1 0" damping="0.05"/>
@@ -67,3 +68,9 @@ def test_the_dry_friction_of_an_elbow_is_named(arm: Path) -> None:
     again = unmodelled.read_system(arm / "answer" / "augmented_system.yaml")
     after = unmodelled.simulate(again, unmodelled.read_logs(arm / "logs", again))
     assert after.gap.value < 0.2 * before.gap.value
+
+    robot = read_json(arm / "answer" / "diagnosis.json")["robot"]
+    patched = mujoco.MjModel.from_xml_path(str(arm / "answer" / robot["file"]))
+    assert patched.dof_frictionloss[1] == pytest.approx(FRICTION, rel=0.1)
+    assert robot["replay"]["improves"]
+    assert robot["replay"]["patched"]["gap"] < 0.2 * robot["replay"]["given"]["gap"]

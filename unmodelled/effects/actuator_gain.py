@@ -14,4 +14,7 @@ class ActuatorGain(ActuatorEffect):
     complexity = 1.0
 
     def law(self, at: Site) -> Law:
-        return Law("(1 + g)*u", {"g": Amplitude("u", 0.1, (-0.95, 10.0))})
+        # the limits of the file are those of what acts
+        limits = {name: f"{name}/(1 + g)" for name in ("ctrl_low", "ctrl_high")}
+        amplitudes = {"g": Amplitude("u", 0.1, (-0.95, 10.0))}
+        return Law("(1 + g)*u", amplitudes, robot={"gain": "gain*(1 + g)", **limits})

@@ -14,4 +14,7 @@ class ActuatorOffset(ActuatorEffect):
     complexity = 1.0
 
     def law(self, at: Site) -> Law:
-        return Law("u + u_0", {"u_0": signed("1", 0.1 * at["u"].rms)})
+        # the limits of the file are those of what acts
+        limits = {name: f"{name} - u_0" for name in ("ctrl_low", "ctrl_high")}
+        amplitudes = {"u_0": signed("1", 0.1 * at["u"].rms)}
+        return Law("u + u_0", amplitudes, robot={"bias": "bias + gain*u_0", **limits})

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
+from typing import ClassVar
 
 from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
@@ -15,6 +17,7 @@ _LIMITS, _LEAST = 6, 0.15
 
 class _Saturation(DriveEffect):
     family = "actuator_saturation"
+    said: ClassVar[Mapping[str, str]] = {}
 
     @abstractmethod
     def limited(self) -> tuple[str, float]:
@@ -27,13 +30,17 @@ class _Saturation(DriveEffect):
         largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
         grid = geometric(_LEAST * largest, 0.9 * most * largest, _LIMITS)
         shapes = {"u_max": Shape("u", grid, (0.01 * largest, most * largest))}
-        return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
+        return Law(limited, {"c_u": share(f"{limited} - u")}, shapes, robot=self.said)
 
 
 class HardSaturation(_Saturation):
     """Saturation at the same limit on both sides."""
 
     complexity = 2.0
+    said: ClassVar[Mapping[str, str]] = {
+        "ctrl_low": "max(ctrl_low, -u_max)",
+        "ctrl_high": "min(ctrl_high, u_max)",
+    }
 
     def limited(self) -> tuple[str, float]:
         return "clip(u, -u_max, u_max)", 1.0

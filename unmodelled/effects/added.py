@@ -44,6 +44,8 @@ class Added:
             none.
         extent: names of the two parameters that hold the edges of the data, by name of the coordinate;
             default none.
+        robot: new values of numbers of a robot file that hold the law, as in `Law`, in names of `system`;
+            default none.
     """
 
     family: str
@@ -66,6 +68,7 @@ class Added:
     linear: bool = True
     slopes: Mapping[str, sp.Expr] = field(default_factory=dict)
     extent: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    robot: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def key(self) -> tuple[str, str, Place]:

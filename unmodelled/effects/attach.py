@@ -59,6 +59,7 @@ def attached(site: Site, law: Law, family: str, variant: str) -> Added:
         linear=not parts.inertial,
         slopes=slopes(law, parts.words),
         extent=extent(parts.words),
+        robot={quantity: parts.words.text(value) for quantity, value in law.robot.items()},
     )
 
 

@@ -17,7 +17,9 @@ class CoulombFriction(PortEffect):
     power = "lost"
 
     def law(self, at: Site) -> Law:
-        return Law("F_c*sign(v)", {"F_c": positive("tanh(v/v_c)", at.effort)}, {"v_c": creep(at)})
+        amplitudes = {"F_c": positive("tanh(v/v_c)", at.effort)}
+        said = {"frictionloss": "frictionloss + F_c"}
+        return Law("F_c*sign(v)", amplitudes, {"v_c": creep(at)}, robot=said)
 
 
 class GradualFriction(PortEffect):

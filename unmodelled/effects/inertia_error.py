@@ -10,6 +10,7 @@ from unmodelled.systems.model import Port, System
 
 #: Of the mass that the port feels: how much may be missing, or be there besides.
 _LEAST, _MOST = -0.95, 20.0
+_SAID = {"armature": "armature + dM"}
 
 
 class _InertiaError(PortEffect):
@@ -27,7 +28,7 @@ class InertiaError(_InertiaError):
     power = "stored"
 
     def law(self, at: Site) -> Law:
-        return Law("dM*d(v)/dt", {"dM": _mass(at)})
+        return Law("dM*d(v)/dt", {"dM": _mass(at)}, robot=_SAID)
 
 
 class MassWithItsWeight(_InertiaError):
@@ -37,7 +38,8 @@ class MassWithItsWeight(_InertiaError):
     complexity = 2.2
 
     def law(self, at: Site) -> Law:
-        return Law("dM*d(v)/dt + F_g", {"dM": _mass(at), "F_g": signed("1", at.effort)})
+        amplitudes = {"dM": _mass(at), "F_g": signed("1", at.effort)}
+        return Law("dM*d(v)/dt + F_g", amplitudes, robot=_SAID)
 
 
 def _mass(at: Site) -> Amplitude:

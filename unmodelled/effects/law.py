@@ -174,6 +174,9 @@ class Law:
         fitted_along: local name of the only coordinate of a fitted curve such as a polynomial, which is
             continued linearly beyond the data (see `extrapolation`); default None: the law holds everywhere.
         slopes: slopes beyond the data by name; default none.
+        robot: numbers of a robot file that hold the law: new value of a number of the joint or actuator by
+            its name (see `systems.robot.numbers`), in terms of these numbers and those of the law. What an
+            amplitude adds that is in no value becomes a force of the supplement; default none.
     """
 
     text: str
@@ -185,6 +188,7 @@ class Law:
     per_experiment: bool = False
     fitted_along: str | None = None
     slopes: Mapping[str, Slope] = field(default_factory=dict)
+    robot: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def terms(self) -> dict[str, Amplitude | Slope]:

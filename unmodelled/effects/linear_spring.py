@@ -6,6 +6,9 @@ from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, signed
 from unmodelled.effects.place import Site
 
+# two springs beside each other; `springref` is where the one of the file is at rest
+_SAID = {"stiffness": "stiffness + k", "springref": "stiffness*springref/(stiffness + k)"}
+
 
 class LinearSpring(PortEffect):
     """Spring without force at position zero; a negative stiffness pushes away from there, like a magnet."""
@@ -16,7 +19,7 @@ class LinearSpring(PortEffect):
     power = "stored"
 
     def law(self, at: Site) -> Law:
-        return Law("k*x", {"k": signed("x", at.effort / at["x"].rms)})
+        return Law("k*x", {"k": signed("x", at.effort / at["x"].rms)}, robot=_SAID)
 
 
 class PreloadedSpring(PortEffect):
@@ -30,4 +33,4 @@ class PreloadedSpring(PortEffect):
 
     def law(self, at: Site) -> Law:
         amplitudes = {"k": signed("x", at.effort / at["x"].rms), "F_0": signed("1", at.effort)}
-        return Law("k*x + F_0", amplitudes)
+        return Law("k*x + F_0", amplitudes, robot=_SAID)

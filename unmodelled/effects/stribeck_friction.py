@@ -27,4 +27,5 @@ class StribeckFriction(PortEffect):
                 "F_b": positive("exp(-(v/v_s)**2)*tanh(v/v_c)", at.effort),
             },
             {"v_s": Shape("v", grid, (0.5 * grid[0], 5.0 * grid[-1])), "v_c": sticking},
+            robot={"frictionloss": "frictionloss + F_c"},
         )

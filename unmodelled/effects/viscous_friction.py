@@ -17,7 +17,8 @@ class ViscousFriction(PortEffect):
     power = "lost"
 
     def law(self, at: Site) -> Law:
-        return Law("d*v", {"d": positive("v", at.effort / at["v"].rms)})
+        amplitudes = {"d": positive("v", at.effort / at["v"].rms)}
+        return Law("d*v", amplitudes, robot={"damping": "damping + d"})
 
 
 class ShearThinning(PortEffect):

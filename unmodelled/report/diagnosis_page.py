@@ -27,6 +27,7 @@ from unmodelled.report.headline import effect_name, headline, outcome, percent, 
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, unit_text
 from unmodelled.report.rendering import ORIGINS, STATIC, THEME, policy, templates
+from unmodelled.report.robot_tables import changes_table, replay_table, robot_sentence
 from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
@@ -113,6 +114,10 @@ def view(folder: Path) -> dict[str, Any]:
         "identified": identified_table(content, units),
         "comparison": comparison_table(content),
     }
+    robot, gap = content.get("robot"), content["gap"]
+    if robot:
+        others["robot_changes"] = changes_table(robot)
+        others["robot_replay"] = replay_table(robot, gap["held_out"], gap["horizon"])
     return {
         "content": content,
         "about": about,
@@ -126,6 +131,8 @@ def view(folder: Path) -> dict[str, Any]:
         "effects": [_effect(e, t, about) for e, t in zip(content["effects"], effects, strict=True)],
         "where": where,
         **others,
+        "robot": robot,
+        "robot_says": robot_sentence(robot) if robot else "",
         "tables": [*effects, *where, *others.values()],
         "figures": {figure.id: figure for figure in read_figures(folder / "figures")},
         "origin": about["data"],

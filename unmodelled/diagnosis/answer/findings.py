@@ -13,12 +13,14 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.extras import missing
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.progress import say
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
+from unmodelled.diagnosis.answer.robot_file import RobotFile
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
@@ -45,16 +47,18 @@ class Findings:
         diagnosis: verdict, effects and judged models.
         where: place of the gap: channels, regions, factors and experiments.
         exported: whether the augmented system can be written as a system file.
+        robot: patched robot file; None (default) for a system without robot, or if it cannot be patched.
     """
 
     diagnosis: Diagnosis
     where: Where
     exported: bool
+    robot: RobotFile | None = None
 
     @cached_property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
-        return summary(self.diagnosis, self.where)
+        return summary(self.diagnosis, self.where, self.robot)
 
     @cached_property
     def system(self) -> System:
@@ -66,7 +70,8 @@ class Findings:
         return found.system if found.verdict == "check_logs" else augmented_system(found)
 
     def __str__(self) -> str:
-        return "\n".join(sentences(self.diagnosis))
+        *lines, last = sentences(self.diagnosis)
+        return "\n".join([*lines, *([] if self.robot is None else [str(self.robot)]), last])
 
     def with_notes(self, *notes: str) -> Findings:
         """Return the same findings with further notes.
@@ -77,7 +82,7 @@ class Findings:
         return replace(self, diagnosis=replace(self.diagnosis, notes=(*self.diagnosis.notes, *notes)))
 
     def save(self, out: Path, drawn: Mapping[str, Part] | None = None) -> Findings:
-        """Write diagnosis.json and augmented_system.yaml, then the tables, then further parts.
+        """Write diagnosis.json, augmented_system.yaml and the robot file, then tables and further parts.
 
         The data of the machine in the page, tables/live.json, are written only where there are further parts.
         diagnosis.json is complete before the first table is written. A part that cannot be made becomes a
@@ -96,6 +101,8 @@ class Findings:
         with replacing_folder(out) as folder:
             if self.exported:
                 write_augmented(self.diagnosis, folder)
+            if self.robot is not None:
+                self.robot.write(folder)
             write_json(folder / SUMMARY, self.content)
         with replacing_folder(out) as folder:
             shutil.copytree(out, folder, ignore=shutil.ignore_patterns(".*"), dirs_exist_ok=True)
@@ -148,12 +155,31 @@ def findings(
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
+    robot, notes = _robot(found)
     with TemporaryDirectory() as folder:
         try:
             write_augmented(found, Path(folder))
         except ValueError as reason:  # not every expression has a form in a file
-            return Findings(found, place, exported=False).with_notes(f"{FILE} was not written: {reason}")
-        return Findings(found, place, exported=True).with_notes(*_whole_runs(found, Path(folder) / FILE))
+            notes = [f"{FILE} was not written: {reason}", *notes]
+            return Findings(found, place, exported=False, robot=robot).with_notes(*notes)
+        notes = [*_whole_runs(found, Path(folder) / FILE), *notes]
+        return Findings(found, place, exported=True, robot=robot).with_notes(*notes)
+
+
+def _robot(found: Diagnosis) -> tuple[RobotFile | None, list[str]]:
+    """The patched robot file of a system that has one, and a note if it cannot be made."""
+    if found.system.robot is None:
+        return None, []
+    what = f"{found.system.robot.file} was not patched"
+    try:
+        say("patch the robot file and run it in MuJoCo")
+        return RobotFile.of(found), []
+    except BadInput as reason:
+        return None, [f"{what}: {reason}"]
+    except ModuleNotFoundError as reason:
+        return None, [f"{what}: {missing(reason) or reason}"]
+    except Exception as fault:
+        return None, [_note(what, fault)]
 
 
 def _whole_runs(found: Diagnosis, file: Path) -> Iterator[str]:

@@ -24,7 +24,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.deviation import Deviation, errors, substeps_needed
 from unmodelled.diagnosis.fitting.floor import floor
-from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
+from unmodelled.diagnosis.fitting.simulation import MakeBackend, Runs, Simulation
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -97,6 +97,31 @@ def free_runs(
             *about,
         ),
     )
+
+
+def replayed(
+    backend: MakeBackend, system: System, logs: Logs, horizon: float, runs: Sequence[int]
+) -> tuple[float, dict[str, Off]]:
+    """Compare free runs on another backend, which has its own step, with the measured outputs.
+
+    Args:
+        backend: function that prepares a system and the expressions of its outputs for integration.
+        system: system with the values of its parameters and the laws of its ports.
+        logs: logs prepared for `system`, see `prepare`.
+        horizon: length of the free-run windows, s, rounded to samples.
+        runs: numbers of the experiments to simulate.
+
+    Returns:
+        Gap in standard deviations of the outputs, and errors by name of the output.
+    """
+    latest = _latest(system, logs, runs)
+    recording = Recording.of(logs, horizon, runs, latest)
+    whole = Recording.whole(logs, runs, latest, recording.sensors)
+    simulation = Simulation(system, recording, backend=backend)
+    values = simulation.values[None, None]
+    found = simulation(values)
+    units, _ = _units(simulation, found, whole, simulation.over(whole)(values))
+    return Deviation.of(recording, errors(found, recording.scale) ** 2).value, units
 
 
 def _latest(system: System, logs: Logs, runs: Sequence[int]) -> float:

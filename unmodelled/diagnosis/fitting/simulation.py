@@ -24,6 +24,9 @@ from unmodelled.systems.model import System
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+#: Prepares a system and expressions that are observed of it for integration.
+MakeBackend = Callable[[System, Sequence[sp.Expr]], Backend]
+
 
 @dataclass(frozen=True)
 class Runs:
@@ -88,7 +91,7 @@ class Simulation:
         recording: Recording,
         delays: Mapping[str, str] | None = None,
         c: Array | None = None,
-        backend: Callable[[System, Sequence[sp.Expr]], Backend] = Program.of,
+        backend: MakeBackend = Program.of,
     ) -> None:
         self.system, self.recording, self.delays = system, recording, dict(delays or {})
         self.c = recording.logs.c if c is None else c

@@ -33,7 +33,7 @@ class Drives:
         if not self.robot.actuators:
             return {f"tau_{j.name}": {"unit": units_of(j).effort} for j in self._moving}
         moving = [a for a in self.robot.actuators if a.joint in self.joints]
-        return {f"u_{a.name}": {"unit": self._unit(a)} for a in moving}
+        return {f"u_{a.name}": {"unit": input_unit(self.robot, a)} for a in moving}
 
     @cached_property
     def used(self) -> dict[str, list[str]]:
@@ -78,12 +78,6 @@ class Drives:
     def _of(self, k: int) -> list[Actuator]:
         return [a for a in self.robot.actuators if a.joint == k]
 
-    def _unit(self, actuator: Actuator) -> str:
-        units = units_of(self.robot.joints[actuator.joint])
-        if actuator.is_servo:
-            return units.position if actuator.kp else units.speed
-        return units.effort if actuator.gain == 1.0 else "1"
-
     def _torque(self, actuator: Actuator) -> str:
         """Torque of an actuator: gear*force."""
         force = self._force(actuator)
@@ -111,6 +105,19 @@ class Drives:
         if actuator.bias:
             force += f" + {_number(actuator.bias)}"
         return _clipped(force, actuator.forces)
+
+
+def input_unit(robot: Robot, actuator: Actuator) -> str:
+    """Return the unit of the input of an actuator.
+
+    Args:
+        robot: robot of the actuator.
+        actuator: actuator; the input of a servo is the wanted position or speed.
+    """
+    units = units_of(robot.joints[actuator.joint])
+    if actuator.is_servo:
+        return units.position if actuator.kp else units.speed
+    return units.effort if actuator.gain == 1.0 else "1"
 
 
 def _clipped(text: str, limits: tuple[float, float] | None) -> str:

@@ -13,6 +13,7 @@ from unmodelled.systems.robot.bodies import Actuator, Body, Joint, Robot
 from unmodelled.systems.robot.files import dynamics_only
 from unmodelled.systems.robot.links import clean
 
+KINDS = ("body", "joint", "actuator")
 #: Most joints of a robot; the equations of seven take a second to make, and grow with the square.
 MOST_JOINTS = 64
 #: Arrays of a compiled model that must be zero, what they stand for, and what to do.
@@ -59,15 +60,40 @@ def compiled(text: str, where: str) -> Robot:
     return _Compiled(model, where, urdf).robot()
 
 
+def written_names(model: Any, kind: str) -> list[str]:
+    """Return the names of all bodies, joints or actuators; elements without a name are numbered.
+
+    Args:
+        model: compiled model of MuJoCo.
+        kind: kind of element, one of `KINDS`.
+    """
+    import mujoco
+
+    code, first = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), int(kind != "body")
+    count = {"body": model.nbody, "joint": model.njnt, "actuator": model.nu}[kind]
+    return [mujoco.mj_id2name(model, code, k) or f"{kind}{k + first}" for k in range(count)]
+
+
+def plain_name(written: str) -> str:
+    """Return the name of an element as a name of a system file.
+
+    Args:
+        written: name in the robot file.
+
+    Examples:
+        >>> plain_name("left-knee"), plain_name("1")
+        ('left_knee', 'j1')
+    """
+    plain = re.sub(r"\W", "_", written, flags=re.ASCII)
+    return plain if plain[:1].isalpha() else f"j{plain}"
+
+
 class _Compiled:
     def __init__(self, model: Any, where: str, urdf: bool) -> None:
         import mujoco
 
         self.model, self.where, self.urdf, self.mujoco = model, where, urdf, mujoco
-        self.bodies, self.joints, self.actuators = (
-            [self._written(kind, k) for k in range(count)]
-            for kind, count in (("body", model.nbody), ("joint", model.njnt), ("actuator", model.nu))
-        )
+        self.bodies, self.joints, self.actuators = (written_names(model, kind) for kind in KINDS)
 
     def robot(self) -> Robot:
         model, mujoco = self.model, self.mujoco
@@ -84,16 +110,11 @@ class _Compiled:
     def _wrong(self, what: str, problem: str) -> BadInput:
         return BadInput(f"{self.where}: {what}: {problem}")
 
-    def _written(self, kind: str, k: int) -> str:
-        found = self.mujoco.mj_id2name(self.model, getattr(self.mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), k)
-        return found or f"{kind}{k + (kind != 'body')}"
-
     def _names(self, written: list[str]) -> list[str]:
         """Names of a system file."""
         found: dict[str, str] = {}
         for name in written:
-            plain = re.sub(r"\W", "_", name, flags=re.ASCII)
-            plain = plain if plain[:1].isalpha() else f"j{plain}"
+            plain = plain_name(name)
             if plain in found:
                 raise self._wrong(name, f"has the same name as {found[plain]!r}: rename one of them")
             found[plain] = name

@@ -9,7 +9,9 @@ from fnmatch import fnmatchcase
 from unmodelled.systems.robot.bodies import Actuator, Joint, Robot
 from unmodelled.systems.robot.links import Tree
 
-_AXES = "xyz"
+AXES = "xyz"
+#: Axes of the numbers of a moment of inertia, in the order of MuJoCo's `fullinertia`.
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True)
@@ -99,11 +101,11 @@ def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
     for k in sorted(k for link in tree.links for k in link.bodies):
         body = robot.bodies[k]
         yield Property(body.name, "mass", body.mass, "kg")
-        for axis, x in zip(_AXES, body.com, strict=True):
+        for axis, x in zip(AXES, body.com, strict=True):
             yield Property(body.name, f"com_{axis}", float(x), "m")
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+        for i, j in PAIRS:
             value = float(body.inertia[i, j])
-            yield Property(body.name, f"inertia_{_AXES[i]}{_AXES[j]}", value, "kg m^2")
+            yield Property(body.name, f"inertia_{AXES[i]}{AXES[j]}", value, "kg m^2")
 
 
 def _of_actuator(actuator: Actuator, units: Units) -> Iterator[Property]:

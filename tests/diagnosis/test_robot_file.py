@@ -1,0 +1,187 @@
+"""The robot file of an answer: patched, run in MuJoCo along held-out experiments, written and shown."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import unmodelled as um
+from tests.diagnosis.diagnoses import Said, told
+from tests.diagnosis.rods import FRICTION, GIVEN_ROTOR, MJCF, ROTOR, URDF, write_rod
+from tests.physics.effects.benches import SYSTEMS
+from tests.physics.robot.mechanisms import system_of
+from unmodelled.base.files import read_json
+from unmodelled.cli.verbs.diagnose import diagnose
+from unmodelled.diagnosis.answer import findings
+from unmodelled.diagnosis.answer.robot_file import RobotFile
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.effects.place import Place
+from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
+from unmodelled.logs.preparation import prepare
+from unmodelled.systems.robot.compile import compiled
+from unmodelled.systems.robot.numbers import numbers
+
+PIN = Place("port", "pin")
+RK4 = '<option integrator="RK4" timestep="0.01"/>'
+DRY = Said("coulomb_friction", PIN, {"F_c": FRICTION, "v_c": 0.02})
+ALL = DRY, Said("inertia_error", PIN, {"dM": ROTOR - GIVEN_ROTOR})
+#: The URDF has no rotor at all.
+OF_URDF = DRY, Said("inertia_error", PIN, {"dM": ROTOR})
+
+
+def rod(folder: Path, *said: Said, robot: str = MJCF) -> Diagnosis:
+    """A diagnosis that says which effects the rod has."""
+    system = um.read_system(write_rod(folder, robot))
+    return told(system, prepare(system, um.read_logs(folder / "logs", system)), *said)
+
+
+def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
+    """With the same integrator and step, windows and whole runs are the same to rounding."""
+    exact = MJCF.replace("<worldbody>", RK4 + "<worldbody>")
+    said = [
+        Said("viscous_friction", PIN, {"d": 0.03}),
+        Said("inertia_error", PIN, {"dM": 0.01}),
+        Said("actuator_gain", Place("actuator", "u_drive"), {"g": 0.2}),
+        Said("quadratic_drag", PIN, {"c_d": 0.004}),
+    ]
+    found = rod(tmp_path, *said, robot=exact)
+    file, model = RobotFile.of(found), found.augmented
+    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, file.found.supplement)
+    for recording in (Recording.of(model.logs, 0.2), Recording.whole(model.logs)):
+        ours, theirs = (
+            simulation(simulation.values[None, None]).y
+            for simulation in (
+                Simulation(model.system, recording),
+                Simulation(model.system, recording, backend=backend),
+            )
+        )
+        assert np.nanmax(np.abs(ours)) > 0.5
+        assert np.nanmax(np.abs(theirs - ours)) < 1e-9
+
+
+def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
+    """The arm above its waist keeps its posture against gravity, and the waist feels its inertia."""
+    text = (SYSTEMS / "arm.xml").read_text().replace("<worldbody>", RK4 + "<worldbody>").replace("0.05", "0")
+    more = "locked: {shoulder: 0.7, elbow: -0.4}\ninputs: {u_waist: {column: u, hold: true}}\n"
+    more += "outputs: {q_waist: {column: pin}}\n"
+    system = system_of(tmp_path, text, more)
+    write_rod(tmp_path)
+    logs = prepare(system, um.read_logs(tmp_path / "logs", system))
+    robot, recording = system.robot, Recording.of(logs, 0.2)
+    assert robot is not None
+    backend = RobotInMujoco(text, "robot.xml", ["u_waist"], {}, robot.locked)
+    ours, theirs = (
+        simulation(simulation.values[None, None]).y
+        for simulation in (Simulation(system, recording), Simulation(system, recording, backend=backend))
+    )
+    assert np.nanmax(np.abs(ours)) > 0.5 and np.nanmax(np.abs(theirs - ours)) < 1e-8
+
+
+def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> None:
+    run = RobotFile.of(rod(tmp_path, *ALL)).replay
+    assert run.improves and run.supplemented is None
+    assert run.patched.gap < 0.2 * run.given.gap
+    off, before = run.patched.units["q_pin"], run.given.units["q_pin"]
+    assert off.whole_run is not None and before.whole_run is not None
+    assert off.whole_run < 0.1 * before.whole_run
+
+
+def test_a_sensor_with_a_memory_is_replayed_as_given(tmp_path: Path) -> None:
+    lag = Said("sensor_lag", Place("sensor", "q_pin"), {"T_y": 0.003})
+    file = RobotFile.of(rod(tmp_path, *ALL, lag))
+    assert file.replay.improves and not file.replay.patched.diverged
+    assert [m.reason for m in file.found.missing] == [
+        "the sensor is no part of the robot: correct what it shows"
+    ]
+
+
+def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> None:
+    file = RobotFile.of(rod(tmp_path, *OF_URDF, robot=URDF))
+    run = file.replay
+    assert run.supplemented is not None and run.improves
+    assert run.supplemented.gap < 0.2 * run.patched.gap
+    assert [(m.what, m.supplemented) for m in file.found.missing] == [("pin.armature = 0.008 kg m^2", True)]
+    assert numbers(compiled(file.found.text, "rod.urdf"))["pin", "frictionloss"] == pytest.approx(FRICTION)
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        (Said("viscous_friction", PIN, {"d": 3.0}), "the patched file is no improvement"),
+        (Said("linear_spring", PIN, {"k": -80.0}), "q_pin diverges in whole runs: the patched file is no"),
+    ],
+    ids=["worse", "diverges"],
+)
+def test_a_file_that_is_worse_is_not_called_an_improvement(said: Said, words: str, tmp_path: Path) -> None:
+    file = RobotFile.of(rod(tmp_path, said))
+    assert not file.replay.improves
+    assert words in str(file)
+
+
+def saved(found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The answer of the command line, without a search."""
+    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
+    diagnose(tmp_path / "system.yaml", tmp_path / "logs", tmp_path / "answer", found.horizon, 3)
+    return tmp_path / "answer"
+
+
+def test_answer_and_page_have_the_file_and_its_supplement(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    late = Said("input_delay", Place("actuator", "tau_pin"), {"T_d_tau_pin": 0.01})
+    answer = saved(rod(tmp_path, *OF_URDF, late, robot=URDF), tmp_path, monkeypatch)
+    robot = read_json(answer / "diagnosis.json")["robot"]
+    assert (robot["file"], robot["supplement"]) == ("robot/rod.urdf", "robot/rod_supplement.json")
+    assert {p.name for p in (answer / "robot").iterdir()} == {"rod.urdf", "rod_supplement.json"}
+    said, page = capsys.readouterr().out, (answer / "index.html").read_text()
+    for words in ("pin.frictionloss", "robot files have no delay: apply the input 0.01 s later"):
+        assert words in said and words in page
+    assert "In MuJoCo, the gap on the held-out experiments is" in page
+    assert f"{robot['replay']['supplemented']['gap']:.3g}" in said
+    model = mujoco.MjModel.from_xml_path(str(answer / "robot" / "rod.urdf"))
+    um.supplement(model, answer / "robot" / "rod_supplement.json")
+    assert model.dof_armature[0] == pytest.approx(ROTOR)
+    assert model.dof_frictionloss[0] == pytest.approx(FRICTION)
+
+
+def test_a_robot_file_that_vanished_is_written_as_it_was_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = rod(tmp_path, *ALL)
+    system, logs = found.system, um.read_logs(tmp_path / "logs", found.system)
+    (tmp_path / "rod.xml").unlink()
+    monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
+    um.diagnose(system, logs, found.horizon).save(tmp_path / "answer", pages=False)
+    assert "<!-- of a flyer -->" in (tmp_path / "answer" / "robot" / "rod.xml").read_text()
+
+
+def test_what_cannot_be_patched_is_a_note_with_what_to_do(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = rod(tmp_path, *ALL)
+
+    def absent(_: Diagnosis) -> RobotFile:
+        raise ModuleNotFoundError("No module named 'mujoco'", name="mujoco")
+
+    monkeypatch.setattr(RobotFile, "of", absent)
+    content = read_json(saved(found, tmp_path, monkeypatch) / "diagnosis.json")
+    assert "robot" not in content and not (tmp_path / "answer" / "robot").exists()
+    (note,) = (n for n in content["notes"] if "not patched" in n)
+    assert note == 'rod.xml was not patched: mujoco is not installed: pip install "mujoco>=3.3"'
+
+
+def test_a_file_that_mujoco_refuses_is_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = rod(tmp_path, *ALL)
+    robot = found.system.robot
+    assert robot is not None
+    odd = replace(robot, text=MJCF.replace("<joint", '<joint class="missing"'))
+    broken = replace(found, system=replace(found.system, robot=odd))
+    notes = read_json(saved(broken, tmp_path, monkeypatch) / "diagnosis.json")["notes"]
+    (note,) = (n for n in notes if "not patched" in n)
+    assert note.startswith("rod.xml was not patched: rod.xml: MuJoCo: ") and "\n" not in note

@@ -1,0 +1,207 @@
+"""Robot files of an answer: what they say moves in MuJoCo as the augmented system does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import islice
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from tests.physics.effects.benches import SYSTEMS, measured
+from tests.physics.robot.mechanisms import OFF, system_of
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.answer.sentences import named
+from unmodelled.diagnosis.answer.take_home import TakeHome, take_home
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Estimate
+from unmodelled.effects.added import Added, with_numbers
+from unmodelled.effects.effect import Effect
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales
+from unmodelled.engine.machine.program import Program
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.syntax import names
+
+
+@cache
+def arm() -> System:
+    return read_system(SYSTEMS / "arm.yaml")
+
+
+@cache
+def scales() -> Scales:
+    return measured(arm())
+
+
+def found(added: Added, values: dict[str, float]) -> DiagnosedEffect:
+    estimates = {n: Estimate(added.units[n], np.nan, v, (v, v)) for n, v in values.items()}
+    return DiagnosedEffect(added, estimates, {}, 0.9, 0.8, (0.7, 0.9), ())
+
+
+def planted(
+    effect: Effect, place: Place, system: System, sizes: Scales | None = None
+) -> tuple[System, DiagnosedEffect]:
+    """An effect with plausible numbers."""
+    added = effect.add(system, place, sizes or scales())
+    values = {n: 1.0 if n in added.shares else 0.5 * added.scales[n] for n in added.amplitudes}
+    values |= {n: added.scales[n] for n in added.shapes}
+    return with_numbers(added.system, [added], values), found(added, values)
+
+
+def difference(home: TakeHome, system: System) -> float:
+    """Of the accelerations in MuJoCo from those of a system, at fast motions, relative to the largest."""
+    model = mujoco.MjModel.from_xml_string(home.text)
+    model.opt.disableflags |= int(OFF)
+    forces, data = home.supplement.complete(model), mujoco.MjData(model)
+    joints = [model.joint(k).name for k in range(model.njnt)]
+    order = [joints.index(port) for port in arm().port_names]
+    program = Program.of(system, system.dynamics)
+    rng, off, largest = np.random.default_rng(1), 0.0, 0.0
+    mujoco.set_mjcb_passive(forces)
+    for _ in range(6):
+        q, qd = rng.normal(size=3), rng.choice([-1.0, 1.0], 3) * rng.uniform(2.0, 4.0, 3)
+        u = rng.normal(size=3)
+        x = np.concatenate([q[order], qd[order], np.zeros(len(system.states) - 6)])
+        wanted = program.evaluate(np.zeros(()), x, u, np.array(system.values), np.zeros(len(system.c)))
+        data.qpos[:], data.qvel[:], data.ctrl[:], data.time = q, qd, u, 0.0
+        mujoco.mj_forward(model, data)
+        off = max(off, float(np.max(np.abs(data.qacc[order] - wanted[3:6]))))
+        largest = max(largest, float(np.max(np.abs(wanted[3:6]))))
+    mujoco.set_mjcb_passive(None)
+    return off / largest
+
+
+def lacking(home: TakeHome) -> list[str]:
+    """What neither the file nor the supplement holds."""
+    return [part.what for part in home.missing if not part.supplemented]
+
+
+@pytest.mark.parametrize("effect", effects(), ids=lambda e: "-".join(filter(None, (e.family, e.variant))))
+def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(effect: Effect) -> None:
+    for place in islice(reversed(effect.places(arm())), 2):
+        system, found = planted(effect, place, arm())
+        home = take_home(arm(), system, [found])
+        added = found.added
+        elsewhere = place.kind in ("sensor", "parameter")
+        if elsewhere or added.memory or added.delays or added.columns or added.per_experiment:
+            assert lacking(home) == [named(added)]
+        else:
+            assert not lacking(home)
+            assert difference(home, system) < 1e-9
+
+
+SAID = {
+    ("coulomb_friction", "", "elbow"): {"frictionloss"},
+    ("viscous_friction", "", "elbow"): {"damping"},
+    ("inertia_error", "", "elbow"): {"armature"},
+    ("linear_spring", "", "elbow"): {"stiffness"},
+    ("actuator_gain", "", "u_shoulder"): {"gear", "ctrl_low", "ctrl_high"},
+    ("actuator_saturation", "", "u_shoulder"): {"ctrl_low", "ctrl_high"},
+}
+
+
+@pytest.mark.parametrize(("said", "quantities"), SAID.items())
+def test_effects_that_mjcf_can_say_are_attributes(said: tuple[str, str, str], quantities: set[str]) -> None:
+    family, variant, at = said
+    effect = next(e for e in effects() if (e.family, e.variant) == (family, variant))
+    place = next(p for p in effect.places(arm()) if p.name == at)
+    home = take_home(arm(), *_one(planted(effect, place, arm())))
+    changed = {c.quantity for c in home.changes if c.element == place.name.removeprefix("u_")}
+    # the file had dry friction at the elbow, which is what the diagnosis finds and no more
+    assert changed - {"frictionloss"} == quantities - {"frictionloss"}
+    assert not home.supplement and not home.missing
+
+
+def _one(pair: tuple[System, DiagnosedEffect]) -> tuple[System, list[DiagnosedEffect]]:
+    return pair[0], [pair[1]]
+
+
+def test_several_effects_at_one_actuator_and_joint_are_said_together() -> None:
+    wanted = [
+        ("actuator_saturation", "u_shoulder"),
+        ("actuator_gain", "u_shoulder"),
+        ("actuator_offset", "u_shoulder"),
+        ("actuator_gain", "u_elbow"),
+        ("actuator_saturation", "u_elbow"),
+        ("actuator_gain", "u_waist"),
+        ("actuator_dead_zone", "u_waist"),
+        ("inertia_error", "elbow"),
+        ("viscous_friction", "elbow"),
+        ("quadratic_drag", "elbow"),
+        ("load_friction", "shoulder"),
+    ]
+    system, found = arm(), []
+    for family, at in wanted:
+        effect = next(e for e in effects() if (e.family, e.variant) == (family, ""))
+        system, one = planted(effect, next(p for p in effect.places(arm()) if p.name == at), system)
+        found.append(one)
+    home = take_home(arm(), system, found[::-1])
+    assert {c.quantity for c in home.changes if c.element == "elbow"} >= {"armature", "damping", "ctrl_high"}
+    assert home.supplement.numbers.keys() == {"elbow", "shoulder"}
+    # the gain acts on what is beyond the dead zone: both are one force
+    assert home.supplement.forces.keys() == {"waist", "elbow", "shoulder"}
+    assert not lacking(home)
+    assert difference(home, system) < 1e-9
+
+
+def test_identified_numbers_are_in_the_file() -> None:
+    system = arm().with_values({"elbow_armature": 0.013, "waist_damping": 0.06})
+    home = take_home(arm(), system, [])
+    changed = {(c.element, c.quantity): c.patched for c in home.changes}
+    assert changed == {
+        ("elbow", "armature"): 0.013,
+        ("waist", "damping"): 0.06,
+        ("elbow", "frictionloss"): 0.0,
+    }
+    assert difference(home, system) < 1e-9
+
+
+def test_an_effect_that_no_file_holds_names_one_that_a_file_could_hold_instead() -> None:
+    part, inertia = (
+        next(e for e in effects() if (e.family, e.variant) == key)
+        for key in (("flexible_transmission", "part"), ("inertia_error", ""))
+    )
+    place = next(p for p in part.places(arm()) if p.name == "elbow")
+    system, found = planted(part, place, arm())
+    alike = replace(found, indistinguishable=(inertia.add(arm(), place, scales()),))
+    (missing,) = take_home(arm(), system, [alike]).missing
+    assert not missing.supplemented
+    assert missing.reason.endswith(
+        "cannot tell it from inertia_error at elbow, which a robot has a number for"
+    )
+
+
+DRIVEN = """inputs: {u_waist: {}, u_shoulder: {}, i: {unit: A, commanded: false}}
+signals: {drive_elbow: k*i + 0.1}
+parameters: {k: {value: 2.5, unit: N m/A}}
+ports: {elbow: {law: 0.04*sign(qd_elbow)}}
+"""
+
+
+def test_a_drive_of_the_system_file_is_an_effort_that_is_applied(tmp_path: Path) -> None:
+    given = system_of(tmp_path, (SYSTEMS / "arm.xml").read_text(), DRIVEN)
+    gain, friction = (
+        next(e for e in effects() if (e.family, e.variant) == (family, ""))
+        for family in ("actuator_gain", "load_friction")
+    )
+    system, first = planted(gain, Place("actuator", "i"), given, measured(given))
+    system, second = planted(friction, Place("port", "elbow"), system, measured(system))
+    home = take_home(given, system, [first, second])
+    assert home.efforts.controls == {"waist": ("u_waist",), "shoulder": ("u_shoulder",)}
+    assert lacking(home) == ["actuator_gain at actuator:i"]
+    assert "the law of the port elbow in the system file" in [m.what for m in home.missing]
+    law = home.supplement.forces["elbow"]
+    assert "abs(applied_elbow)" in law and "sign(qd_elbow)" in law and "i" not in names(law)
+
+
+def test_dynamics_that_are_not_those_of_the_file_are_refused_in_one_line(tmp_path: Path) -> None:
+    given = system_of(
+        tmp_path, (SYSTEMS / "arm.xml").read_text(), "dynamics: {qd_elbow: -9.81*q_elbow/1.0}\n"
+    )
+    with pytest.raises(BadInput, match=r"dynamics\.qd_elbow is not the acceleration of the robot file"):
+        take_home(given, given, [])

@@ -1,0 +1,110 @@
+"""Other numbers in robot files: MuJoCo reads them back, and nothing else in the file changes."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from math import inf, pi
+
+import numpy as np
+import pytest
+
+from tests.physics.robot.mechanisms import random_tree
+from tests.physics.robot.test_motion import DOUBLE
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.robot.compile import compiled
+from unmodelled.systems.robot.numbers import Key, differing, numbers
+from unmodelled.systems.robot.patch import patched
+
+#: Unnamed elements, a frame, a class with defaults, angles in degrees, comments.
+ODD = """<?xml version="1.0"?>
+<!-- Copyright somebody -->
+<mujoco model="odd">
+  <default><default class="geared"><joint armature="0.01" damping="0.3"/></default></default>
+  <worldbody>
+    <!-- first link -->
+    <body><joint class="geared" axis="0 1 0" stiffness="2" springref="10"/>
+      <geom type="capsule" size="0.02" fromto="0 0 0 0 0 0.3" mass="0.4"/>
+      <frame pos="0 0 0.3">
+        <body name="slider"><joint name="rail-x" type="slide" springref="0.2" stiffness="3"/>
+          <inertial pos="0 0 0.1" mass="0.2" diaginertia="0.001 0.002 0.002" euler="0 30 0"/></body>
+      </frame>
+    </body>
+  </worldbody>
+  <actuator><!-- drive -->
+    <position joint="rail-x" kp="20" dampratio="1"/></actuator>
+</mujoco>
+"""
+
+
+def scaled(text: str, share: float = 0.02) -> dict[Key, float]:
+    """All numbers of a file, each changed by a few per cent."""
+    rng = np.random.default_rng(0)
+    return {k: v * rng.uniform(1 - share, 1 + share) for k, v in numbers(compiled(text, "robot")).items()}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_mujoco_reads_all_numbers_of_a_patched_mjcf(seed: int) -> None:
+    text = random_tree(seed)
+    wanted = scaled(text)
+    file = patched(text, "robot.xml", wanted)
+    # the elements position and velocity have one number for gain and feedback
+    assert file.missing.keys() == {("p", "gain"), ("v", "gain")}
+    again = numbers(compiled(file.text, "robot.xml"))
+    assert again["b1", "inertia_xy"] == pytest.approx(wanted["b1", "inertia_xy"], rel=1e-6)
+    assert again["g", "bias"] == pytest.approx(wanted["g", "bias"])
+
+
+def test_mujoco_reads_all_numbers_of_a_patched_urdf_but_those_that_urdf_lacks() -> None:
+    wanted = {**scaled(DOUBLE), ("one", "damping"): 0.3, ("two", "frictionloss"): 0.1}
+    assert patched(DOUBLE, "robot.urdf", wanted).missing == {}
+    lacking = {("one", "armature"): 0.02, ("two", "stiffness"): 3.0}
+    file = patched(DOUBLE, "robot.urdf", {**wanted, **lacking})
+    assert file.missing == lacking
+    dynamics = ET.fromstring(file.text).find("joint[@name='two']/dynamics")
+    assert dynamics is not None and dynamics.attrib == {"friction": "0.1"}
+
+
+def test_odd_elements_are_found_and_the_rest_of_the_file_stays() -> None:
+    wanted = {
+        ("joint1", "springref"): pi / 4,
+        ("joint1", "damping"): 0.5,
+        ("rail_x", "springref"): 0.5,
+        ("rail_x", "armature"): 0.07,
+        ("actuator1", "kv"): 1.5,
+        ("actuator1", "ctrl_low"): -0.3,
+        ("actuator1", "ctrl_high"): 0.4,
+    }
+    file = patched(ODD, "odd.xml", wanted)
+    assert not file.missing
+    given, new = numbers(compiled(ODD, "odd.xml")), numbers(compiled(file.text, "odd.xml"))
+    assert differing(new, given).keys() == wanted.keys()
+    for words in ("<!-- Copyright somebody -->", "<!-- first link -->", "<!-- drive -->", "euler", "<?xml"):
+        assert words in file.text
+    joint = next(ET.fromstring(file.text).iter("joint"))
+    assert joint.get("class") == "geared" or next(iter([joint])).get("armature") == "0.01"
+    assert 'springref="45"' in file.text and 'springref="0.5"' in file.text and "dampratio" not in file.text
+
+
+def test_a_mass_that_came_from_geoms_gets_an_inertial() -> None:
+    given = numbers(compiled(ODD, "odd.xml"))
+    file = patched(ODD, "odd.xml", {("body1", "mass"): 0.5})
+    new = numbers(compiled(file.text, "odd.xml"))
+    assert not file.missing and new["body1", "mass"] == 0.5
+    assert new["body1", "inertia_xx"] == pytest.approx(given["body1", "inertia_xx"], rel=1e-8)
+
+
+def test_the_gain_of_a_motor_is_written_as_its_gear() -> None:
+    arm = """<mujoco><worldbody><body><joint name="j" axis="0 1 0"/><geom size="0.1"/></body></worldbody>
+    <actuator><motor name="m" joint="j" gear="2" forcerange="-3 3"/></actuator></mujoco>"""
+    file = patched(arm, "arm.xml", {("m", "gain"): 1.5})
+    new = numbers(compiled(file.text, "arm.xml"))
+    assert (new["m", "gear"], new["m", "force_high"], new["m", "ctrl_high"]) == (3.0, 2.0, inf)
+
+
+def test_numbers_without_a_change_leave_the_file_as_it_is() -> None:
+    assert patched(ODD, "odd.xml", numbers(compiled(ODD, "odd.xml"))).text == ODD
+
+
+def test_an_inertia_that_no_body_has_is_refused_in_one_line() -> None:
+    with pytest.raises(BadInput, match=r"^odd.xml: MuJoCo: .*inertia"):
+        patched(ODD, "odd.xml", {("slider", "inertia_xx"): 1.0})

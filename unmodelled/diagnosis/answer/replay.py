@@ -1,0 +1,102 @@
+"""Free runs of robot files in MuJoCo along the held-out experiments: before and after the diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from unmodelled.diagnosis.answer.take_home import TakeHome
+from unmodelled.diagnosis.data.gap import Off
+from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
+from unmodelled.diagnosis.fitting.free_runs import replayed
+from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
+from unmodelled.engine.robot.supplement import Supplement
+from unmodelled.systems.model import System
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A robot file in MuJoCo beside the measured outputs of the held-out experiments.
+
+    Attributes:
+        gap: root mean square error over free-run windows, in standard deviations of the outputs.
+        units: errors by name of the output, in its unit.
+    """
+
+    gap: float
+    units: Mapping[str, Off]
+
+    @property
+    def diverged(self) -> tuple[str, ...]:
+        """Names of the outputs that diverge in whole runs."""
+        return tuple(name for name, off in self.units.items() if off.whole_run is None)
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Robot files in MuJoCo along the held-out experiments.
+
+    Attributes:
+        given: the file as given.
+        patched: the patched file alone.
+        supplemented: the patched file with its supplement; None if it has none.
+    """
+
+    given: Replayed
+    patched: Replayed
+    supplemented: Replayed | None
+
+    @property
+    def final(self) -> Replayed:
+        """The patched file with all that belongs to it."""
+        return self.supplemented or self.patched
+
+    @property
+    def improves(self) -> bool:
+        """Whether the patched file errs less than the given one, and no further output diverges."""
+        worse = set(self.final.diverged) - set(self.given.diverged)
+        return self.final.gap < self.given.gap and not worse
+
+
+def replay(diagnosis: Diagnosis, found: TakeHome) -> Replay:
+    """Run the given and the patched robot file in MuJoCo along the held-out experiments.
+
+    Windows start at the measured states, whole runs at the first one. The given file is driven as the system
+    file says, and the patched one with what the diagnosis says of inputs and sensors.
+
+    Args:
+        diagnosis: diagnosis of a system with a robot.
+        found: patched robot file.
+
+    Raises:
+        ModuleNotFoundError: if MuJoCo is not installed.
+    """
+    robot = diagnosis.system.robot
+    assert robot is not None
+    given = _run(diagnosis, diagnosis.known, found, robot.text, Supplement())
+    after = diagnosis.augmented
+    alone = _run(diagnosis, after, found, found.text, Supplement())
+    full = _run(diagnosis, after, found, found.text, found.supplement) if found.supplement else None
+    return Replay(given, alone, full)
+
+
+def _run(
+    diagnosis: Diagnosis, model: JudgedModel, found: TakeHome, text: str, supplement: Supplement
+) -> Replayed:
+    controls = [name for names in found.efforts.controls.values() for name in names]
+    applied = found.efforts.applied(model.system)
+    robot = diagnosis.system.robot
+    locked = {} if robot is None else robot.locked
+    backend = RobotInMujoco(text, found.name, controls, applied, locked, supplement)
+    system = _with_known_sensors(model.system, diagnosis.system, found.efforts.joints)
+    gap, units = replayed(backend, system, model.logs, diagnosis.horizon, diagnosis.held_out)
+    return Replayed(gap, units)
+
+
+def _with_known_sensors(system: System, given: System, joints: Sequence[str]) -> System:
+    """The system in which sensors with a memory, which MuJoCo does not simulate, are those as given."""
+    moving = {f"{s}_{joint}" for s in ("q", "qd") for joint in joints}
+    hidden = {x for x in system.x if str(x) not in moving}
+    known = {output.name: output for output in given.outputs}
+    outputs = (known[o.name] if o.expression.free_symbols & hidden else o for o in system.outputs)
+    return replace(system, outputs=tuple(outputs))

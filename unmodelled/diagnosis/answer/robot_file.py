@@ -1,0 +1,119 @@
+"""The robot file of an answer: patched, run in MuJoCo, and what the answer says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from unmodelled.base.files import replacing
+from unmodelled.diagnosis.answer.replay import Replay, Replayed, replay
+from unmodelled.diagnosis.answer.take_home import Change, TakeHome, take_home
+from unmodelled.diagnosis.data.result import Diagnosis
+
+#: Folder of the patched file in the folder of an answer.
+FOLDER = "robot"
+#: Changed numbers that a sentence lists.
+LISTED = 6
+
+
+@dataclass(frozen=True)
+class RobotFile:
+    """Patched robot file with its free runs in MuJoCo.
+
+    Attributes:
+        found: patched file and what belongs to it.
+        replay: free runs of the given and the patched file along the held-out experiments.
+    """
+
+    found: TakeHome
+    replay: Replay
+
+    @classmethod
+    def of(cls, diagnosis: Diagnosis) -> RobotFile:
+        """Return the patched robot file of a diagnosis.
+
+        Args:
+            diagnosis: diagnosis of a system with a robot, with any verdict but check_logs.
+
+        Raises:
+            BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
+            ModuleNotFoundError: if MuJoCo is not installed.
+        """
+        found = take_home(diagnosis.system, diagnosis.augmented.system, diagnosis.effects)
+        return cls(found, replay(diagnosis, found))
+
+    @property
+    def file(self) -> str:
+        """Name of the patched file in the folder of an answer."""
+        return f"{FOLDER}/{self.found.name}"
+
+    @property
+    def supplement(self) -> str | None:
+        """Name of the file of the supplement in the folder of an answer; None if there is none."""
+        return f"{FOLDER}/{Path(self.found.name).stem}_supplement.json" if self.found.supplement else None
+
+    def write(self, folder: Path) -> None:
+        """Write the patched file and its supplement.
+
+        Args:
+            folder: folder of the answer.
+
+        Raises:
+            BadInput: when a file cannot be written.
+        """
+        (folder / FOLDER).mkdir()
+        with replacing(folder / self.file) as temporary:
+            temporary.write_text(self.found.text, encoding="utf-8")
+        if self.supplement is not None:
+            self.found.supplement.write(folder / self.supplement)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """Return the entry `robot` of diagnosis.json."""
+        models = {"given": self.replay.given, "patched": self.replay.patched}
+        if self.replay.supplemented is not None:
+            models["supplemented"] = self.replay.supplemented
+        runs = {name: _errors(run) for name, run in models.items()}
+        return {
+            "file": self.file,
+            "supplement": self.supplement,
+            "changes": [asdict(change) for change in self.found.changes],
+            "missing": [asdict(part) for part in self.found.missing],
+            "replay": {**runs, "improves": self.replay.improves},
+        }
+
+    def __str__(self) -> str:
+        return "\n".join(self._sentences())
+
+    def _sentences(self) -> Iterator[str]:
+        changes = self.found.changes
+        more = f" and {len(changes) - LISTED} more" if len(changes) > LISTED else ""
+        listed = ", ".join(map(_said, changes[:LISTED])) + more
+        yield f"{self.file} is the robot file, patched: {listed or 'no number differs'}"
+        for part in self.found.missing:
+            held = f" ({self.supplement} holds it)" if part.supplemented else ""
+            yield f"{self.file} does not hold {part.what}: {part.reason}{held}"
+        run, final = self.replay, self.replay.final
+        gaps = f"as given {run.given.gap:.3g}, patched {run.patched.gap:.3g}"
+        if run.supplemented is not None:
+            gaps += f", with its supplement {run.supplemented.gap:.3g}"
+        lost = f"; {', '.join(final.diverged)} diverges in whole runs" if final.diverged else ""
+        verdict = "" if run.improves else ": the patched file is no improvement"
+        yield f"gap of the robot file in MuJoCo, on the same experiments: {gaps}{lost}{verdict}"
+
+
+def _said(change: Change) -> str:
+    given = f"{change.given:.4g}" if isfinite(change.given) else "none"
+    unit = "" if change.unit == "1" else f" {change.unit}"
+    return f"{change.element}.{change.quantity} {given} -> {change.patched:.4g}{unit}"
+
+
+def _errors(run: Replayed) -> dict[str, Any]:
+    units = {
+        name: {"unit": off.unit, "at_horizon": off.at_horizon, "whole_run": off.whole_run}
+        for name, off in run.units.items()
+    }
+    return {"gap": run.gap, "units": units}

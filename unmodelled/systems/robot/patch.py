@@ -1,0 +1,74 @@
+"""Other numbers in a robot file: the same file in which attributes were changed or added."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from unmodelled.base.errors import BadInput
+from unmodelled.systems.robot import mjcf, urdf
+from unmodelled.systems.robot.bodies import Robot
+from unmodelled.systems.robot.compile import compiled
+from unmodelled.systems.robot.numbers import Key, consistent, differing, numbers
+from unmodelled.systems.robot.tree import RobotTree
+
+
+@dataclass(frozen=True)
+class Patched:
+    """Patched robot file.
+
+    Attributes:
+        text: content of the file.
+        format: name of its format, MJCF or URDF.
+        missing: numbers that the file does not hold although they were wanted, because its format or its
+            other entries do not allow them, in SI units.
+    """
+
+    text: str
+    format: str
+    missing: Mapping[Key, float]
+
+
+def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
+    """Return a robot file with other numbers.
+
+    What MuJoCo then reads of the file is compared with the wanted numbers.
+
+    Args:
+        text: content of an MJCF or URDF file.
+        where: start of the error message, such as the name of the file.
+        wanted: numbers by element and quantity, see `numbers`; others stay as they are.
+
+    Raises:
+        BadInput: if MuJoCo refuses the file with these numbers, or numbers its elements in another order.
+        ModuleNotFoundError: if MuJoCo is not installed.
+
+    Examples:
+        >>> arm = '''<mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0"/>
+        ...   <geom size="0.1"/></body></worldbody></mujoco>'''
+        >>> print(patched(arm, "rod.xml", {("pin", "frictionloss"): 0.2}).text)
+        <mujoco><worldbody><body name="rod"><!-- steel --><joint name="pin" axis="0 1 0" frictionloss="0.2" />
+          <geom size="0.1" /></body></worldbody></mujoco>
+        <BLANKLINE>
+    """
+    robot = compiled(text, where)
+    all_of_it = consistent(robot, {**numbers(robot), **wanted})
+    found, written = numbers(robot), text
+    # what MuJoCo computes of a number, such as kv of dampratio and an armature, is written in a second pass
+    for _ in range(2):
+        changed = differing(all_of_it, found)
+        if not changed:
+            break
+        tree = RobotTree.of(written)
+        _check_names(tree, robot, where)
+        (urdf if tree.urdf else mjcf).write(tree, robot, all_of_it, changed)
+        written = str(tree)
+        found = numbers(compiled(written, where))
+    return Patched(written, "URDF" if RobotTree.of(text).urdf else "MJCF", differing(all_of_it, found))
+
+
+def _check_names(tree: RobotTree, robot: Robot, where: str) -> None:
+    for kind, known in (("body", robot.bodies), ("joint", robot.joints), ("actuator", robot.actuators)):
+        for element in known:
+            if element.name not in tree.elements[kind]:
+                raise BadInput(f"{where}: {kind} {element.name!r} is not found in the file: give it a name")
