@@ -1,4 +1,4 @@
-"""Planted laws of a drive: a limit that falls with speed, a gain that falls."""
+"""Planted laws of a drive: a limit that falls with speed, a gain that falls, friction that warms up."""
 
 from __future__ import annotations
 
@@ -46,6 +46,11 @@ def saturating_iron(i: Array, w: Array, t: float) -> Array:
     return 0.52 * i / (1.0 + 0.08 * np.abs(i)) - 0.052 * w
 
 
+def warming_up(i: Array, w: Array, t: float) -> Array:
+    dry = 0.25 + 0.15 * np.exp(-t / 2.0)
+    return 0.52 * i - 0.052 * w - dry * np.tanh(w / 0.05)
+
+
 def diagnosed(folder: Path, torque: Torque) -> Answer:
     rng, t, h = np.random.default_rng(5), PERIOD * np.arange(SAMPLES), PERIOD / SUBSTEPS
     rate, phase = rng.uniform(1.5, 12.0, (3, RUNS)), rng.uniform(0.0, 6.28, (3, RUNS))
@@ -85,3 +90,15 @@ def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:
     # between the slope of the gain at rest and that of the chord at the largest current, 5 A
     assert 0.08 / 1.4 - 0.01 < effect.parameters["s_u"]["value"] < 0.08
     assert effect.parameters["s_u"]["unit"] == "1/A"
+
+
+def test_dry_friction_falls_as_the_machine_warms_up(tmp_path: Path) -> None:
+    answer = diagnosed(tmp_path, warming_up)
+    assert answer.verdict == "effect"
+    friction, drift = answer.effects
+    # a Stribeck part of next to nothing may stand beside the constant part
+    assert friction.family in ("coulomb_friction", "stribeck_friction")
+    assert (drift.family, drift.port) == ("drift", "shaft")
+    assert friction.parameters["F_c"]["value"] == pytest.approx(0.4, rel=0.03)
+    mean = 0.15 * (np.exp(-SAMPLES * PERIOD / 2.0) - 1.0) / (SAMPLES * PERIOD)
+    assert drift.parameters["F_t"]["value"] == pytest.approx(mean, rel=0.1)
