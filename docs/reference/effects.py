@@ -22,6 +22,7 @@ EXAMPLES = (
     "tests/physics/effects/room.yaml",
     "tests/physics/effects/coil.yaml",
     "tests/physics/effects/cell.yaml",
+    "systems/coupling.yaml",
 )
 HEAD = """# Effects
 
@@ -29,8 +30,9 @@ This page lists the effects that a model may leave out: {count} laws in {familie
 each law at every suitable place. The laws are shown for a hoist that moves along `x` with the speed `v`, is
 driven by `u` and has a port `rail` (`systems/withheld/hoist.yaml`); laws that do not suit the hoist are shown
 for a pendulum, for a vessel with the level `h_1`, for a room with the temperature `T`, for a coil with the
-current `i`, or for a battery with the voltage `v`. If the data cannot distinguish several laws, the law with
-the lowest complexity is named. A law without a variant is the basic form of its family.
+current `i`, for a battery with the voltage `v`, or for a coupling with the stiffness `k`. If the data cannot
+distinguish several laws, the law with the lowest complexity is named. A law without a variant is the basic
+form of its family.
 
 """
 

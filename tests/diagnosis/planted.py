@@ -96,6 +96,10 @@ parameters:
 ports: {charge: {effort: i_x, unit: A, position: q}}
 dynamics: {q: i - i_x}
 """
+#: Two bodies with a spring between them, soft enough for the slow motion of the runs.
+COUPLING = (
+    Path("systems/coupling.yaml").read_text().replace("value: 40", "value: 4").replace("[10, 100]", "[1, 10]")
+)
 
 
 def with_companions(effect: Effect) -> tuple[Effect, ...]:
@@ -115,7 +119,7 @@ def plant(
         ids: ids of the experiments.
         numbers: values of some numbers of the law; default: a size that can be seen of every number.
     """
-    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL))
+    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL, COUPLING))
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
     _write(folder / "logs", known, {}, ids, rates)

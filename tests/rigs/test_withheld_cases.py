@@ -26,7 +26,8 @@ from unmodelled.effects.library import effects
 
 #: Families of the library that no machine plants, so that no number tells how often they are found.
 BALANCES = ("linear_loss", "root_outflow", "overflow", "radiation", "nonlinear_loss", "storage")
-UNPLANTED = frozenset({*BALANCES, "inductance_saturation", "rc_branch"})
+ELECTRICAL = ("inductance_saturation", "rc_branch", "self_heating")
+UNPLANTED = frozenset({*BALANCES, *ELECTRICAL})
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

@@ -1,4 +1,4 @@
-"""Saturation of an actuator at a largest output."""
+"""Saturation of an actuator: a largest output, also one that falls with speed, or a gain that falls."""
 
 from __future__ import annotations
 
@@ -8,11 +8,22 @@ from typing import ClassVar
 
 from unmodelled.effects.effect import DriveEffect
 from unmodelled.effects.grids import geometric
-from unmodelled.effects.law import Law, Shape, share
-from unmodelled.effects.place import Site
+from unmodelled.effects.known_terms import driven_port
+from unmodelled.effects.law import Amplitude, Law, Shape, share
+from unmodelled.effects.place import Place, Site
+from unmodelled.systems.model import System
 
 #: How many limits are tried, from this part of the largest input on.
 _LIMITS, _LEAST = 6, 0.15
+#: Of a limit that falls with speed: limits at rest, in largest inputs, speeds without an effort, in largest
+#: speeds, and how many of each are tried.
+_AT_REST, _FASTEST, _EACH = (0.3, 2.0), (0.7, 4.0), 4
+#: Of the gain: the most that is lost at the largest input. With half of it the output still rises there.
+_LOST = 0.5
+
+
+def _largest(at: Site, local: str) -> float:
+    return max(abs(at[local].low), abs(at[local].high), at[local].rms)
 
 
 class _Saturation(DriveEffect):
@@ -27,7 +38,7 @@ class _Saturation(DriveEffect):
 
     def law(self, at: Site) -> Law:
         limited, most = self.limited()
-        largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
+        largest = _largest(at, "u")
         grid = geometric(_LEAST * largest, 0.9 * most * largest, _LIMITS)
         shapes = {"u_max": Shape("u", grid, (0.01 * largest, most * largest))}
         return Law(limited, {"c_u": share(f"{limited} - u")}, shapes, robot=self.said)
@@ -54,3 +65,48 @@ class SoftSaturation(_Saturation):
 
     def limited(self) -> tuple[str, float]:
         return "u_max*tanh(u/u_max)", 4.0
+
+
+class SpeedLimit(DriveEffect):
+    """Saturation whose limit falls linearly with speed in the direction of motion, to zero at the speed v_0.
+
+    It is the torque-speed curve of a DC motor: the back electromotive force takes from the supply voltage
+    what drives the current (Hughes and Drury, Electric Motors and Drives, 2019, chapter 3). Against the
+    direction of motion the limit is that at rest. It is tried where the input drives a port.
+    """
+
+    family = "actuator_saturation"
+    variant = "falling_with_speed"
+    complexity = 3.0
+
+    def places(self, system: System) -> tuple[Place, ...]:
+        driving = {item.name for item in system.inputs if driven_port(system, item) is not None}
+        return tuple(place for place in super().places(system) if place.name in driving)
+
+    def law(self, at: Site) -> Law:
+        u, v = _largest(at, "u"), _largest(at, "v")
+        limited = "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))"
+        limits = geometric(_AT_REST[0] * u, _AT_REST[1] * u, _EACH)
+        speeds = geometric(_FASTEST[0] * v, _FASTEST[1] * v, _EACH)
+        shapes = {
+            "u_0": Shape("u", limits, (0.05 * u, 20.0 * u)),
+            "v_0": Shape("v", speeds, (0.1 * v, 50.0 * v)),
+        }
+        return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
+
+
+class FallingGain(DriveEffect):
+    """Gain that falls in proportion to the magnitude of the input.
+
+    A supply with an inner resistance sags under the current of its load, and the torque constant of a motor
+    falls with its current as the iron saturates (Hughes and Drury, Electric Motors and Drives, 2019).
+    """
+
+    family = "actuator_saturation"
+    variant = "falling_gain"
+    complexity = 2.3
+
+    def law(self, at: Site) -> Law:
+        largest = _largest(at, "u")
+        amplitude = Amplitude("-u*abs(u)", 0.2 / largest, (0.0, _LOST / largest))
+        return Law("u - s_u*u*abs(u)", {"s_u": amplitude})

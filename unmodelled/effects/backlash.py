@@ -5,8 +5,10 @@ from __future__ import annotations
 from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric, relaxation
-from unmodelled.effects.law import Fixed, Law, Memory, Shape, positive
+from unmodelled.effects.known_terms import stiffness
+from unmodelled.effects.law import Fixed, Law, Memory, Shape, positive, share
 from unmodelled.effects.place import Site
+from unmodelled.systems.model import Port, System
 
 #: Contact frequency, in radians per sample.
 _CONTACT = 0.3
@@ -66,3 +68,29 @@ class LoadBehindPlay(LoadBehind, _BehindPlay):
 
     variant = "load"
     complexity = 4.2
+
+
+class PlayInSpring(PortEffect):
+    """Play of 2*delta about x_0 in series with the spring of the system file that acts at the port.
+
+    The force of the spring becomes k*(x - x_0 - clip(x - x_0, -delta, delta)) in place of k*x: the dead zone
+    model of Nordin and Gutman (Automatica 38, 2002). The port lies between two bodies, and the spring of the
+    file has no force at position zero.
+    """
+
+    family = "backlash"
+    variant = "in_spring"
+    complexity = 2.0
+    needs = ("position",)
+
+    def suits(self, system: System, port: Port) -> bool:
+        return super().suits(system, port) and stiffness(system, port) is not None
+
+    def law(self, at: Site) -> Law:
+        half = at["x"].half
+        missing = "-s*(x_0 + clip(x - x_0, -delta, delta))"
+        shapes = {
+            "delta": Shape("x", geometric(0.02 * half, 0.8 * half, 8), (1e-3 * half, half)),
+            "x_0": Shape("x", (0.0,), (min(at["x"].low, -half), max(at["x"].high, half))),
+        }
+        return Law(missing, {"c_s": share(missing)}, shapes)

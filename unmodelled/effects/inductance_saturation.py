@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.coil import CoilEffect
 from unmodelled.effects.grids import inside
 from unmodelled.effects.law import Amplitude, Law, Shape
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.place import Site
 from unmodelled.systems.model import Port, System
-from unmodelled.systems.units import parse_unit
 
 #: Of the inductance that the port feels: how much of it may vanish at high currents.
 _MOST = 0.95
 
 
-class InductanceSaturation(PortEffect):
+class InductanceSaturation(CoilEffect):
     """Inductance that falls with the current, from its value in the system file to less.
 
     The port's effort is a voltage and its velocity a current.
@@ -22,14 +21,10 @@ class InductanceSaturation(PortEffect):
 
     family = "inductance_saturation"
     complexity = 2.5
-    needs = ("velocity",)
     power = "stored"
 
     def suits(self, system: System, port: Port) -> bool:
-        states = {state.name: state.unit for state in system.states}
-        units = [port.unit, states.get(port.velocity or "", "1")]
-        is_coil = [parse_unit(u).dimension for u in units] == [parse_unit(u).dimension for u in ("V", "A")]
-        return is_coil and super().suits(system, port) and is_inertial(system, port)
+        return super().suits(system, port) and is_inertial(system, port)
 
     def law(self, at: Site) -> Law:
         inductance, most = 1.0 / at.mobility, max(abs(at["v"].low), at["v"].high)

@@ -9,11 +9,13 @@ from typing import Literal
 
 import sympy as sp
 
+from unmodelled.effects.known_terms import driven_port, stiffness
 from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.systems import units
 from unmodelled.systems.model import Input, Output, System, symbol
+from unmodelled.systems.printing import printed
 from unmodelled.systems.units import SECOND, Dimension, parse_unit
 
 Kind = Literal["port", "actuator", "sensor", "parameter"]
@@ -119,20 +121,38 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
     port = system.port(place.name)
     effort, size = _dimension(system, port.unit), scales.effort[port.name]
     mobility = scales.mobility[port.name]
-    states = {s.name: s.unit for s in system.states}
-    found = {}
-    for local, name in (("x", port.position), ("v", port.velocity)):
-        if name is not None:
-            unit = states.get(name) or _motion_unit(local, effort)
-            found[local] = _quantity(system, name, system.expression(name), unit, scales.of[name])
+    found = {
+        local: _coordinate(system, local, name, effort, scales)
+        for local, name in (("x", port.position), ("v", port.velocity))
+        if name is not None
+    }
     if port.name in scales.loads and (carried := load(system, port)) is not None:
         text, expression = carried
         found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
+    if (spring := stiffness(system, port)) is not None:
+        found["s"] = _stiffness(system, spring, effort, found["x"])
     if is_inertial(system, port):
         rms = mobility * size
         unit, spread = _acceleration_unit(effort, found["v"]), Spread(-rms, rms, rms)
         found["a"] = _quantity(system, "a", sp.Dummy("a", real=True), unit, spread)
     return Site(system, place, port.unit, effort, found, size, scales.period, scales.duration, mobility)
+
+
+def _coordinate(
+    system: System, local: str, name: str, effort: Dimension | None, scales: Scales
+) -> SiteQuantity:
+    units_of = {s.name: s.unit for s in system.states}
+    unit = units_of.get(name) or _motion_unit(local, effort)
+    return _quantity(system, name, system.expression(name), unit, scales.of[name])
+
+
+def _stiffness(system: System, spring: sp.Expr, effort: Dimension | None, x: SiteQuantity) -> SiteQuantity:
+    size, unit = float(spring.xreplace(dict(zip(system.p, system.values, strict=True)))), "1"
+    if effort is not None and x.dimension is not None:
+        unit = units.describe(units.times(effort, units.power(x.dimension, Fraction(-1))))
+    text = printed(spring, [str(p) for p in system.p], [])
+    text = f"({text})" if isinstance(spring, sp.Add) else text
+    return _quantity(system, text, spring, unit, Spread(size, size, abs(size)))
 
 
 def _acceleration_unit(effort: Dimension | None, v: SiteQuantity) -> str:
@@ -156,7 +176,16 @@ def _motion_unit(local: str, effort: Dimension | None) -> str:
 def _input(system: System, place: Place, scales: Scales) -> Site:
     item = {i.name: i for i in system.inputs}[place.name]
     quantity = _quantity(system, item.name, symbol(item.name), item.unit, scales.of[item.name])
-    return _single(system, place, scales, "u", quantity)
+    found = _single(system, place, scales, "u", quantity)
+    if (driven := driven_port(system, item)) is None:
+        return found
+    port, sign = driven
+    name = str(port.velocity)
+    v = _coordinate(system, "v", name, _dimension(system, port.unit), scales)
+    if sign < 0:
+        back = Spread(-v.spread.high, -v.spread.low, v.spread.rms)
+        v = replace(v, text=f"(-{name})", expression=-v.expression, spread=back)
+    return replace(found, quantities={**found.quantities, "v": v})
 
 
 def _output(system: System, place: Place, scales: Scales) -> Site:

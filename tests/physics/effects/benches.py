@@ -33,6 +33,7 @@ FILES = {
     "room": Path(__file__).with_name("room.yaml"),
     "coil": Path(__file__).with_name("coil.yaml"),
     "cell": Path(__file__).with_name("cell.yaml"),
+    "coupling": SYSTEMS / "coupling.yaml",
 }
 #: Parameters of a system that effects on parameters are tried on.
 FEW = 2
@@ -55,11 +56,14 @@ class Run:
 
 
 def run(system: System, n: int = 2000) -> Run:
-    """One experiment whose states swing, their derivatives consistent where one is the other's."""
+    """One experiment whose states swing, their derivatives consistent where one is the other's.
+
+    A second body moves half as far, so that the bodies move against each other.
+    """
     t = PERIOD * np.arange(n)
     swing = np.array([0.3 * np.sin(7.0 * t + 0.4), 2.1 * np.cos(7.0 * t + 0.4)])
     u = np.tile(np.sin(11.0 * t), (len(system.inputs), 1)).T
-    x = np.resize(swing, (len(system.states), n)).T
+    x = np.resize(swing, (len(system.states), n)).T * 0.5 ** (np.arange(len(system.states)) // 2)
     return Run(np.array([0, n]), t, x, u, np.full((1, len(system.operating_point)), 1.2))
 
 

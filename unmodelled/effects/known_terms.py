@@ -1,0 +1,135 @@
+"""Terms of the known physics that act like the effort of a port: an input, and a spring between bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from unmodelled.systems.model import Input, Port, System, symbol
+from unmodelled.systems.numeric import numpy_system_function
+
+Rates = tuple[sp.Expr, ...]
+Symbols = tuple[sp.Symbol, ...]
+
+#: Random points at which two influences are compared, and the rounding error of the square of their cosine.
+_POINTS, _ALIKE = 32, 1e-9
+
+
+def driven_port(system: System, item: Input) -> tuple[Port, int] | None:
+    """Return the port that an input drives.
+
+    An input drives a port if it acts on all rates in proportion to the effort of the port: the torque at a
+    joint or the current of a motor does, the voltage of a motor whose current is a state does not. A set
+    point of the port's position is no drive.
+
+    Args:
+        system: system of the input.
+        item: input to look at.
+
+    Returns:
+        Port with a velocity, and 1 if a positive input drives it forwards, -1 if backwards; None if the input
+        drives no port.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> hoist = read_system(Path("systems/withheld/hoist.yaml"))
+        >>> driven_port(hoist, hoist.inputs[0])[0].name
+        'rail'
+    """
+    states = {state.name: state.unit for state in system.states}
+    for port in system.ports:
+        if port.velocity is None or port.domain != "power" or states.get(str(port.position)) == item.unit:
+            continue
+        sign = _sign(_Pair(system.closed, symbol(item.name), symbol(port.effort), system))
+        if sign and not system.expression(port.velocity).has(*system.u):
+            return port, sign
+    return None
+
+
+def stiffness(system: System, port: Port) -> sp.Expr | None:
+    """Return the stiffness of a spring of the known physics that acts where the effort of a port acts.
+
+    Only for an effort on at least two bodies: what holds a single body at a position may be a servo as well.
+
+    Args:
+        system: system of the port.
+        port: port to look at.
+
+    Returns:
+        Stiffness in terms of parameters; None if there is no such spring or if its stiffness is not constant.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> coupling = read_system(Path("systems/coupling.yaml"))
+        >>> stiffness(coupling, coupling.port("shaft"))
+        k
+    """
+    if port.position is None or port.domain != "power":
+        return None
+    return _stiffness(
+        system.closed, system.expression(port.position), symbol(port.effort), system.p, system.c
+    )
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """Input and effort whose influence on the rates is compared."""
+
+    rates: Rates
+    item: sp.Symbol
+    effort: sp.Symbol
+    system: System = field(compare=False)
+
+
+@lru_cache(maxsize=256)
+def _sign(pair: _Pair) -> int:
+    """1 if the input moves the system against the effort everywhere, -1 if with it, 0 if neither."""
+    system, rng = pair.system, np.random.default_rng(0)
+    moved = [rate for rate in pair.rates if rate.has(pair.item, pair.effort)]
+    slopes = [sp.diff(rate, one) for one in (pair.item, pair.effort) for rate in moved]
+    x, u = (rng.uniform(-1.0, 1.0, (_POINTS, len(each))) for each in (system.x, system.u))
+    c = rng.uniform(0.5, 1.5, (_POINTS, len(system.c)))
+    function = numpy_system_function(system, slopes, efforts_zero=True)
+    a, b = function(0.0, x, u, np.empty(0), np.array(system.values), c).T.reshape(2, len(moved), _POINTS)
+    known = np.isfinite(a).all(0) & np.isfinite(b).all(0)
+    product, sizes = ((one * b).sum(0)[known] for one in (a, b))
+    both = sizes * (a**2).sum(0)[known]
+    if not product.any() or (product**2 < (1.0 - _ALIKE) * both).any():
+        return 0
+    return 1 if (product <= 0.0).all() else -1 if (product >= 0.0).all() else 0
+
+
+@lru_cache(maxsize=256)
+def _stiffness(
+    rates: Rates, position: sp.Expr, effort: sp.Symbol, parameters: Symbols, others: Symbols
+) -> sp.Expr | None:
+    moved = [rate for rate in rates if rate.has(effort)]
+    if len(moved) < 2:
+        return None
+    along = [x for x in position.free_symbols if x not in {*parameters, *others}]
+    # what else holds one of the bodies is in the rate of this body only
+    every = [
+        {
+            _constant(sp.diff(rate, x), sp.diff(rate, effort) * sp.diff(position, x), (*parameters, *others))
+            for x in along
+        }
+        for rate in moved
+    ]
+    common = [k for k in set.intersection(*every) if k and k.free_symbols <= {*parameters}]
+    return common[0] if len(common) == 1 else None
+
+
+def _constant(above: sp.Expr, below: sp.Expr, constants: Collection[sp.Symbol]) -> sp.Expr | None:
+    """Quotient of two expressions, None if it depends on the state or is infinite."""
+    if below == 0:
+        return None
+    quotient = above / below
+    if (above * below).free_symbols <= {*constants}:
+        return sp.cancel(quotient)
+    return quotient if quotient.free_symbols <= {*constants} else None
