@@ -169,7 +169,7 @@ class Candidates:
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
-            rest: material share of what is left, default that of `is_material`.
+            rest: material share of what is left, if this alone counts, as in `is_material`.
         """
         material = self.is_material(one, other, rest)
         return material and self.gain(other, one).is_significant(self.thresholds.level)
@@ -177,18 +177,18 @@ class Candidates:
     def is_material(self, one: int, other: int, rest: float | None = None) -> bool:
         """Return whether a candidate predicts better by a material amount.
 
-        It is material to lower the error of an output by a share of the known physics' error, or of what is
-        left: an effect at one of six joints matters to the outputs of this joint. One more effect is a claim
-        of its own and must lower what is left by more than another effect in its place. Further numbers of
-        single experiments, which absorb any structure, must lower what is left. Errors below
+        One more effect is a claim of its own: it must remove a share of the known physics' error from an
+        output. An effect at one of six joints matters to the outputs of this joint. A share of what is left
+        is not enough, because every model of a real machine leaves errors that a flexible law lowers. Further
+        numbers of single experiments, which absorb any structure, must lower what is left, too. An effect in
+        the place of another one claims no more than this one: a share of what is left is enough. Errors below
         `negligible_error` matter to no one: a sensor of little noise shows more than any model needs to
         predict.
 
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
-            rest: material share of what is left, default `further_rest` for more effects, else
-                `exchanged_rest`.
+            rest: material share of what is left, if this alone counts.
 
         Returns:
             Whether the first candidate is better for at least one output.
@@ -196,12 +196,13 @@ class Candidates:
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
             return False
-        if rest is None:
-            further = self.effects[one] > self.effects[other]
-            rest = limits.further_rest if further else limits.exchanged_rest
-        lower = (1.0 - after / before) / rest
-        if self.own[one] <= self.own[other]:
-            lower = np.maximum(lower, (before - after) / limits.material_share)
+        of_rest = 1.0 - after / before
+        if rest is not None or self.effects[one] <= self.effects[other]:
+            lower = of_rest / (limits.exchanged_rest if rest is None else rest)
+        else:
+            lower = (before - after) / limits.material_share
+            if self.own[one] > self.own[other]:
+                lower = np.minimum(lower, of_rest / limits.further_rest)
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any())
 
