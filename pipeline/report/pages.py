@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from pipeline.report.challenges import CHALLENGES
 from pipeline.report.claims import claims_table
 from pipeline.report.metrics import ABOUT, metrics_table
+from pipeline.report.outlook import OUTLOOK
 from pipeline.report.results import Diagnosis, Results
+from pipeline.report.topics import Answered, Topic, answered
 from unmodelled.report.drawn import Figure
 from unmodelled.report.tables import Table
 
@@ -28,6 +31,7 @@ class Page:
         figures: ids of figures; "a|b" stands for the first one of the two that exists; default: none.
         tables: ids of tables; default: none.
         metrics: names of metrics files; default: none.
+        topics: topics that the chapter names; default: none.
         command: command that computes missing results; default "make report".
     """
 
@@ -42,6 +46,7 @@ class Page:
     figures: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
     metrics: tuple[str, ...] = ()
+    topics: tuple[Topic, ...] = ()
     command: str = "make report"
 
     @property
@@ -56,6 +61,16 @@ REAL = "make real EMPS=<folder with DATA_EMPS.mat> XL330=<zip file or folder>"
 PAGES = (
     Page(
         "index", "Home", "Hybrid physics-based neural network models", "home.html.j2", group="", figures=LEAD
+    ),
+    Page(
+        "chapter_1",
+        "Chapter 1",
+        "Four challenges, and the results that answer them",
+        summary="Hybrid models shall be accurate, reliable and explainable, and shall work on real machines: "
+        "chapter 1 of the dissertation names four challenges. Every claim of this report belongs to one of "
+        "them.",
+        chapter=1,
+        topics=CHALLENGES,
     ),
     Page(
         "chapter_2",
@@ -110,6 +125,15 @@ PAGES = (
         campaign="cam_follower",
     ),
     Page(
+        "chapter_7",
+        "Chapter 7",
+        "The outlook: what exists of it, and what is missing",
+        summary="Chapter 7 of the dissertation suggests topics of future research, from the theory (section "
+        "7.2.1) to the machine (section 7.2.2). Each topic stands beside what this project has of it.",
+        chapter=7,
+        topics=OUTLOOK,
+    ),
+    Page(
         "real",
         "Measured machines",
         "Diagnoses of published machines, compared with what is known of them",
@@ -161,6 +185,7 @@ class Contents:
         metrics: tables of numbers.
         equations: rows of kind, text and mathml.
         diagnoses: diagnoses of the page.
+        topics: topics of the page with their results.
     """
 
     claims: Table
@@ -169,6 +194,7 @@ class Contents:
     metrics: list[Table]
     equations: list[dict[str, str]]
     diagnoses: list[Diagnosis]
+    topics: list[Answered]
 
     @property
     def empty(self) -> bool:
@@ -180,13 +206,15 @@ class Contents:
             or self.metrics
             or self.equations
             or self.diagnoses
+            or self.topics
         )
 
     @property
     def origins(self) -> set[str]:
         """Kinds of the data behind the claims, figures and numbers of the page."""
-        tables = {table.data for table in (*self.tables, *self.metrics)}
-        claims = {cell.badge for row in self.claims.rows for cell in row}
+        answers = [table for found in self.topics for table in found.tables]
+        tables = {table.data for table in (*self.tables, *self.metrics, *answers)}
+        claims = {cell.badge for t in (self.claims, *answers) for row in t.rows for cell in row}
         return (tables | claims | {figure.data for figure in self.figures}) - {""}
 
 
@@ -246,6 +274,7 @@ def contents(page: Page, results: Results) -> Contents:
         [_metrics(topic, results.metrics[topic], page.campaign) for topic in topics],
         [row for block in results.equations if here(block["chapter"]) for row in block["rows"]],
         [d for d in results.diagnoses if page.id == "index" or page.campaign in d.name.split("/")],
+        [answered(topic, results) for topic in page.topics],
     )
 
 

@@ -99,6 +99,7 @@ def build(results: Results, out: Path) -> None:
     html = {page.file: _render(page.template, page.file, page, site) for page in every}
     tables = [*site.record.values(), *results.tables]
     tables += [table for c in shown.values() for table in (c.claims, *c.metrics) if table.rows]
+    tables += [table for c in shown.values() for found in c.topics for table in found.tables]
     with replacing_folder(out / "site") as folder, replacing(out / "index.html") as home:
         for file, text in html.items():
             (home if file.startswith("..") else folder / file).write_text(text)
@@ -203,6 +204,9 @@ def index(every: Sequence[Page], shown: Mapping[str, Contents], results: Results
     found += [entry("diagnosis", d.label, d.headline, d.file) for d in results.diagnoses]
     for page in every[1:]:
         here = shown[page.id]
+        for answer in here.topics:
+            topic = answer.topic
+            found.append(entry("page", topic.title, topic.asks, f"{page.file}#{topic.id}"))
         found += figure_entries(here.figures, page.file)
         for row, anchor in zip(here.claims.rows, here.claims.anchors, strict=True):
             found.append(entry("claim", row[0].text, row[4].text, f"{page.file}#{anchor}"))

@@ -1,0 +1,91 @@
+"""Topics that a chapter of the dissertation names, with the results of this project on each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pipeline.report.claims import claims_table
+from pipeline.report.metrics import metrics_table
+from pipeline.report.results import Results
+from unmodelled.report.tables import Table
+
+#: Columns of the claims of a topic.
+SHOWN = ("Claim", "Dissertation", "Ours", "Verdict")
+
+
+@dataclass(frozen=True)
+class Topic:
+    """Topic that a chapter of the dissertation names.
+
+    Attributes:
+        id: anchor of the topic on its page.
+        title: heading of the topic.
+        section: section of the dissertation that names the topic.
+        asks: what the dissertation asks for.
+        has: what this project has of the topic, in words without numbers.
+        lacks: what this project does not have of the topic, nouns first.
+        claims: ids of claims whose verdicts belong to the topic; default: none.
+        numbers: numbers, or groups of numbers, as "<metrics file>.<key>.<key>"; default: none.
+        pages: ids of the pages that show more; default: none.
+        verbs: verbs of the command `unmodelled` that do this on any machine; default: none.
+    """
+
+    id: str
+    title: str
+    section: str
+    asks: str
+    has: str
+    lacks: str
+    claims: tuple[str, ...] = ()
+    numbers: tuple[str, ...] = ()
+    pages: tuple[str, ...] = ()
+    verbs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Answered:
+    """Topic with the results that exist.
+
+    Attributes:
+        topic: topic.
+        claims: table of its claims.
+        numbers: tables of its numbers, one per metrics file.
+    """
+
+    topic: Topic
+    claims: Table
+    numbers: list[Table]
+
+    @property
+    def tables(self) -> list[Table]:
+        """All tables with rows."""
+        return [table for table in (self.claims, *self.numbers) if table.rows]
+
+
+def answered(topic: Topic, results: Results) -> Answered:
+    """Choose the results that belong to a topic; results that do not exist are left out.
+
+    Args:
+        topic: topic.
+        results: all results.
+    """
+    claims = claims_table(f"claims-{topic.id}", [row for row in results.claims if row["id"] in topic.claims])
+    files = dict.fromkeys(name.partition(".")[0] for name in topic.numbers)
+    numbers = [_numbers(topic, file, results.metrics[file]) for file in files if file in results.metrics]
+    return Answered(topic, replace(_short(claims), title=f"Claims: {topic.title}"), numbers)
+
+
+def _short(claims: Table) -> Table:
+    """Claims without the columns that the page of the chapter shows; every claim links to its row there."""
+    kept = [claims.columns.index(name) for name in SHOWN]
+    rows = tuple(tuple(row[k] for k in kept) for row in claims.rows)
+    return replace(claims, columns=SHOWN, numeric=(False,) * len(SHOWN), rows=rows, anchors=())
+
+
+def _numbers(topic: Topic, file: str, content: dict[str, Any]) -> Table:
+    """The numbers of a metrics file that the topic names."""
+    whole = metrics_table(f"metrics-{file}", content)
+    names = tuple(f"{name}." for name in topic.numbers)
+    rows = tuple(row for row in whole.rows if f"{file}.{row[0].exact}.".startswith(names))
+    return replace(whole, id=f"{whole.id}-{topic.id}", rows=rows)

@@ -1,0 +1,70 @@
+"""Chapters 1 and 7: every topic shows results that exist, and the pages take them from the files."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from pipeline.report.challenges import CHALLENGES
+from pipeline.report.claims import VERDICTS
+from pipeline.report.outlook import OUTLOOK
+from pipeline.report.pages import PAGES
+from pipeline.report.results import Results
+from pipeline.report.topics import Topic, answered
+from tests.report.case import HEAD, LEAF, claim, make, put, write_inputs
+from unmodelled.cli.program import LIBRARY
+
+REPORTS = Path(__file__).parents[2] / "reports"
+CLAIMS = json.loads((REPORTS / "claims.json").read_text())
+METRICS = {path.stem: json.loads(path.read_text()) for path in (REPORTS / "metrics").glob("*.json")}
+TOPICS = pytest.mark.parametrize("topic", [*CHALLENGES, *OUTLOOK], ids=lambda topic: topic.id)
+
+
+def test_every_claim_belongs_to_one_challenge() -> None:
+    named = Counter(name for topic in CHALLENGES for name in topic.claims)
+    assert named == Counter(row["id"] for row in CLAIMS)
+    assert len(CHALLENGES) == 4 and all(topic.claims for topic in CHALLENGES)
+
+
+@TOPICS
+def test_what_a_topic_names_exists(topic: Topic) -> None:
+    found = answered(topic, Results(claims=CLAIMS, metrics=METRICS))
+    assert len(found.claims.rows) == len(topic.claims)
+    rows = [row[0].exact for table in found.numbers for row in table.rows]
+    for name in topic.numbers:
+        key = name.partition(".")[2]
+        assert any(f"{row}.".startswith(f"{key}.") for row in rows), name
+    assert set(topic.pages) <= {page.id for page in PAGES} and topic.pages
+    assert set(topic.verbs) <= {path.stem for path in LIBRARY.verbs.glob("*.py")} and topic.verbs
+
+
+@pytest.mark.parametrize("verdict", list(VERDICTS))
+def test_verdicts_and_numbers_are_those_of_the_files(verdict: str, tmp_path: Path) -> None:
+    inputs = write_inputs(tmp_path / "inputs")
+    put(inputs / "bench" / "claims.json", [claim(id="linear_fails", verdict=verdict, ours=7.125, unit="m")])
+    put(inputs / "metrics" / "real.json", {**HEAD, "cases": {"holds": LEAF | {"value": 0.75}, "other": LEAF}})
+    out = tmp_path / "out"
+    page = make(inputs, out)["site/chapter_1.html"]
+    assert re.findall(r'<span class="verdict (\w+)">([^<]+): (\d+)<', page) == [
+        (VERDICTS[verdict], verdict, "1")
+    ]
+    assert 'href="chapter_6.html#claim-linear_fails"' in page and "7.125" in page
+    assert page.count("No claims yet") == len(CHALLENGES) - 1
+    rows = (out / "site" / "tables" / "metrics-real-validation.csv").read_text().splitlines()
+    assert rows[1].startswith("cases.holds,0.75,") and len(rows) == 3
+
+
+def test_every_page_leads_to_both_and_both_read_without_results(tmp_path: Path) -> None:
+    pages = make(tmp_path / "nothing", tmp_path / "out")
+    for name, topics in (("chapter_1", CHALLENGES), ("chapter_7", OUTLOOK)):
+        assert all(f'{name}.html"' in text for text in pages.values())
+        page = pages[f"site/{name}.html"]
+        assert all(f'<h2 id="{topic.id}">' in page and f'href="#{topic.id}"' in page for topic in topics)
+        assert "Nothing here yet" not in page and "<table" not in page
+        assert f"{len(topics)} topics" in pages["index.html"]
+    search = (tmp_path / "out" / "site" / "search.js").read_text()
+    assert 'chapter_7.html#sensing"' in search
