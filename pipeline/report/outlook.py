@@ -87,7 +87,8 @@ OUTLOOK = (
         "Free runs are compiled; the page Speed compares their times with those of peers. A diagnosis "
         "writes the system file with the missing effect added, and for a robot the patched URDF or MJCF "
         "file. The input of the next experiment is optimized within limits.",
-        "A controller, and a motion that is optimized for a task: the optimized input serves the diagnosis only.",
+        "A controller, and a motion that is optimized for a task: the optimized input serves the "
+        "diagnosis only.",
         pages=("benchmarks",),
         verbs=("diagnose", "next"),
     ),
