@@ -22,9 +22,9 @@ class Topic:
         id: anchor of the topic on its page.
         title: heading of the topic.
         section: section of the dissertation that names the topic.
-        asks: what the dissertation asks for.
-        has: what this project has of the topic, in words without numbers.
-        lacks: what this project does not have of the topic, nouns first.
+        asks: request of the dissertation.
+        has: part of the request that this project has, in words without numbers.
+        lacks: part of the request that is missing, as a noun phrase.
         claims: ids of claims whose verdicts belong to the topic; default: none.
         numbers: numbers, or groups of numbers, as "<metrics file>.<key>.<key>"; default: none.
         pages: ids of the pages that show more; default: none.
