@@ -234,14 +234,14 @@ def biased(tmp_path_factory: pytest.TempPathFactory) -> Candidates:
     )
 
 
-def test_one_more_effect_must_remove_a_share_of_the_gap_however_much_of_the_rest_it_removes(
-    biased: Candidates,
-) -> None:
+def test_complexity_has_a_price_however_much_of_the_rest_it_removes(biased: Candidates) -> None:
     """The offset beside dry friction removes nearly all that is left."""
-    removed = float(biased.remaining[1] - biased.remaining[4])
+    removed, more = (float(v[1] - v[4]) for v in (biased.remaining, -biased.complexity))
     assert removed > 0.8 * biased.remaining[1]
-    for share, beats in ((0.99 * removed, True), (1.01 * removed, False)):
-        assert limited(biased, material_share=share, further_rest=1e-9).beats(4, 1) == beats
+    for share, beats in ((0.99 * removed / more, True), (1.01 * removed / more, False)):
+        found = limited(biased, material_share=share)
+        assert found.beats(4, 1) == beats
+    assert limited(biased, material_share=10.0).is_material(4, 1, priced=False)
 
 
 def test_what_these_data_cannot_tell_is_said(biased: Candidates) -> None:

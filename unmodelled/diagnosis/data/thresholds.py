@@ -49,11 +49,10 @@ class Thresholds:
         known_parameter_complexity: complexity added for an effect on a parameter that is not uncertain.
         level: level of confidence intervals, and of the test whether a candidate predicts better than another
             one.
-        material_share: error that a candidate with more effects than the other one must remove.
-        further_rest: share of what is left that further numbers of single experiments must remove, too. An
+        material_share: error that a more complex candidate must remove per unit of further complexity.
+        further_rest: share of what is left that further numbers of single experiments must remove. An
             `effect` leaves no more than this share of the known physics' error above the noise.
-        exchanged_rest: share of what is left that a candidate with as many or fewer effects must remove, and
-            a network.
+        exchanged_rest: share of what is left that any other candidate, or a network, must remove.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.
         unexplained_gap: error above the sensor noise that cannot be all: no `effect` and no `no_gap`.
@@ -156,9 +155,9 @@ class Thresholds:
         "0.475: verdict of 1 of 12 decisions, effect of another one; 0.975: none",
     )
     material_share: float = _threshold(
-        0.1,
-        "share of the known physics' error",
-        "one percent of the squared error; measured machines (rule_changes.md)",
+        0.05,
+        "share of the gap per unit of complexity",
+        "measured machines (rule_changes.md)",
         "half: one effect more in 2 of 12 decisions; twice: one less in 1",
     )
     further_rest: float = _threshold(

@@ -82,7 +82,7 @@ def _remainder(candidates: Candidates, named: int, flexible: LeftOut, held_out: 
     """What is left beyond the named candidate, and the place of the best further effect."""
     with_network = Candidates((*candidates.predictions, flexible), candidates.thresholds)
     network = len(candidates.fits)
-    predicts = with_network.beats(network, named, candidates.thresholds.exchanged_rest)
+    predicts = with_network.beats(network, named, priced=False)
     if not predicts and not _is_unexplained(candidates, named, held_out):
         return None
     left = with_network.remaining**2

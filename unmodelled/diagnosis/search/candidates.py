@@ -163,32 +163,31 @@ class Candidates:
             self._compared[before, after] = found
         return self._compared[before, after]
 
-    def beats(self, one: int, other: int, rest: float | None = None) -> bool:
+    def beats(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by more than chance and by a material amount.
 
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
-            rest: material share of what is left, if this alone counts, as in `is_material`.
+            priced: whether complexity has its price, as in `is_material`.
         """
-        material = self.is_material(one, other, rest)
+        material = self.is_material(one, other, priced=priced)
         return material and self.gain(other, one).is_significant(self.thresholds.level)
 
-    def is_material(self, one: int, other: int, rest: float | None = None) -> bool:
+    def is_material(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by a material amount.
 
-        One more effect is a claim of its own: it must remove a share of the known physics' error from an
-        output. An effect at one of six joints matters to the outputs of this joint. A share of what is left
-        is not enough, because every model of a real machine leaves errors that a flexible law lowers. Further
-        numbers of single experiments, which absorb any structure, must lower what is left, too. An effect in
-        the place of another one claims no more than this one: a share of what is left is enough. Errors below
-        `negligible_error` matter to no one: a sensor of little noise shows more than any model needs to
-        predict.
+        It must lower what is left of an output's error by a share: an effect at one of six joints matters to
+        the outputs of this joint. Numbers of single experiments, which absorb any structure, must lower it by
+        more. This is not enough for a more complex candidate, because every model of a real machine leaves
+        errors that a flexible law lowers. Such a candidate must remove a share of the gap, too, in proportion
+        to its further complexity. Errors below `negligible_error` matter to no one: a sensor of little noise
+        shows more than any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
-            rest: material share of what is left, if this alone counts.
+            priced: whether complexity has its price; it has none for a network, which is not named.
 
         Returns:
             Whether the first candidate is better for at least one output.
@@ -196,15 +195,26 @@ class Candidates:
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
             return False
-        of_rest = 1.0 - after / before
-        if rest is not None or self.effects[one] <= self.effects[other]:
-            lower = of_rest / (limits.exchanged_rest if rest is None else rest)
-        else:
-            lower = (before - after) / limits.material_share
-            if self.own[one] > self.own[other]:
-                lower = np.minimum(lower, of_rest / limits.further_rest)
+        is_own = self.own[one] > self.own[other]
+        lower = (1.0 - after / before) / (limits.further_rest if is_own else limits.exchanged_rest)
+        more = self.complexity[one] - self.complexity[other] if priced else 0.0
+        if more > 0.0:
+            lower = np.minimum(lower, (before - after) / (limits.material_share * more * self._gap))
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any())
+
+    @cached_property
+    def _gap(self) -> Array:
+        """Error (outputs,) of the known physics or of persistence if that is lower, in that of the former."""
+        recording = self.predictions[0].fitted.recording
+        known = recording.noise / recording.scale * np.exp(0.5 * self._by_output[0].mean(0))
+        return np.asarray(np.minimum(1.0, self.persistence / known))
+
+    @cached_property
+    def costs(self) -> Array:
+        """Return the error plus the price of complexity, shape (candidates,), as shares of the gap."""
+        errors = (self._errors / self._gap).mean(1)
+        return np.asarray(errors + self.thresholds.material_share * self.complexity)
 
     def _removed(self, one: int, other: int) -> Array:
         """Error (outputs,) that the first candidate removes where it removes most, in that of persistence."""
@@ -252,8 +262,17 @@ class Candidates:
         Args:
             effects: number of effects.
         """
-        mine = [k for k, f in enumerate(self.fits) if len(f.hypothesis.effects) == effects]
-        return sorted(mine, key=lambda k: float(self.remaining[k]))
+        return sorted(
+            np.flatnonzero(self.effects == effects).tolist(), key=lambda k: float(self.remaining[k])
+        )
+
+    def promising(self, effects: int) -> list[int]:
+        """Return the numbers of the candidates with so many effects, those of the lowest cost first.
+
+        Args:
+            effects: number of effects.
+        """
+        return sorted(np.flatnonzero(self.effects == effects).tolist(), key=lambda k: float(self.costs[k]))
 
     def alike(self, named: int, other: int) -> bool:
         """Return whether the data cannot tell a candidate from the named one, which is not simpler.

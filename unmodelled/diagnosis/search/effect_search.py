@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -30,6 +31,8 @@ FEWEST_TRIED = 1
 #: Candidates that an effect is added to; families and places of which two laws each are fitted on few windows
 #: (the first time: every effect at every place); candidates that are fitted fully then, and the first time.
 PARENTS, SCOUTED, FITTED_EACH, FITTED_FIRST = 2, 10, 5, 12
+#: Complexity of the laws that are always fitted on few windows: those with one number.
+SIMPLEST = 1.0
 #: Levels of factors that are fitted on few windows the first time.
 SCOUTED_LEVELS = 6
 #: Fits for each effect that is exchanged, and with numbers of single experiments.
@@ -93,7 +96,7 @@ class EffectSearch:
             named = candidates.named()
             if effects > max(len(candidates.fits[named].hypothesis.effects), FEWEST_TRIED):
                 break
-            rivals = [k for k in candidates.ranked(effects) if k != named]
+            rivals = [k for k in candidates.promising(effects) if k != named]
             for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if effects else 1]):
                 self._grow(parent)
         self._exchange()
@@ -167,18 +170,29 @@ class EffectSearch:
         self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
 
     def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Start]]:
-        """Rank candidates by left-out predictions of short fits to few windows.
+        """Rank candidates by the cost of short fits to few windows: left-out error and price of complexity.
 
         Of the laws of a family at a place, the best and the simplest one stay.
         """
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(self._short, chosen))
-        order = np.argsort([scout.score().mean() for scout in scouts]).tolist()
+        order = np.argsort(Candidates((self._scouted, *scouts), self.study.thresholds).costs[1:]).tolist()
         families: dict[object, list[int]] = {}
         for k in order:
             families.setdefault(_kind(chosen[k]), []).append(k)
-        kept = {k for laws in families.values() for k in (laws[0], min(laws, key=lambda n: _cost(chosen[n])))}
+        kept = {
+            k
+            for laws in families.values()
+            for k in (laws[0], min(laws, key=lambda n: _complexity(chosen[n])))
+        }
         return [(chosen[k], scouts[k].fitted.fit.every) for k in order if k in kept]
+
+    @cached_property
+    def _scouted(self) -> LeftOut:
+        """The known physics, fitted like the scouts."""
+        start, substeps = dict(self.base.fit.values), self.base.fit.substeps
+        known = Hypothesis.known(self.study)
+        return self.left_out(FittedHypothesis.of(known, self.screened, [start], SCOUTING, substeps))
 
     def _short(self, candidate: Screened) -> LeftOut:
         substeps = candidate.base.fit.substeps
@@ -281,8 +295,9 @@ def _broad(found: Sequence[Screened]) -> list[Screened]:
 def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
     """The most promising families and places, so many and two laws of each: variants of one law are alike.
 
-    An effect at one level is compared with the same effect in all experiments. A delay comes along whatever
-    its gain: other numbers had to stand in for it and change by much, which no linear prediction tells.
+    An effect at one level is compared with the same effect in all experiments. Delays and the simplest laws
+    come along whatever their gain: other numbers had to stand in for them and change by much, which no linear
+    prediction tells.
     """
     families: dict[object, list[Screened]] = {}
     for one in found:
@@ -291,11 +306,15 @@ def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
     first = [one for laws in list(families.values())[:count] for one in laws[:2]]
     local = {_everywhere(s) for s in first if s.place.factor is not None}
     chosen = {one.key for one in first}
-    more = [s for s in found if s.place.factor is None and (_everywhere(s) in local or s.is_delay)]
+    more = [s for s in found if s.place.factor is None and (_everywhere(s) in local or _is_usual(s))]
     return [*first, *(one for one in more if one.key not in chosen)]
 
 
-def _cost(screened: Screened) -> float:
+def _is_usual(screened: Screened) -> bool:
+    return screened.is_delay or _complexity(screened) <= SIMPLEST
+
+
+def _complexity(screened: Screened) -> float:
     return screened.effect.complexity
 
 
