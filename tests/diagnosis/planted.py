@@ -132,7 +132,9 @@ def plant(
         planted.append(each.add(system, place, sizes))
         system = planted[-1].system
     added, values = planted[-1], {name: value for one in planted for name, value in _numbers(one).items()}
-    own = {name: added.scales[name] * np.array(OWN) for name in added.per_experiment}
+    # beside another law, numbers of single experiments must be worth their complexity
+    size = 1.5 if effect.beside else 1.0
+    own = {name: size * added.scales[name] * np.array(OWN) for name in added.per_experiment}
     columns = {name: column(logs.experiments) for name, column in added.columns.items()}
     grown = in_columns(with_numbers(system, planted, values | dict(numbers or {})), own)
     _write(folder / "logs", grown, {**columns, **own}, ids, rates)

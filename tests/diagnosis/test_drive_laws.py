@@ -47,7 +47,7 @@ def saturating_iron(i: Array, w: Array, t: float) -> Array:
 
 
 def warming_up(i: Array, w: Array, t: float) -> Array:
-    dry = 0.25 + 0.15 * np.exp(-t / 2.0)
+    dry = 0.1 + 0.3 * np.exp(-t / 2.0)
     return 0.52 * i - 0.052 * w - dry * np.tanh(w / 0.05)
 
 
@@ -100,5 +100,5 @@ def test_dry_friction_falls_as_the_machine_warms_up(tmp_path: Path) -> None:
     assert friction.family in ("coulomb_friction", "stribeck_friction")
     assert (drift.family, drift.port) == ("drift", "shaft")
     assert friction.parameters["F_c"]["value"] == pytest.approx(0.4, rel=0.03)
-    mean = 0.15 * (np.exp(-SAMPLES * PERIOD / 2.0) - 1.0) / (SAMPLES * PERIOD)
+    mean = 0.3 * (np.exp(-SAMPLES * PERIOD / 2.0) - 1.0) / (SAMPLES * PERIOD)
     assert drift.parameters["F_t"]["value"] == pytest.approx(mean, rel=0.1)

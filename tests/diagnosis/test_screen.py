@@ -87,7 +87,11 @@ def test_dry_friction_scatters_beside_a_friction_that_all_experiments_share(tmp_
     known = fitted(Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))))
     rubbing = fitted(known.hypothesis.plus(effect("coulomb_friction"), JOINT))
     sites = [
-        [s.place for s in screen(base, base.recording, 2) if s.effect.variant == "dry_friction"]
+        [
+            s.place
+            for s in screen(base, base.recording, 2)
+            if (s.effect.family, s.effect.variant) == ("scatter", "dry_friction")
+        ]
         for base in (known, rubbing)
     ]
     assert sites == [[], [JOINT]]

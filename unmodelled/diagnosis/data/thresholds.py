@@ -52,7 +52,8 @@ class Thresholds:
         material_share: error that a more complex candidate must remove per unit of further complexity.
         further_rest: share of what is left that further numbers of single experiments must remove. An
             `effect` leaves no more than this share of the known physics' error above the noise.
-        exchanged_rest: share of what is left that any other candidate, or a network, must remove.
+        exchanged_rest: share of what is left that a candidate that is not more complex must remove, and a
+            network.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.
         unexplained_gap: error above the sensor noise that cannot be all: no `effect` and no `no_gap`.

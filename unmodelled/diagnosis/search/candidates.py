@@ -177,12 +177,12 @@ class Candidates:
     def is_material(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by a material amount.
 
-        It must lower what is left of an output's error by a share: an effect at one of six joints matters to
-        the outputs of this joint. Numbers of single experiments, which absorb any structure, must lower it by
-        more. This is not enough for a more complex candidate, because every model of a real machine leaves
-        errors that a flexible law lowers. Such a candidate must remove a share of the gap, too, in proportion
-        to its further complexity. Errors below `negligible_error` matter to no one: a sensor of little noise
-        shows more than any model needs to predict.
+        A candidate that is as simple or simpler must lower what is left of an output's error by a share: an
+        effect at one of six joints matters to the outputs of this joint. This is not enough for a more
+        complex one, because every model of a real machine leaves errors that a flexible law lowers: it must
+        remove a share of the gap in proportion to its further complexity. Further numbers of single
+        experiments, which absorb any structure, must lower what is left, too. Errors below `negligible_error`
+        matter to no one: a sensor of little noise shows more than any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
@@ -195,11 +195,12 @@ class Candidates:
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
             return False
-        is_own = self.own[one] > self.own[other]
-        lower = (1.0 - after / before) / (limits.further_rest if is_own else limits.exchanged_rest)
         more = self.complexity[one] - self.complexity[other] if priced else 0.0
+        lower = (1.0 - after / before) / limits.exchanged_rest
         if more > 0.0:
-            lower = np.minimum(lower, (before - after) / (limits.material_share * more * self._gap))
+            lower = (before - after) / (limits.material_share * more * self._gap)
+        if self.own[one] > self.own[other]:
+            lower = np.minimum(lower, (1.0 - after / before) / limits.further_rest)
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any())
 
