@@ -5,12 +5,16 @@ from __future__ import annotations
 import ast
 import keyword
 import re
+import threading
 import warnings
 
 from unmodelled.base.errors import BadInput
 
 LONGEST = 8000
 MOST_NODES = 3000
+
+#: One thread parses at a time: CPython 3.11 counts the depth of a tree, and keeps warning filters, for all.
+_PARSING = threading.Lock()
 
 _TOKEN = re.compile(
     r"(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(?![\w.])"
@@ -82,7 +86,7 @@ def tree(text: str, where: str) -> tuple[str, ast.expr]:
         raise BadInput(f"{where}: the expression is empty: write one, such as 0")
     _check_tokens(line, where)
     try:
-        with warnings.catch_warnings():
+        with _PARSING, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             body = ast.parse(line, mode="eval").body
     except SyntaxError as error:

@@ -18,6 +18,7 @@ _NO_PLACE = "no channel, region or factor of 3 diagnoses changes at half and at 
 _NO_REMARK = "decides no verdict"
 _NO_DECISION = "none of 12 decisions changes at half and at twice the value (decision 10)"
 _UNMEASURED = "not measured"
+_BEFORE_PRICE = "not measured since complexity has a price (decision 10 has the rule before)"
 
 
 def _threshold(value: float, unit: str, origin: str, sensitivity: str) -> Any:
@@ -159,19 +160,19 @@ class Thresholds:
         0.05,
         "share of the gap per unit of complexity",
         "measured machines (rule_changes.md)",
-        "half: one effect more in 2 of 12 decisions; twice: one less in 1",
+        _BEFORE_PRICE,
     )
     further_rest: float = _threshold(
         0.3,
         "share of the error",
         "half of the squared error",
-        "half: one effect more in 1 of 12 decisions; twice: one less in 1",
+        _BEFORE_PRICE,
     )
     exchanged_rest: float = _threshold(
         0.1,
         "share of the error",
         "a fifth of the squared error",
-        "half: none of 12 decisions; twice: verdict of 1, another effect in 2",
+        _BEFORE_PRICE,
     )
     negligible_error: float = _threshold(
         0.01,
