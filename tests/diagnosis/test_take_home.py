@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from itertools import islice
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from tests.physics.effects.benches import SYSTEMS, measured
+from tests.physics.effects.benches import SYSTEMS, arm, arm_scales, measured
 from tests.physics.robot.mechanisms import OFF, system_of
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.sentences import named
@@ -24,18 +23,7 @@ from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import System
-from unmodelled.systems.reader import read_system
 from unmodelled.systems.syntax import names
-
-
-@cache
-def arm() -> System:
-    return read_system(SYSTEMS / "arm.yaml")
-
-
-@cache
-def scales() -> Scales:
-    return measured(arm())
 
 
 def found(added: Added, values: dict[str, float]) -> DiagnosedEffect:
@@ -47,7 +35,7 @@ def planted(
     effect: Effect, place: Place, system: System, sizes: Scales | None = None
 ) -> tuple[System, DiagnosedEffect]:
     """An effect with plausible numbers."""
-    added = effect.add(system, place, sizes or scales())
+    added = effect.add(system, place, sizes or arm_scales())
     values = {n: 1.0 if n in added.shares else 0.5 * added.scales[n] for n in added.amplitudes}
     values |= {n: added.scales[n] for n in added.shapes}
     return with_numbers(added.system, [added], values), found(added, values)
@@ -168,7 +156,7 @@ def test_an_effect_that_no_file_holds_names_one_that_a_file_could_hold_instead()
     )
     place = next(p for p in part.places(arm()) if p.name == "elbow")
     system, found = planted(part, place, arm())
-    alike = replace(found, indistinguishable=(inertia.add(arm(), place, scales()),))
+    alike = replace(found, indistinguishable=(inertia.add(arm(), place, arm_scales()),))
     (missing,) = take_home(arm(), system, [alike]).missing
     assert not missing.supplemented
     assert missing.reason.endswith(

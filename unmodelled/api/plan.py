@@ -18,7 +18,8 @@ from unmodelled.base.ownership import writing
 from unmodelled.base.progress import say
 from unmodelled.design.limits import Limits, read_limits
 from unmodelled.design.plan_content import effects_table, plan_content, plan_lines
-from unmodelled.design.planned import Inputs, default_inputs, frames, read_inputs, simulated_logs
+from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs
+from unmodelled.design.runs import frame
 from unmodelled.design.visible import Alike, Visible, alike, visible
 from unmodelled.diagnosis.fitting.checks import check_seed
 from unmodelled.systems.model import System
@@ -61,7 +62,7 @@ class Plan:
 
     def experiments(self) -> dict[str, pd.DataFrame]:
         """Return the experiments by name: t (s), and every input in the unit of its column in the logs."""
-        return frames(self.inputs, self.system, self.limits)
+        return {name: frame(u, self.system, self.limits) for name, u in self.inputs.items()}
 
     def save(self, folder: Path | str) -> None:
         """Write plan.json, effects.csv, and the experiments as CSV files into the folder `experiments`.

@@ -14,6 +14,7 @@ from scipy.special import ndtr
 from unmodelled.design.criterion import Value
 from unmodelled.design.design import Design
 from unmodelled.design.rivals import HALF_INTERVAL
+from unmodelled.design.runs import frame
 from unmodelled.design.sensors import BestSensor
 from unmodelled.systems.model import Input, Output
 
@@ -73,11 +74,7 @@ def experiment(design: Design) -> pd.DataFrame:
     Args:
         design: designed experiment.
     """
-    u, limits = design.found.u, design.criterion.limits
-    columns = {"t": limits.period * np.arange(len(u))}
-    for k, item in enumerate(design.system.inputs):
-        columns[item.column] = u[:, k] if item.logged is None else item.logged.from_si(u[:, k])
-    return pd.DataFrame(columns)
+    return frame(design.found.u, design.system, design.criterion.limits)
 
 
 def predictions(design: Design) -> pd.DataFrame:

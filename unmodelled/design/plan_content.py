@@ -10,7 +10,7 @@ import pandas as pd
 from unmodelled.design.content import rounded
 from unmodelled.design.limits import Limits
 from unmodelled.design.planned import Inputs
-from unmodelled.design.visible import Alike, Visible
+from unmodelled.design.visible import ALIKE_FROM, Alike, Visible
 from unmodelled.report.headline import effect_name
 from unmodelled.report.numbers import amounts
 from unmodelled.systems.model import System
@@ -116,7 +116,8 @@ def plan_lines(content: Mapping[str, Any]) -> list[str]:
         f"{len(content['experiments'])} experiments, {total:.4g} s in all{again}",
         *(f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in rows),
         "shows from: smallest size that is told from none with 95 %, and its share of a plausible size",
-        "looks like: after re-fitting, the outputs change in nearly the same way (correlation above 0.91)",
+        "looks like: after re-fitting, the outputs change in nearly the same way "
+        f"(correlation above {ALIKE_FROM:.2g})",
     ]
 
 

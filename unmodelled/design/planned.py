@@ -13,9 +13,9 @@ from scipy.stats import qmc
 
 from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
-from unmodelled.design.runs import equations, quantities, simulated
+from unmodelled.design.runs import equations, frame, quantities, simulated
 from unmodelled.design.signals import FAMILIES
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.logs.table import read_columns
 from unmodelled.systems.model import System
 
@@ -86,23 +86,6 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
     return found
 
 
-def frames(inputs: Inputs, system: System, limits: Limits) -> dict[str, pd.DataFrame]:
-    """Return experiments as a user runs them: t (s), and the inputs in the units of their columns.
-
-    Args:
-        inputs: inputs by name of the experiment, SI.
-        system: known physics.
-        limits: limits, for the sampling period.
-    """
-    found = {}
-    for name, u in inputs.items():
-        columns = {"t": limits.period * np.arange(len(u))}
-        for k, item in enumerate(system.inputs):
-            columns[item.column] = u[:, k] if item.logged is None else item.logged.from_si(u[:, k])
-        found[name] = pd.DataFrame(columns)
-    return found
-
-
 def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) -> Logs:
     """Simulate the logs of experiments with the known physics and the noise of the sensors.
 
@@ -123,7 +106,7 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
                 f"noise: {{{output.name}: ...}}, the standard deviation of the sensor in {output.unit}"
             )
     rng, c, program = np.random.default_rng(seed), _constants(system, limits), equations(system, ())
-    tables = frames(inputs, system, limits)
+    tables = {name: frame(u, system, limits) for name, u in inputs.items()}
     for name, u in inputs.items():
         own = replace(limits, travel={})
         y = simulated([system], u[None], own, c, SUBSTEPS, program)[0][0, 0]
@@ -131,7 +114,7 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
             raise BadInput(f"{limits.file}: start: the simulation of {name} diverges: change the inputs")
         for k, output in enumerate(system.outputs):
             value = y[:, k] + limits.noise[output.name] * rng.standard_normal(len(y))
-            tables[name][output.column] = value if output.logged is None else output.logged.from_si(value)
+            tables[name][output.column] = as_logged(output, value)
     constants = {
         item.name: limits.constants[item.name] for item in system.operating_point if item.values is None
     }

@@ -5,15 +5,29 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import pandas as pd
 import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.design.limits import Limits
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
+from unmodelled.logs.logs import as_logged
 from unmodelled.systems.model import System, symbol
 
 Array = NDArray[np.float64]
+
+
+def frame(u: Array, system: System, limits: Limits) -> pd.DataFrame:
+    """Return an experiment as a user runs it: t (s), and the inputs in the units of their columns.
+
+    Args:
+        u: inputs, shape (samples, inputs), SI.
+        system: system with the inputs.
+        limits: limits, for the sampling period.
+    """
+    columns = {item.column: as_logged(item, u[:, k]) for k, item in enumerate(system.inputs)}
+    return pd.DataFrame({"t": limits.period * np.arange(len(u)), **columns})
 
 
 def quantities(system: System, names: Iterable[str]) -> tuple[sp.Expr, ...]:

@@ -36,8 +36,8 @@ Array = NDArray[np.float64]
 DISTANCE = 2.0 * float(ndtri(0.95))
 #: Starting points of an effect's shapes, and amount of an amplitude as a share of what a screening tries.
 POINTS, SMALL = 6, 0.1
-#: Limit of the collinearity index, as for parameters.
-COLLINEARITY = 5.0
+#: Correlation above which two effects look alike: that of a collinearity index of 5, as for parameters.
+ALIKE_FROM = correlated(5.0)
 #: Samples that are compared, about: sensitivities of more would not differ.
 SAMPLES = 20_000
 
@@ -142,7 +142,7 @@ def alike(found: list[Visible]) -> Iterator[Alike]:
             first, second = max((one, other), (other, one), key=lambda pair: pair[0].likeness(pair[1]))
             pairs.append((first.likeness(second), first, second))
     for likeness, one, other in sorted(pairs, key=lambda pair: -pair[0]):
-        if likeness > correlated(COLLINEARITY):
+        if likeness > ALIKE_FROM:
             rest = np.sqrt(1.0 - likeness**2)
             told = one.size / rest if one.size and not one.added.shares and rest > 1e-6 else None
             yield Alike(one, other, likeness, told)

@@ -206,8 +206,8 @@ class Logs:
                 f"system {system.name}: must have the inputs and outputs of the logs, and no delays"
             )
         columns = {"t": self.t}
-        columns |= {o.column: _as_logged(o, self.y[:, j]) for j, o in enumerate(system.outputs)}
-        columns |= {i.column: _as_logged(i, self.u[:, j]) for j, i in enumerate(system.inputs)}
+        columns |= {o.column: as_logged(o, self.y[:, j]) for j, o in enumerate(system.outputs)}
+        columns |= {i.column: as_logged(i, self.u[:, j]) for j, i in enumerate(system.inputs)}
         units = {o.column: o.column_unit for o in system.outputs}
         units |= {i.column: i.column_unit for i in system.inputs}
         samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
@@ -340,6 +340,14 @@ def names(system: System) -> tuple[Names, Names, Names, Names]:
     )
 
 
-def _as_logged(item: Input | Output, values: Array) -> Array:
-    """Values of a signal in the unit of its column."""
+def as_logged(item: Input | Output, values: Array) -> Array:
+    """Return values of a signal in the unit of its column.
+
+    Args:
+        item: input or output.
+        values: values, any shape, in the unit of the system file, which is SI.
+
+    Returns:
+        Values, in the shape of the given ones.
+    """
     return values if item.logged is None else item.logged.from_si(values)

@@ -74,6 +74,18 @@ def measured(known: System) -> Scales:
 
 
 @cache
+def arm() -> System:
+    """The robot of systems/arm.yaml."""
+    return read_system(SYSTEMS / "arm.yaml")
+
+
+@cache
+def arm_scales() -> Scales:
+    """Sizes along a run of the robot."""
+    return measured(arm())
+
+
+@cache
 def scales(name: str) -> Scales:
     return measured(system(name))
 

@@ -86,8 +86,8 @@ def _run(
     controls = [name for names in found.efforts.controls.values() for name in names]
     applied = found.efforts.applied(model.system)
     robot = diagnosis.system.robot
-    locked = {} if robot is None else robot.locked
-    backend = RobotInMujoco(text, found.name, controls, applied, locked, supplement)
+    assert robot is not None
+    backend = RobotInMujoco(text, found.name, controls, applied, robot.locked, supplement)
     system = _with_known_sensors(model.system, diagnosis.system, found.efforts.joints)
     gap, units = replayed(backend, system, model.logs, diagnosis.horizon, diagnosis.held_out)
     return Replayed(gap, units)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import sympy as sp
@@ -100,11 +99,8 @@ class Simulation:
         self.reader = WindowTableReader(system, self._delayed(inputs), self._delayed(outputs), self.c)
         self.measured = [reading.state for reading in self.reader.readings]
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
-
-    @cached_property
-    def _observer(self) -> Observer:
-        """Of the states that no output shows, driven by the inputs and all other states."""
-        return Observer.of(self.system, self.hidden)
+        # of the states that no output shows, driven by the inputs and all other states
+        self._observer = Observer.of(system, self.hidden) if self.hidden else None
 
     def over(self, recording: Recording) -> Simulation:
         """Return the simulation of the same system over other windows.
@@ -201,14 +197,15 @@ class Simulation:
 
         They depend on a few of the numbers only: sets that are alike in those are integrated once.
         """
-        record, logs = self.recording, self.recording.logs
+        record, logs, observer = self.recording, self.recording.logs, self._observer
+        assert observer is not None
         runs = np.array(record.runs, np.int64)
         first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
-        numbers = np.column_stack([*p[:, :, self._observer.parameters], tables.member])
+        numbers = np.column_stack([*p[:, :, observer.parameters], tables.member])
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
         windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
         at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]
-        z = self._observer.states(windows, at, p[:, different], self.c, logs.period, substeps)
+        z = observer.states(windows, at, p[:, different], self.c, logs.period, substeps)
         return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:

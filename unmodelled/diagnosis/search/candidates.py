@@ -195,21 +195,28 @@ class Candidates:
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
             return False
+        of_rest = 1.0 - after / before
         more = self.complexity[one] - self.complexity[other] if priced else 0.0
-        lower = (1.0 - after / before) / limits.exchanged_rest
         if more > 0.0:
             lower = (before - after) / (limits.material_share * more * self._gap)
+        else:
+            lower = of_rest / limits.exchanged_rest
         if self.own[one] > self.own[other]:
-            lower = np.minimum(lower, (1.0 - after / before) / limits.further_rest)
+            lower = np.minimum(lower, of_rest / limits.further_rest)
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any())
 
     @cached_property
+    def _noise(self) -> Array:
+        """Sensor noise (outputs,) in errors of persistence."""
+        recording = self.predictions[0].fitted.recording
+        return np.asarray(recording.noise / recording.scale / self.persistence)
+
+    @cached_property
     def _gap(self) -> Array:
         """Error (outputs,) of the known physics or of persistence if that is lower, in that of the former."""
-        recording = self.predictions[0].fitted.recording
-        known = recording.noise / recording.scale * np.exp(0.5 * self._by_output[0].mean(0))
-        return np.asarray(np.minimum(1.0, self.persistence / known))
+        known = self._noise * np.exp(0.5 * self._by_output[0].mean(0))
+        return np.asarray(np.minimum(1.0, 1.0 / known))
 
     @cached_property
     def costs(self) -> Array:
@@ -219,10 +226,8 @@ class Candidates:
 
     def _removed(self, one: int, other: int) -> Array:
         """Error (outputs,) that the first candidate removes where it removes most, in that of persistence."""
-        recording = self.predictions[0].fitted.recording
-        unit = recording.noise / recording.scale / self.persistence
         squares = np.exp(self._by_output[other]) - np.exp(self._by_output[one])
-        return np.asarray(unit * np.sqrt(np.maximum(squares.max(0), 0.0)))
+        return np.asarray(self._noise * np.sqrt(np.maximum(squares.max(0), 0.0)))
 
     def named(self) -> int:
         """Return the number of the candidate to name: the simplest one that no other candidate beats.
@@ -263,9 +268,7 @@ class Candidates:
         Args:
             effects: number of effects.
         """
-        return sorted(
-            np.flatnonzero(self.effects == effects).tolist(), key=lambda k: float(self.remaining[k])
-        )
+        return self._sorted(effects, self.remaining)
 
     def promising(self, effects: int) -> list[int]:
         """Return the numbers of the candidates with so many effects, those of the lowest cost first.
@@ -273,7 +276,11 @@ class Candidates:
         Args:
             effects: number of effects.
         """
-        return sorted(np.flatnonzero(self.effects == effects).tolist(), key=lambda k: float(self.costs[k]))
+        return self._sorted(effects, self.costs)
+
+    def _sorted(self, effects: int, values: Array) -> list[int]:
+        """Candidates with so many effects, in the order of `values` (candidates,)."""
+        return sorted(np.flatnonzero(self.effects == effects).tolist(), key=lambda k: float(values[k]))
 
     def alike(self, named: int, other: int) -> bool:
         """Return whether the data cannot tell a candidate from the named one, which is not simpler.

@@ -40,7 +40,7 @@ class Tangent:
         self.later = self.unknowns.simulation.later(self.unknowns.numbers(np.tile(self.z, (2, 1)))[0])[0]
         self.own_slopes = self.errors.slopes(self.z, around)
         self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
-        self._own = self.own_slopes * self.root[:, None]
+        self._weighted = self.own_slopes * self.root[:, None]
 
     def slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
         """Return the changes of the errors by numbers of a larger model.
@@ -91,8 +91,8 @@ class Tangent:
         """
         count, unknowns, first = len(self.r), self.unknowns, self.shared
         size = int(np.prod(self.r.shape[1:]))
-        columns = np.concatenate([self._own[:, :first], slopes * self.root[:, None]], axis=1)
-        starts = self._own[:, first:]
+        columns = np.concatenate([self._weighted[:, :first], slopes * self.root[:, None]], axis=1)
+        starts = self._weighted[:, first:]
         limits = np.stack(unknowns.bounds) - self.z
         shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
         low, high = np.concatenate([shared, bounds], axis=1)

@@ -52,8 +52,8 @@ def patched(text: str, where: str, wanted: Mapping[Key, float]) -> Patched:
         <BLANKLINE>
     """
     robot = compiled(text, where)
-    all_of_it = consistent(robot, {**numbers(robot), **wanted})
     found, written = numbers(robot), text
+    all_of_it = consistent(robot, {**found, **wanted})
     # what MuJoCo computes of a number, such as kv of dampratio and an armature, is written in a second pass
     for _ in range(2):
         changed = differing(all_of_it, found)
