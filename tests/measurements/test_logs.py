@@ -16,7 +16,7 @@ from tests.measurements.systems import motor, omega, run, theta, write_folder
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.preparation import prepare
+from unmodelled.logs.preparation import prepare, several
 from unmodelled.systems.model import Output
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
@@ -265,3 +265,18 @@ def test_logs_of_other_rates_are_read_at_the_slowest(tmp_path: Path) -> None:
     t = logs.t[logs.rows(0)]
     np.testing.assert_allclose(logs.y[logs.rows(0), 0], np.sin(3.0 * t) + 0.1 * t, atol=1e-9)
     assert "0.002 to 0.005 s: all logs were read every 0.005 s" in " ".join(logs.notes)
+
+
+def test_a_record_that_is_alone_is_cut_into_experiments(tmp_path: Path) -> None:
+    system = motor(BOTH)
+    alone = read_logs(write_folder(tmp_path / "one", {"a": run(430, 0.01)}), system)
+    parts = several(system, alone)
+    assert parts.ids == tuple(f"a.part{k}" for k in range(1, 9)) == tuple(parts.experiments["id"])
+    np.testing.assert_array_equal(parts.y, alone.y)
+    assert np.diff(parts.offsets).min() >= 53 and parts.offsets[-1] == 430
+    np.testing.assert_allclose(parts.t[parts.offsets[:-1]], 0.0, atol=1e-12)
+    assert "a is the only record: it was cut into 8 experiments of 0.537 s" in "".join(parts.notes)
+    two = read_logs(write_folder(tmp_path / "two", {"a": run(430, 0.01), "b": run(430, 0.01)}), system)
+    assert several(system, two) is two
+    short = read_logs(write_folder(tmp_path / "short", {"a": run(99, 0.01)}), system)
+    assert several(system, short) is short

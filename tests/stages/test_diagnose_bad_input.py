@@ -143,8 +143,8 @@ LOGS: list[tuple[Change, str]] = [
     (experiments(""), r"logs/experiments\.csv: row 1: must name the columns"),
     (experiments(HEAD), r"logs/experiments\.csv: row 1: column id: no experiments below it"),
     (
-        experiments(HEAD + "a,a.csv,1\n"),
-        r"logs/experiments\.csv: column id: 1 experiment; a diagnosis needs 2",
+        lambda folder: (experiments(HEAD + "a,a.csv,1\n")(folder), all_columns(samples=99)(folder)),
+        r"logs/experiments\.csv: column id: 1 experiment, too short to be cut into several",
     ),
     (experiments("id,file\na,a.csv\nb,b.csv\n"), r"experiments\.csv: row 1: column m is missing"),
     (experiments("name,file,m\na,a.csv,1\nb,b.csv,1\n"), r"experiments\.csv: row 1: column id is missing"),

@@ -275,7 +275,7 @@ def diagnose(
 
     Args:
         system: known physics; parameters marked `identify` are refitted.
-        logs: measured experiments, two or more, read for this system.
+        logs: measured experiments, read for this system; a record that is alone is cut into several.
         horizon: length of the free-run windows, s; default: from the logs, see
             `unmodelled.diagnosis.data.persistence.default_horizon`.
         seed: seed of the random generators; the same seed gives the same answer; default 0.

@@ -24,6 +24,7 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import several
 from unmodelled.report.headline import effect_names
 from unmodelled.systems.model import System
 
@@ -99,6 +100,7 @@ def design(
         BadInput: when the answer is of other logs or asks to check them, the limits cannot be used, or no
             experiment keeps them.
     """
+    logs = several(system, logs)
     _check(system, logs, answer)
     bounds = read_limits(limits, system, logs)
     horizon, study_seed = float(answer["gap"]["horizon"]), int(answer["seed"])

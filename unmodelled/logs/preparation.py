@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Windows
-from unmodelled.logs.clock import delayed
-from unmodelled.logs.constants import with_constants
+from unmodelled.logs.clock import SHORTEST_LOG, delayed
+from unmodelled.logs.constants import part_name, with_constants
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs, names
 from unmodelled.logs.observer import Observer
@@ -20,6 +20,9 @@ from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
+
+#: Parts into which a record that is alone is cut, at most.
+PARTS = 8
 
 
 def prepare(system: System, logs: Logs) -> Logs:
@@ -64,6 +67,38 @@ def prepared_for(system: System, logs: Logs) -> Logs:
         raise BadInput(f"system {system.name}: operating_point.{lacking[0]}: the logs have no such column")
     c, every = table[list(constants)].to_numpy(np.float64), tuple(dict.fromkeys([*logs.notes, *notes]))
     return prepare(system, replace(logs, experiments=table, constants=constants, c=c, notes=every))
+
+
+def several(system: System, logs: Logs) -> Logs:
+    """Return a record that is alone as several experiments, one after the other, with a note.
+
+    Two or more experiments stay as they are, and so does a record that is too short.
+
+    Args:
+        system: system that the logs are prepared for.
+        logs: measured experiments, with the states of `system`.
+    """
+    count = min(PARTS, len(logs.t) // SHORTEST_LOG)
+    if len(logs) > 1 or count < 2:
+        return logs
+    edges = np.linspace(0, len(logs.t), count + 1).astype(np.int64)
+    ids = tuple(part_name(logs.ids[0], k) for k in range(1, count + 1))
+    note = (
+        f"{logs.ids[0]} is the only record: it was cut into {count} experiments of "
+        f"{logs.period * len(logs.t) / count:.3g} s, {ids[0]} to {ids[-1]}; states that no output shows "
+        "start anew in each of them"
+    )
+    rows = [0] * count
+    parts = replace(
+        logs,
+        ids=ids,
+        experiments=logs.experiments.iloc[rows].assign(id=ids).reset_index(drop=True),
+        offsets=edges,
+        t=logs.t - np.repeat(logs.t[edges[:-1]], np.diff(edges)),
+        c=logs.c[rows],
+        notes=(*logs.notes, note),
+    )
+    return prepare(system, parts)
 
 
 def with_delays(system: System, logs: Logs) -> Logs:

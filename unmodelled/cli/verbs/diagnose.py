@@ -22,7 +22,8 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, 
 
     Args:
         system: file of the known physics (system/1); parameters marked `identify` are refitted.
-        logs: folder of the measured experiments, two or more; some are held out to assess the models.
+        logs: folder of the measured experiments, of which some are held out to assess the models; a record
+            that is alone is cut into several.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         horizon: length of the free-run windows, s; null: from the logs.
         seed: seed of all random numbers; the same seed gives the same files.

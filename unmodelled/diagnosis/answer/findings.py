@@ -30,6 +30,7 @@ from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import several
 from unmodelled.systems.model import System
 
 SUMMARY, TABLES = "diagnosis.json", "tables"
@@ -136,7 +137,8 @@ def findings(
 
     Args:
         system: known physics; parameters marked `identify` are refitted.
-        logs: measured experiments, two or more; some are held out to judge the fitted models.
+        logs: measured experiments, of which some are held out to judge the fitted models; a record that is
+            alone is cut into several.
         horizon: length of the free-run windows, s; default: from the logs, see `default_horizon`.
         seed: seed of the random generators; the same seed gives the same findings; default 0.
         workers: number of threads; default: one per core.
@@ -145,6 +147,7 @@ def findings(
         BadInput: when the system, the logs, the horizon or the seed cannot be used.
     """
     check_seed(seed)
+    logs = several(system, logs)
     horizon = horizon_of(logs, horizon)
     check(system, logs, horizon)
     system, logs, faults = without_copies(system, logs, horizon)

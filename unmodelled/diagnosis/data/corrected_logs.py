@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +26,12 @@ class Correction:
         offset: summands, shape (experiments, outputs), in the unit of the corrected output.
         drive: factors, shape (experiments, inputs), of the inputs.
         clock: factors, shape (experiments,), of time.
-        columns: replacement, shape (samples,), of an output before it is scaled, by the output's number.
     """
 
     gain: Array
     offset: Array
     drive: Array
     clock: Array
-    columns: Mapping[int, Array] = field(default_factory=dict)
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
@@ -47,7 +44,7 @@ class Correction:
         return cls(np.ones(outputs), np.zeros(outputs), np.ones(inputs), np.ones(len(logs)))
 
     def only(self, runs: Mask) -> Correction:
-        """Restrict the correction to some experiments; columns stay replaced.
+        """Restrict the correction to some experiments.
 
         Args:
             runs: mask of the experiments to correct, shape (experiments,).
@@ -65,8 +62,7 @@ class Correction:
     def corrected(self) -> Mask:
         """Return the mask, shape (experiments,), of changed experiments."""
         changed = (self.gain != 1.0) | (self.offset != 0.0)
-        several = changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0)
-        return np.asarray(several | bool(self.columns))
+        return np.asarray(changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0))
 
     @property
     def common(self) -> float:
@@ -80,10 +76,7 @@ class Correction:
             system: system of the logs.
             logs: logs as read; their estimated states are not corrected.
         """
-        y = logs.y.copy()
-        for j, column in self.columns.items():
-            y[:, j] = column
-        y = self.gain[logs.owner] * y + self.offset[logs.owner]
+        y = self.gain[logs.owner] * logs.y + self.offset[logs.owner]
         common = self.common
         period = common * logs.period
         # the delays of the inputs were applied on the clock of the file
@@ -110,7 +103,7 @@ class Correction:
         Args:
             logs: corrected logs.
             measured: sensors of the logs before the correction; their slopes are corrected, not estimated
-                again, except those of replaced columns.
+                again.
         """
         before = measured.logs
         gain, offset, clock = (each[before.owner] for each in (self.gain, self.offset, self.clock))
@@ -121,7 +114,7 @@ class Correction:
                 both = self._read(both, before, "cubic")
             return SmoothedSlope(both[:, 0], both[:, 1], s.width)
 
-        slopes = {j: slope(j, s) for j, s in measured.slopes.items() if j not in self.columns}
+        slopes = {j: slope(j, s) for j, s in measured.slopes.items()}
         return Sensors(logs, slopes=slopes)
 
     def _instants(self, logs: Logs, i: int) -> Array:

@@ -17,6 +17,9 @@ from unmodelled.logs.logs import Logs
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+#: Fewest samples of a window that is cut short.
+SHORTEST = 8
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -112,6 +115,15 @@ class Recording:
             return self
         every = np.sort(np.argsort(self.start)[:: -(-len(self.start) // count)])
         return replace(self, start=self.start[every], steps=self.steps[every])
+
+    def shortened(self, share: float) -> Recording:
+        """Return the beginnings of the windows.
+
+        Args:
+            share: share of the longest window that stays, at least `SHORTEST` samples.
+        """
+        steps = max(SHORTEST, round(share * int(self.steps.max())))
+        return replace(self, steps=np.minimum(self.steps, steps))
 
     @cached_property
     def owner(self) -> Indices:

@@ -50,8 +50,8 @@ def check(system: System, logs: Logs, horizon: float) -> None:
         source = Path(logs.source)
         table = str(source / "experiments.csv" if source.is_dir() else source) if logs.source else "logs"
         raise BadInput(
-            f"{table}: column id: {len(logs)} experiment; a diagnosis needs {FEWEST_EXPERIMENTS} or more, as "
-            "one is held out to judge the models; add another log"
+            f"{table}: column id: {len(logs)} experiment, too short to be cut into several; a diagnosis "
+            f"needs {FEWEST_EXPERIMENTS} or more, as one is held out to judge the models; add another log"
         )
     if not system.ports and not system.uncertain:
         raise BadInput(

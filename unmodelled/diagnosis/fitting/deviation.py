@@ -85,7 +85,7 @@ def gap(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
     return Deviation.of(simulation.recording, found**2)
 
 
-def substeps_needed(simulation: Simulation, values: Array, most: int = 8) -> tuple[int, str]:
+def substeps_needed(simulation: Simulation, values: Array, most: int = 32) -> tuple[int, str]:
     """Find the smallest number of integration steps whose error is small against the sensor noise.
 
     With this number, halving the steps changes no output by more than a tenth of its noise (root mean
@@ -94,7 +94,7 @@ def substeps_needed(simulation: Simulation, values: Array, most: int = 8) -> tup
     Args:
         simulation: system and windows.
         values: parameter set, shape (experiments or 1, 1, numbers), SI.
-        most: largest number of steps per sample that is tried, default 8.
+        most: largest number of steps per sample that is tried, default 32.
 
     Returns:
         Number of steps per sample, and a note; the note is empty unless `most` steps are too few.

@@ -85,22 +85,34 @@ def fit_parameters(
         starts: initial values, default those of the system. Of several, the one with the lowest loss
             after some iterations on some of the windows is continued.
         iterations: largest number of iterations, default 30.
-        substeps: integration steps per sample, default as many as the first of `starts` needs.
+        substeps: integration steps per sample, default as many as the first of `starts` and the result need.
 
     Returns:
         The fit.
     """
     chosen = tuple(unknowns) if unknowns is not None else _uncertain(simulation)
-    if substeps is None:
-        every = Unknowns(simulation, chosen)
-        substeps, _ = substeps_needed(simulation, every.numbers(every.vector(starts[0])[None]))
-    first, simulations = _start(simulation, chosen, starts, substeps)
-    (descent,) = begin(Unknowns(simulation, chosen), [first], substeps)
+    every = Unknowns(simulation, chosen)
+
+    def needed(z: Array) -> int:
+        return substeps_needed(simulation, every.numbers(z[None]))[0]
+
+    steps = needed(every.vector(starts[0])) if substeps is None else substeps
+    first, simulations = _start(simulation, chosen, starts, steps)
+    (descent,) = begin(every, [first], steps)
+    _descend(descent, iterations)
+    # the fit cannot reach fast dynamics that are unstable with the steps that its start needs
+    while substeps is None and (more := needed(descent.z)) > steps:
+        steps, simulations = more, simulations + descent.errors.simulations
+        (descent,) = begin(every, [descent.z], steps)
+        _descend(descent, iterations)
+    return _result(descent, simulations)
+
+
+def _descend(descent: Descent, iterations: int) -> None:
     for _ in range(iterations):
         iterate([descent])
         if descent.converged:
             break
-    return _result(descent, simulations)
 
 
 def _uncertain(simulation: Simulation) -> tuple[Unknown, ...]:

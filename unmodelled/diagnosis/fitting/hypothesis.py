@@ -115,6 +115,12 @@ class Hypothesis:
         """Return the complexity: the sum over the effects."""
         return sum(self.complexity_of(_law(e).complexity, e.place) for e in self.effects)
 
+    @property
+    def numbers(self) -> int:
+        """Return how many numbers of its effects are fitted, in all training experiments together."""
+        unknowns = [u for e in self.effects for u in self._of(e)]
+        return sum(len(self.study.learned) if u.own else 1 for u in unknowns)
+
     def complexity_of(self, law: float, place: Place) -> float:
         """Return the complexity of an effect at a place.
 

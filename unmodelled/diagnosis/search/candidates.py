@@ -131,6 +131,11 @@ class Candidates:
         return np.array([f.hypothesis.complexity for f in self.fits])
 
     @cached_property
+    def numbers(self) -> Indices:
+        """Return how many numbers of effects, shape (candidates,), every candidate has."""
+        return np.array([f.hypothesis.numbers for f in self.fits])
+
+    @cached_property
     def effects(self) -> Indices:
         """Return the number, shape (candidates,), of effects of every candidate."""
         return np.array([len(f.hypothesis.effects) for f in self.fits])
@@ -177,12 +182,13 @@ class Candidates:
     def is_material(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by a material amount.
 
-        A candidate that is as simple or simpler must lower what is left of an output's error by a share: an
-        effect at one of six joints matters to the outputs of this joint. This is not enough for a more
-        complex one, because every model of a real machine leaves errors that a flexible law lowers: it must
-        remove a share of the gap in proportion to its further complexity. Further numbers of single
-        experiments, which absorb any structure, must lower what is left, too. Errors below `negligible_error`
-        matter to no one: a sensor of little noise shows more than any model needs to predict.
+        A candidate that is as simple or simpler, or has no more numbers, must lower what is left of an
+        output's error by a share: an effect at one of six joints matters to the outputs of this joint. This
+        is not enough for a more complex one with more numbers, because every model of a real machine leaves
+        errors that a flexible law lowers: it must remove a share of the gap in proportion to its further
+        complexity. Further numbers of single experiments, which absorb any structure, must lower what is
+        left, too. Errors below `negligible_error` matter to no one: a sensor of little noise shows more than
+        any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
@@ -196,7 +202,7 @@ class Candidates:
         if self.remaining[one] >= self.remaining[other]:
             return False
         of_rest = 1.0 - after / before
-        more = self.complexity[one] - self.complexity[other] if priced else 0.0
+        more = self._more_complex(one, other) if priced else 0.0
         if more > 0.0:
             lower = (before - after) / (limits.material_share * more * self._gap)
         else:
@@ -205,6 +211,12 @@ class Candidates:
             lower = np.minimum(lower, of_rest / limits.further_rest)
         material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
         return bool(material.any())
+
+    def _more_complex(self, one: int, other: int) -> float:
+        """Further complexity of a candidate; none where it has no more numbers: it bends no further."""
+        if self.numbers[one] <= self.numbers[other]:
+            return 0.0
+        return max(float(self.complexity[one] - self.complexity[other]), 0.0)
 
     @cached_property
     def _noise(self) -> Array:
@@ -291,7 +303,7 @@ class Candidates:
             named: number of the named candidate.
             other: number of the other candidate.
         """
-        if self.complexity[other] > self.complexity[named] + self.thresholds.same_complexity:
+        if self._more_complex(other, named) > self.thresholds.same_complexity:
             return False
         found = self.gain(other, named)
         return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)

@@ -21,6 +21,8 @@ Key = frozenset[object]
 
 #: Simulated samples of a screen and of a fit, about: a budget of time.
 SCREENED, FITTED = 4000, 20_000
+#: Share of the windows over which the known physics is fitted first.
+BEGUN = 0.1
 #: Iterations of a fit that only ranks candidates: a budget.
 SCOUTING = 3
 #: Largest number of effects.
@@ -69,7 +71,10 @@ class EffectSearch:
         length = float(recording.steps.mean())
         self.fitted = recording.thinned(max(8, round(FITTED / length)))
         self.screened = self.fitted.thinned(max(8, round(SCREENED / length)))
-        self._keep(FittedHypothesis.of(Hypothesis.known(self.study), self.fitted))
+        known = Hypothesis.known(self.study)
+        # the error of a long free run has many optima where the model swings, that of a short one has few
+        start = FittedHypothesis.of(known, self.fitted.shortened(BEGUN)).fit.values
+        self._keep(FittedHypothesis.of(known, self.fitted, [dict(start)]))
 
     @property
     def base(self) -> FittedHypothesis:

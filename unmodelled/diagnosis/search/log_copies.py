@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from scipy.linalg import lstsq
 from threadpoolctl import threadpool_limits
 
-from unmodelled.diagnosis.data.log_questions import LogProblem, Question
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.logs.differentiate import noise
 from unmodelled.logs.logs import Logs
 
@@ -131,25 +129,6 @@ def _filters(logs: Logs, source: int, targets: Sequence[int]) -> list[tuple[int,
     return [(j, found[:-1, n], float(left[n])) for n, j in enumerate(targets)]
 
 
-def computed(trials: Trials, copy: Copy) -> Question:
-    """Return the question whether the source of a copy, without delay and filter, explains the gap.
-
-    Args:
-        trials: free runs under corrected logs.
-        copy: computed output.
-    """
-    logs = trials.logs
-    column = trials.sensors.slope(copy.source, 0.0) if copy.slope else logs.y[:, copy.source]
-    of = logs.outputs[copy.source]
-    problem = LogProblem(
-        *(COPY, 1.0, "", f"computed from {of} ({_how(copy)})"),
-        f"replaced by {'the smoothed derivative of ' * copy.slope}{of}",
-        "It was left out of the outputs",
-    )
-    correction = replace(trials.none, columns={copy.target: copy.gain * column})
-    return Question(problem, (logs.outputs[copy.target],), correction)
-
-
 def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
     """Yield a fault for every copy; it decides nothing.
 
@@ -161,8 +140,8 @@ def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
         name, of = logs.outputs[copy.target], logs.outputs[copy.source]
         yield LogFault(
             *((name,), COPY, None, ()),
-            sentence=f"{name} is computed from {of}: {_how(copy)}. It is not a second sensor. Leave "
-            "it out of the outputs of the system file if its delay matters.",
+            sentence=f"{name} is computed from {of}: {_how(copy)}. It is not a second sensor and was left "
+            "out of the outputs.",
             decides=False,
         )
 

@@ -19,7 +19,7 @@ from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.search.log_copies import COPY, Copy, computed, copies, notes
+from unmodelled.diagnosis.search.log_copies import copies, notes
 from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.logs import Logs
@@ -78,10 +78,10 @@ class _Suspect:
 def without_copies(
     system: System, logs: Logs, horizon: float, thresholds: Thresholds = DEFAULT_THRESHOLDS
 ) -> tuple[System, Logs, tuple[LogFault, ...]]:
-    """Return system and logs without the computed outputs that explain most of the gap; and all faults.
+    """Return system and logs without computed outputs; and all faults.
 
-    Such an output, for example a speed that a drive has differenced and smoothed, is no second sensor. The
-    output that it is computed from remains.
+    Such an output, for example a speed that a drive has differenced and smoothed, is no second sensor: what
+    it shows beyond the output that it is computed from is its filter.
 
     Args:
         system: the known physics.
@@ -89,18 +89,14 @@ def without_copies(
         horizon: length of the free-run windows, s.
         thresholds: thresholds of the decisions.
     """
-    said: tuple[LogFault, ...] = ()
-    while True:
-        faults = log_faults(system, logs, horizon, thresholds)
-        computed_outputs = [fault for fault in faults if fault.decides and fault.problem == COPY]
-        if not computed_outputs:
-            return system, logs, (*said, *faults)
-        said = (*said, *(replace(fault, decides=False) for fault in computed_outputs))
-        left_out = {name for fault in computed_outputs for name in fault.channels}
-        kept = [k for k, name in enumerate(logs.outputs) if name not in left_out]
+    found = copies(different(logs), thresholds)
+    said = tuple(notes(logs, found))
+    if found:
+        kept = sorted({*range(len(logs.outputs))} - {copy.target for copy in found})
         system = replace(system, outputs=tuple(system.outputs[k] for k in kept))
         shown = tuple(logs.outputs[k] for k in kept)
         logs = prepare(system, replace(logs, outputs=shown, y=logs.y[:, kept]))
+    return system, logs, (*said, *log_faults(system, logs, horizon, thresholds))
 
 
 def log_faults(
@@ -115,8 +111,7 @@ def log_faults(
         thresholds: thresholds of the decisions.
 
     Returns:
-        Copies of experiments, constant inputs and computed outputs, then the fault that explains the gap if
-        there is one.
+        Copies of experiments and constant inputs, then the fault that explains the gap if there is one.
 
     Examples:
         >>> from dataclasses import replace
@@ -129,24 +124,21 @@ def log_faults(
         [(('torque',), 'sign')]
     """
     found = different(logs)
-    copied = copies(found, thresholds)
-    answer = _answer(system, found, copied, horizon, thresholds)
+    answer = _answer(system, found, horizon, thresholds)
     said = [
         note
-        for note in (*constants(found), *notes(found, copied))
+        for note in constants(found)
         if not answer or (note.problem, note.channels) != (answer[0].problem, answer[0].channels)
     ]
     return *duplicates(logs), *said, *answer
 
 
-def _answer(
-    system: System, logs: Logs, copied: Sequence[Copy], horizon: float, thresholds: Thresholds
-) -> tuple[LogFault, ...]:
+def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:
     """Return the fault that explains the gap, as a tuple of one, or none."""
     sensors = Sensors(logs)
     for longer in HORIZON_FACTORS:
         trials = Trials(system, logs, longer * horizon, sensors, thresholds)
-        suspects = [*_suspects(trials, copied), *(_fits(trials) if longer == 1.0 else ())]
+        suspects = [*_suspects(trials), *(_fits(trials) if longer == 1.0 else ())]
         few = sorted(s.explains for s in suspects)[-REIDENTIFIED:]
         tried = (_identified(trials, s) for s in suspects if s.explains >= few[0])
         right = [s for s in tried if s.is_enough(thresholds) and _good(trials, s)]
@@ -156,12 +148,12 @@ def _answer(
     return ()
 
 
-def _suspects(trials: Trials, copied: Sequence[Copy]) -> Iterator[_Suspect]:
+def _suspects(trials: Trials) -> Iterator[_Suspect]:
     logs, steps = trials.logs, trials.steps(trials.none)
     before = trials.square(trials.none, steps)
     if before.max() < trials.thresholds.material_error**2:
         return
-    for question in (*questions(trials.system, logs), *(computed(trials, copy) for copy in copied)):
+    for question in questions(trials.system, logs):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
             suspect = _only(question, runs, steps, before, after)
@@ -277,7 +269,7 @@ def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
     if alike:
         others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
         said += f" These logs cannot distinguish it from {' or '.join(others)}."
-    return f"{said} {problem.cure}{', then diagnose again' if problem.name != COPY else ''}."
+    return f"{said} {problem.cure}, then diagnose again."
 
 
 def _listed(names: Sequence[str]) -> str:
