@@ -17,6 +17,8 @@ from tests.stages.planted_law import (
     laws,
 )
 
+pytestmark = pytest.mark.long
+
 MINE = [name for name, law in laws().items() if along_travel(law)]
 
 

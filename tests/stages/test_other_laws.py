@@ -18,6 +18,8 @@ from tests.stages.planted_law import (
     laws,
 )
 
+pytestmark = pytest.mark.long
+
 MINE = [name for name, law in laws().items() if not along_travel(law)]
 
 
