@@ -40,7 +40,6 @@ class Copy:
         target: number of the computed output.
         source: number of the output that it is computed from.
         slope: whether it is the derivative of the source.
-        gain: gain of the source, or of its derivative.
         delay: delay of the computed output, s.
         span: number of samples that the filter reads.
     """
@@ -48,7 +47,6 @@ class Copy:
     target: int
     source: int
     slope: bool
-    gain: float
     delay: float
     span: int
 
@@ -96,16 +94,16 @@ def _reach(logs: Logs) -> tuple[int, int]:
 
 
 def _copy(logs: Logs, source: int, target: int, taps: Array) -> Copy | None:
-    """Return gain and delay of a filter, from its response to a constant, a ramp and a parabola."""
+    """Return kind and delay of a filter, from its response to a constant, a ramp and a parabola."""
     k = np.arange(len(taps)) - _reach(logs)[1]  # samples by which a tap is late
     period = logs.period
     large = np.flatnonzero(np.abs(taps) > SMALL_TAP * np.abs(taps).max())
     span = int(large[-1] - large[0] + 1)
     total, first, second = float(taps.sum()), float(k @ taps), float(k**2 @ taps)
     if abs(total) > ZERO_SUM * np.abs(taps).sum():
-        return Copy(target, source, False, total, period * first / total, span)
+        return Copy(target, source, False, period * first / total, span)
     if abs(first) > ZERO_SUM * np.abs(k * taps).sum():
-        return Copy(target, source, True, -period * first, 0.5 * period * second / first, span)
+        return Copy(target, source, True, 0.5 * period * second / first, span)
     return None
 
 
