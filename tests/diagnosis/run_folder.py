@@ -1,4 +1,4 @@
-"""Writing a log folder from tables."""
+"""Log folders from tables, and diagnoses of them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pandas as pd
+
+import unmodelled
 
 
 def write_runs(folder: Path, tables: Sequence[pd.DataFrame]) -> Path:
@@ -17,3 +19,10 @@ def write_runs(folder: Path, tables: Sequence[pd.DataFrame]) -> Path:
     files = [f"{name}.csv" for name in names]
     pd.DataFrame({"id": names, "file": files}).to_csv(folder / "experiments.csv", index=False)
     return folder
+
+
+def diagnosed(folder: Path, system: str, recorded: Path) -> unmodelled.Answer:
+    """The diagnosis of a log folder; `system` is the text of a system file, written to `folder`."""
+    (folder / "system.yaml").write_text(system)
+    known = unmodelled.read_system(folder / "system.yaml")
+    return unmodelled.diagnose(known, unmodelled.read_logs(recorded, known))

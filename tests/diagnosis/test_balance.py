@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.diagnosis.run_folder import diagnosed, write_runs
 
 Array = NDArray[np.float64]
 
@@ -112,12 +112,6 @@ def logs(
         table = {"t": period * np.arange(SAMPLES), names[0]: u, names[1]: seen}
         tables.append(pd.DataFrame(table))
     return write_runs(folder, tables)
-
-
-def diagnosed(folder: Path, system: str, recorded: Path) -> unmodelled.Answer:
-    (folder / "system.yaml").write_text(system)
-    known = unmodelled.read_system(folder / "system.yaml")
-    return unmodelled.diagnose(known, unmodelled.read_logs(recorded, known))
 
 
 def test_the_heat_that_a_house_loses_to_its_surroundings(tmp_path: Path) -> None:

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.diagnosis.run_folder import diagnosed, write_runs
 
 CELL = """
 schema: system/1
@@ -32,7 +31,7 @@ PERIOD, SAMPLES, RUNS = 1.0, 900, 8
 RESISTANCE, TIME = 0.02, 45.0  # ohm, s
 
 
-def record(folder: Path) -> None:
+def record(folder: Path) -> Path:
     """Pulses of current that are held between samples; the branch is advanced exactly."""
     rng, tables = np.random.default_rng(0), []
     kept = np.exp(-PERIOD / TIME)
@@ -44,14 +43,11 @@ def record(folder: Path) -> None:
         soc = 0.9 - np.concatenate([[0.0], np.cumsum(i[:-1])]) * PERIOD / 7200.0
         v = 3.3 + 0.8 * soc - 0.025 * i - branch + 1e-3 * rng.standard_normal(SAMPLES)
         tables.append(pd.DataFrame({"t": PERIOD * np.arange(SAMPLES), "i": i, "v": v}))
-    write_runs(folder, tables)
+    return write_runs(folder, tables)
 
 
 def test_the_slow_part_of_the_voltage_is_named(tmp_path: Path) -> None:
-    record(tmp_path / "logs")
-    (tmp_path / "system.yaml").write_text(CELL)
-    known = unmodelled.read_system(tmp_path / "system.yaml")
-    answer = unmodelled.diagnose(known, unmodelled.read_logs(tmp_path / "logs", known))
+    answer = diagnosed(tmp_path, CELL, record(tmp_path / "logs"))
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "rc_branch", "sensor:v")
     assert effect.parameters["R_1"]["value"] == pytest.approx(-RESISTANCE, rel=0.05)

@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.diagnosis.run_folder import diagnosed, write_runs
 
 COIL = """
 schema: system/1
@@ -36,7 +35,7 @@ def inductance(current: float) -> float:
     return 0.002 + 0.008 / np.cosh(current / 2.5) ** 2
 
 
-def record(folder: Path) -> None:
+def record(folder: Path) -> Path:
     rng, t, tables = np.random.default_rng(0), PERIOD * np.arange(SAMPLES), []
     for _ in range(RUNS):
         rate, phase = rng.uniform(40.0, 250.0, 3), rng.uniform(0.0, 6.28, 3)
@@ -50,14 +49,11 @@ def record(folder: Path) -> None:
             i.append(now)
         seen = np.array(i) + 1e-3 * rng.standard_normal(SAMPLES)
         tables.append(pd.DataFrame({"t": t, "u": u, "i": seen}))
-    write_runs(folder, tables)
+    return write_runs(folder, tables)
 
 
 def test_the_core_of_a_coil_saturates(tmp_path: Path) -> None:
-    record(tmp_path / "logs")
-    (tmp_path / "system.yaml").write_text(COIL)
-    known = unmodelled.read_system(tmp_path / "system.yaml")
-    answer = unmodelled.diagnose(known, unmodelled.read_logs(tmp_path / "logs", known))
+    answer = diagnosed(tmp_path, COIL, record(tmp_path / "logs"))
     assert answer.verdict in ("effect", "main_effect")
     first = answer.effects[0]
     assert (first.family, first.port) == ("inductance_saturation", "winding")

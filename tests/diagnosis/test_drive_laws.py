@@ -10,8 +10,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.diagnosis.run_folder import diagnosed, write_runs
 from unmodelled.api.diagnosis import Answer
 
 Array = NDArray[np.float64]
@@ -51,7 +50,7 @@ def warming_up(i: Array, w: Array, t: float) -> Array:
     return 0.52 * i - 0.052 * w - dry * np.tanh(w / 0.05)
 
 
-def diagnosed(folder: Path, torque: Torque) -> Answer:
+def driven(folder: Path, torque: Torque) -> Answer:
     rng, t, h = np.random.default_rng(5), PERIOD * np.arange(SAMPLES), PERIOD / SUBSTEPS
     rate, phase = rng.uniform(1.5, 12.0, (3, RUNS)), rng.uniform(0.0, 6.28, (3, RUNS))
     size = rng.uniform(1.0, 2.0, RUNS)
@@ -67,14 +66,14 @@ def diagnosed(folder: Path, torque: Torque) -> Answer:
             w, phi = w + h * torque(current(s + 0.5 * h), middle, s + 0.5 * h) / 0.02, phi + h * middle
     seen = np.array(path).transpose(2, 1, 0)
     seen[:, 1:] += np.array(NOISE)[:, None] * rng.standard_normal((RUNS, 2, SAMPLES))
-    write_runs(folder / "logs", [pd.DataFrame({"t": t, "i": i, "phi": x, "w": v}) for i, x, v in seen])
-    (folder / "system.yaml").write_text(DRIVE)
-    known = unmodelled.read_system(folder / "system.yaml")
-    return unmodelled.diagnose(known, unmodelled.read_logs(folder / "logs", known))
+    recorded = write_runs(
+        folder / "logs", [pd.DataFrame({"t": t, "i": i, "phi": x, "w": v}) for i, x, v in seen]
+    )
+    return diagnosed(folder, DRIVE, recorded)
 
 
 def test_the_limit_of_a_motor_falls_with_its_speed(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, limited_by_voltage)
+    answer = driven(tmp_path, limited_by_voltage)
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "actuator_saturation", "actuator:i")
     assert effect.parameters["u_0"]["value"] == pytest.approx(SUPPLY / RESISTANCE, rel=0.01)
@@ -83,7 +82,7 @@ def test_the_limit_of_a_motor_falls_with_its_speed(tmp_path: Path) -> None:
 
 
 def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, saturating_iron)
+    answer = driven(tmp_path, saturating_iron)
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "actuator_saturation", "actuator:i")
     assert effect.law == "i - s_u*i*abs(i)"
@@ -93,7 +92,7 @@ def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:
 
 
 def test_dry_friction_falls_as_the_machine_warms_up(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, warming_up)
+    answer = driven(tmp_path, warming_up)
     assert answer.verdict == "effect"
     friction, drift = answer.effects
     # a Stribeck part of next to nothing may stand beside the constant part

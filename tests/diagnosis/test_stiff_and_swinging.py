@@ -10,8 +10,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
-import unmodelled as um
-from tests.diagnosis.run_folder import write_runs
+from tests.diagnosis.run_folder import diagnosed, write_runs
 
 pytestmark = pytest.mark.long
 Random = np.random.Generator
@@ -125,16 +124,13 @@ def rubbing_load(rng: Random) -> pd.DataFrame:
     )
 
 
-def diagnosed(folder: Path, text: str, measure: Callable[[Random], pd.DataFrame], runs: int) -> um.Answer:
+def recorded(folder: Path, measure: Callable[[Random], pd.DataFrame], runs: int) -> Path:
     rng = np.random.default_rng(0)
-    write_runs(folder / "logs", [measure(rng) for _ in range(runs)])
-    (folder / "system.yaml").write_text(text)
-    system = um.read_system(folder / "system.yaml")
-    return um.diagnose(system, um.read_logs(folder / "logs", system))
+    return write_runs(folder, [measure(rng) for _ in range(runs)])
 
 
 def test_heat_of_a_coil_whose_inductance_is_given_ten_times_too_large(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, COIL, hot_coil, 6)
+    answer = diagnosed(tmp_path, COIL, recorded(tmp_path / "logs", hot_coil, 6))
     (effect,) = answer.effects
     assert (effect.family, effect.port) == ("self_heating", "winding")
     assert effect.parameters["tau_h"]["value"] == pytest.approx(14.0 / 0.35, rel=0.3)
@@ -143,11 +139,11 @@ def test_heat_of_a_coil_whose_inductance_is_given_ten_times_too_large(tmp_path: 
 
 
 def test_a_dead_zone_is_not_called_dry_friction(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, CYLINDER, dead_valve, 7)
+    answer = diagnosed(tmp_path, CYLINDER, recorded(tmp_path / "logs", dead_valve, 7))
     assert (answer.effects[0].family, answer.effects[0].port) == ("actuator_dead_zone", "actuator:u")
 
 
 def test_the_spring_between_two_masses_is_not_driven_to_its_bound(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, TWO_MASSES, rubbing_load, 8)
+    answer = diagnosed(tmp_path, TWO_MASSES, recorded(tmp_path / "logs", rubbing_load, 8))
     assert (answer.effects[0].family, answer.effects[0].port) == ("coulomb_friction", "load")
     assert answer.parameters.set_index("name").loc["k", "identified"] == pytest.approx(60.0, rel=0.05)

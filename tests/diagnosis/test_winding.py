@@ -8,8 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import unmodelled
-from tests.diagnosis.run_folder import write_runs
+from tests.diagnosis.run_folder import diagnosed, write_runs
 
 WINDING = """
 schema: system/1
@@ -28,7 +27,7 @@ PERIOD, SAMPLES, RUNS, SUBSTEPS, NOISE = 0.02, 600, 6, 10, 2e-3
 COLD, COPPER, TO_AIR, HEAT = 2.0, 0.0039, 2.0, 3.0
 
 
-def record(folder: Path) -> None:
+def record(folder: Path) -> Path:
     rng, t, h = np.random.default_rng(0), PERIOD * np.arange(SAMPLES), PERIOD / SUBSTEPS
     rate, phase = rng.uniform(0.5, 6.0, (2, RUNS)), rng.uniform(0.0, 6.28, (2, RUNS))
     mean, size = rng.uniform(-8.0, 8.0, RUNS), rng.uniform(2.0, 5.0, RUNS)
@@ -44,14 +43,11 @@ def record(folder: Path) -> None:
             warmer = warmer + h * (resistance * middle**2 - warmer / TO_AIR) / HEAT
             i = i + h * (u[k] + share * (after - u[k]) - resistance * middle) / 0.4
     seen = np.array(path) + NOISE * rng.standard_normal((SAMPLES, RUNS))
-    write_runs(folder, [pd.DataFrame({"t": t, "u": u[:, k], "i": seen[:, k]}) for k in range(RUNS)])
+    return write_runs(folder, [pd.DataFrame({"t": t, "u": u[:, k], "i": seen[:, k]}) for k in range(RUNS)])
 
 
 def test_the_resistance_of_a_winding_grows_with_its_heat(tmp_path: Path) -> None:
-    record(tmp_path / "logs")
-    (tmp_path / "system.yaml").write_text(WINDING)
-    known = unmodelled.read_system(tmp_path / "system.yaml")
-    answer = unmodelled.diagnose(known, unmodelled.read_logs(tmp_path / "logs", known))
+    answer = diagnosed(tmp_path, WINDING, record(tmp_path / "logs"))
     effect = answer.effects[0]
     assert answer.verdict in ("effect", "main_effect")
     assert (effect.family, effect.port) == ("self_heating", "terminal")

@@ -144,7 +144,7 @@ LOGS: list[tuple[Change, str]] = [
     (experiments(HEAD), r"logs/experiments\.csv: row 1: column id: no experiments below it"),
     (
         lambda folder: (experiments(HEAD + "a,a.csv,1\n")(folder), all_columns(samples=99)(folder)),
-        r"logs/experiments\.csv: column id: 1 experiment, too short to be cut into several",
+        r"experiments\.csv: column id: 1 experiment, too short to be cut into several; a diagnosis needs 2",
     ),
     (experiments("id,file\na,a.csv\nb,b.csv\n"), r"experiments\.csv: row 1: column m is missing"),
     (experiments("name,file,m\na,a.csv,1\nb,b.csv,1\n"), r"experiments\.csv: row 1: column id is missing"),
