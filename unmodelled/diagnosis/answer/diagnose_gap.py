@@ -28,7 +28,6 @@ from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
-from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import without_copies
@@ -159,7 +158,7 @@ def _told(
     """The diagnosis of a decision; `models`: as given, re-identified, with one effect more each, neural."""
     given, *steps, neural = models
     reidentified, augmented = steps[0], steps[-1]
-    chosen, signs = decision.candidates.predictions[decision.named], Signs.of(decision)
+    signs = Signs.of(decision)
     sure, floor = confidence(decision.verdict, signs), augmented.gap.floor
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, decision.verdict),
@@ -176,12 +175,12 @@ def _told(
         interval=_interval(steps, 0, len(steps) - 1, seed),
         held_out=study.held_out,
         parameters={
-            p.name: _estimate(chosen, p.name, p.unit, p.value)
+            p.name: _estimate(decision, p.name, p.unit, p.value)
             for p in study.system.parameters
             if p.name in study.system.uncertain
         },
         comparison=_compared(decision),
-        notes=(*_notes(study, chosen), *_about(given), *_about(augmented)),
+        notes=(*_notes(study, decision), *_about(given), *_about(augmented)),
         signs=asdict(signs),
         faults=faults,
     )
@@ -209,27 +208,27 @@ def _effects(
     decision: Decision, order: Sequence[Added], steps: Sequence[JudgedModel], sure: float, seed: int
 ) -> tuple[DiagnosedEffect, ...]:
     """Effects in `order` with their shares of the gap; `steps`: without effects, then one more each."""
-    prediction = decision.candidates.predictions[decision.named]
-    own = values_per_experiment(prediction.fitted)
+    own = values_per_experiment(decision.prediction.fitted)
     squares = np.array([step.gap.value**2 for step in steps])
     found = []
     for k, effect in enumerate(order):
         estimates = {
-            n: _estimate(prediction, n, effect.units[n], np.nan) for n in effect.reported if n not in own
+            n: _estimate(decision, n, effect.units[n], np.nan) for n in effect.reported if n not in own
         }
         share = float(_share(squares, steps[-1].gap.floor, k, k + 1))
-        others = decision.indistinguishable[prediction.fitted.hypothesis.effects.index(effect)]
+        others = decision.indistinguishable[decision.prediction.fitted.hypothesis.effects.index(effect)]
         mine = {n: own[n] for n in effect.per_experiment}
         chance = _interval(steps, k, k + 1, seed)
         found.append(DiagnosedEffect(effect, estimates, mine, sure, share, chance, others))
     return tuple(found)
 
 
-def _estimate(prediction: LeftOut, name: str, unit: str, known: float) -> Estimate:
+def _estimate(decision: Decision, name: str, unit: str, known: float) -> Estimate:
     """A fitted number with its interval, or one of the system file."""
-    fitted = prediction.fitted
+    fitted = decision.prediction.fitted
     if name in fitted.fit.values:
-        ends = interval(prediction, name, fitted.hypothesis.study.thresholds.level)
+        level = fitted.hypothesis.study.thresholds.level
+        ends = interval(decision.prediction, name, level, decision.alike)
         doubts = is_determined(fitted, name), fitted.at_bound(name)
         return Estimate(unit, known, fitted.fit.values[name], ends, *doubts)
     full = fitted.hypothesis.full
@@ -256,9 +255,9 @@ def _about(model: JudgedModel) -> tuple[str, ...]:
     return tuple(f"{model.label}: {note}" for note in model.gap.notes)
 
 
-def _notes(study: Study, prediction: LeftOut) -> tuple[str, ...]:
+def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
     """Notes on logs, timing, numbers of single experiments, and doubtful numbers."""
-    notes, period, chosen = list(study.logs.notes), study.logs.period, prediction.fitted
+    notes, period, chosen = list(study.logs.notes), study.logs.period, decision.prediction.fitted
     held = [item.name for item in chosen.hypothesis.system.inputs if item.hold]
     if held:
         notes.append(f"inputs keep their values between samples (hold: true): {', '.join(held)}")
@@ -272,10 +271,10 @@ def _notes(study: Study, prediction: LeftOut) -> tuple[str, ...]:
             )
     if chosen.fit.own:
         notes.append(
-            f"{', '.join(chosen.fit.own)}: fitted per experiment, for held-out experiments too; for a new "
-            "experiment give its own value"
+            f"{', '.join(chosen.fit.own)}: fitted per experiment, to the first half of held-out ones; for a "
+            "new experiment give its own value"
         )
-    notes += [remark.sentence for remark in remarks(prediction)]
+    notes += [remark.sentence for remark in remarks(decision.prediction, decision.alike)]
     return tuple(notes)
 
 

@@ -105,6 +105,16 @@ class Recording:
         mine = np.isin(self.owner, runs)
         return replace(self, runs=tuple(runs), start=self.start[mine], steps=self.steps[mine])
 
+    def begun(self, share: float) -> Recording:
+        """Return the windows that start in the first part of their experiment.
+
+        Args:
+            share: share of every experiment, above 0; the first window always stays.
+        """
+        since = self.start - self.logs.offsets[self.owner]
+        mine = since < share * np.diff(self.logs.offsets)[self.owner]
+        return replace(self, start=self.start[mine], steps=self.steps[mine])
+
     def thinned(self, count: int) -> Recording:
         """Return some of the windows, evenly from all experiments.
 

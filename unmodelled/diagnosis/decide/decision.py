@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -37,6 +38,16 @@ class Decision:
     named: int
     indistinguishable: Mapping[int, tuple[Added, ...]]
     remainder: Remainder | None
+
+    @property
+    def prediction(self) -> LeftOut:
+        """Return the left-out predictions of the named candidate."""
+        return self.candidates.predictions[self.named]
+
+    @cached_property
+    def alike(self) -> tuple[LeftOut, ...]:
+        """Return the left-out predictions of candidates that are as good as the named one."""
+        return tuple(self.candidates.predictions[k] for k in self.candidates.as_good(self.named))
 
 
 def decide(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap) -> Decision:

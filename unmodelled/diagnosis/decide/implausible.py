@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.stats import f as fisher
@@ -25,11 +25,12 @@ _MASSES = (parse_unit("kg").dimension, parse_unit("kg m^2").dimension)
 _EFFORTS = {parse_unit("N m").dimension: "torque", parse_unit("N").dimension: "force"}
 
 
-def implausible(prediction: LeftOut) -> tuple[Remark, ...]:
+def implausible(prediction: LeftOut, alike: Sequence[LeftOut] = ()) -> tuple[Remark, ...]:
     """Return remarks on numbers of a fit that make no sense as numbers of a machine.
 
     Args:
         prediction: fitted hypothesis with its numbers without each part of the data.
+        alike: hypotheses that predict as well, see `interval`; default none.
 
     Returns:
         Remarks on the uncertain parameters first, then on the effects in their order.
@@ -37,11 +38,11 @@ def implausible(prediction: LeftOut) -> tuple[Remark, ...]:
     fitted = prediction.fitted
     efforts, system = Efforts(fitted), fitted.hypothesis.study.system
     uncertain = [p for p in system.parameters if p.name in system.uncertain]
-    remarks = [remark for p in uncertain for remark in _known(prediction, p)]
+    remarks = [remark for p in uncertain for remark in _known(prediction, p, alike)]
     remarks += _common_factor(efforts)
     for added in fitted.hypothesis.effects:
         found = [r for remarks_of in (_bounds, _effort, _mass, _gain) for r in remarks_of(efforts, added)]
-        remarks += found or _zero(prediction, added)
+        remarks += found or _zero(prediction, added, alike)
     return tuple(remarks)
 
 
@@ -49,14 +50,14 @@ def _level(prediction: LeftOut) -> float:
     return prediction.fitted.hypothesis.study.thresholds.level
 
 
-def _shown(prediction: LeftOut, name: str, unit: str) -> str:
+def _shown(prediction: LeftOut, name: str, unit: str, alike: Sequence[LeftOut]) -> str:
     level = _level(prediction)
-    low, high = interval(prediction, name, level)
+    low, high = interval(prediction, name, level, alike)
     value = quantity(prediction.fitted.fit.values[name], unit)
     return f"{value} ({100.0 * level:.3g} % interval {low:.3g} to {high:.3g})"
 
 
-def _known(prediction: LeftOut, parameter: Parameter) -> Iterator[Remark]:
+def _known(prediction: LeftOut, parameter: Parameter, alike: Sequence[LeftOut]) -> Iterator[Remark]:
     """Remarks on an uncertain parameter of the system file."""
     fitted, name, unit, given = prediction.fitted, parameter.name, parameter.unit, parameter.value
     unknown, value = Unknown.of(parameter), fitted.fit.values[name]
@@ -65,8 +66,8 @@ def _known(prediction: LeftOut, parameter: Parameter) -> Iterator[Remark]:
     if end is not None:
         yield Remark((name,), "bound", _at_end(name, unit, unknown, end))
         return
-    low, high = interval(prediction, name, _level(prediction))
-    shown = f"{_shown(prediction, name, unit)}, {quantity(given, unit)} given"
+    low, high = interval(prediction, name, _level(prediction), alike)
+    shown = f"{_shown(prediction, name, unit, alike)}, {quantity(given, unit)} given"
     # bounds that are as far on both sides of zero are those of an offset, which has no sign of its own
     opposite = max(low * np.sign(given), high * np.sign(given)) < 0.0 and unknown.low != -unknown.high
     if opposite:
@@ -173,7 +174,7 @@ def _gain(efforts: Efforts, added: Added) -> Iterator[Remark]:
         )
 
 
-def _zero(prediction: LeftOut, added: Added) -> Iterator[Remark]:
+def _zero(prediction: LeftOut, added: Added, alike: Sequence[LeftOut]) -> Iterator[Remark]:
     """An effect whose numbers may all be zero (Hotelling's test)."""
     fitted, parts = prediction.fitted, prediction.count
     shared = {u.name for u in fitted.hypothesis.unknowns if not u.own}
@@ -186,7 +187,7 @@ def _zero(prediction: LeftOut, added: Added) -> Iterator[Remark]:
     square = z @ np.linalg.pinv(spread * np.outer(unit, unit), hermitian=True) @ z
     quantile = fisher.ppf(_level(prediction), len(names), parts - len(names))
     if square < len(names) * (parts - 1) / (parts - len(names)) * quantile:
-        shown = listed(tuple(f"{n} = {_shown(prediction, n, added.units[n])}" for n in names))
+        shown = listed(tuple(f"{n} = {_shown(prediction, n, added.units[n], alike)}" for n in names))
         yield Remark(
             names,
             "zero",

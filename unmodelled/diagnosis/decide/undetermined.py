@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -31,20 +31,21 @@ _HUGE, _TINY = 1e6, 1e-12
 _NO_INFLUENCE = 100.0
 
 
-def remarks(prediction: LeftOut) -> tuple[Remark, ...]:
+def remarks(prediction: LeftOut, alike: Sequence[LeftOut] = ()) -> tuple[Remark, ...]:
     """Return all remarks on the numbers of a fit.
 
     A number that may be zero only because another one can take its place is not called zero.
 
     Args:
         prediction: fitted hypothesis with its numbers without each part of the data.
+        alike: hypotheses that predict as well, see `interval`; default none.
 
     Returns:
         Remarks on numbers that make no sense first, then on those that the logs do not determine.
     """
     loose = undetermined(prediction.fitted)
     names = {name for remark in loose for name in remark.numbers}
-    first = (r for r in implausible(prediction) if r.kind != "zero" or not names & set(r.numbers))
+    first = (r for r in implausible(prediction, alike) if r.kind != "zero" or not names & set(r.numbers))
     return (*first, *loose)
 
 

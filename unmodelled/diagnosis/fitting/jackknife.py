@@ -1,4 +1,4 @@
-"""Intervals of shared numbers from predictions of left-out parts: chance from experiment to experiment."""
+"""Intervals of shared numbers: chance from experiment to experiment, and from one good model to another."""
 
 from __future__ import annotations
 
@@ -14,24 +14,44 @@ from unmodelled.diagnosis.fitting.normal_equations import RANK
 Array = NDArray[np.float64]
 
 
-def interval(prediction: LeftOut, name: str, level: float) -> tuple[float, float]:
-    """Return the jackknife interval of a shared number, by Student's t, cut at the bounds.
+def interval(
+    prediction: LeftOut, name: str, level: float, alike: Sequence[LeftOut] = ()
+) -> tuple[float, float]:
+    """Return the interval of a shared number: jackknife, by Student's t, cut at the bounds.
 
-    It covers chance from part to part, not missing physics.
+    It covers chance from part to part, and what the number is in fits with other laws that predict left-out
+    parts as well: which laws act changes most numbers by more than chance does.
 
     Args:
         prediction: left-out predictions of a fitted hypothesis.
         name: name of an unknown that all experiments share.
         level: probability of the two-sided interval.
+        alike: left-out predictions of hypotheses that predict as well, default none.
 
     Returns:
-        Lower and upper end, SI.
+        Lower and upper end, SI, of all these fits together.
     """
-    unknowns = {u.name: u for u in prediction.fitted.unknowns.each}
+    names = [_same(name, prediction, other) for other in alike]
+    others = [_jackknife(one, own, level) for one, own in zip(alike, names, strict=True) if own is not None]
+    low, high = zip(_jackknife(prediction, name, level), *others, strict=True)
+    return min(low), max(high)
+
+
+def _same(name: str, prediction: LeftOut, other: LeftOut) -> str | None:
+    """The name of a number in another fit; None where that has no such effect."""
+    mine = next((e for e in prediction.fitted.hypothesis.effects if name in e.units), None)
+    if mine is None:
+        return name
+    theirs = next((e for e in other.fitted.hypothesis.effects if e.key == mine.key), None)
+    return None if theirs is None else dict(zip(mine.units, theirs.units, strict=True))[name]
+
+
+def _jackknife(prediction: LeftOut, name: str, level: float) -> tuple[float, float]:
+    unknown = next(u for u in prediction.fitted.unknowns.each if u.name == name)
     error = float(np.sqrt(covariance(prediction, [name])[0, 0]))
     reach = error * float(student.ppf(0.5 + 0.5 * level, prediction.count - 1))
     value = prediction.fitted.fit.values[name]
-    return max(value - reach, unknowns[name].low), min(value + reach, unknowns[name].high)
+    return max(value - reach, unknown.low), min(value + reach, unknown.high)
 
 
 def covariance(prediction: LeftOut, names: Sequence[str]) -> Array:

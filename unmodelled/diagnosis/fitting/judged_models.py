@@ -24,6 +24,9 @@ from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
+#: Share of a held-out experiment to which its own numbers are fitted.
+SEEN = 0.5
+
 
 def known_model(study: Study) -> JudgedModel:
     """Return the system as given, with its gap on the held-out experiments.
@@ -68,8 +71,8 @@ def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
 def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float]]:
     """Return the numbers that every experiment has for itself, by name and id, SI.
 
-    Those of held-out experiments are fitted to these experiments, with all shared numbers fixed: nothing else
-    determines them.
+    Those of held-out experiments are fitted to the first half of these experiments, with all shared numbers
+    fixed: nothing else determines them, and the second half stays unseen.
 
     Args:
         fitted: fitted hypothesis.
@@ -79,7 +82,7 @@ def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float
     study, system = fitted.hypothesis.study, with_fitted(fitted.hypothesis, fitted.fit.values)
     unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
     logs = with_delays(system, study.logs)
-    held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors)
+    held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors).begun(SEEN)
     found = fit_parameters(
         Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps
     ).own

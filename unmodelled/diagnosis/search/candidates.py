@@ -308,6 +308,15 @@ class Candidates:
         found = self.gain(other, named)
         return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
+    def as_good(self, named: int) -> list[int]:
+        """Return the other candidates whose error is higher by less than `exchanged_rest`.
+
+        Args:
+            named: number of a candidate.
+        """
+        most = self.remaining[named] / (1.0 - self.thresholds.exchanged_rest)
+        return [k for k in np.flatnonzero(self.remaining <= most).tolist() if k != named]
+
     def _different(self, before: int, after: int) -> list[int]:
         """Experiments that hold nearly all of the difference; none if they are enough for a test."""
         recording = self.predictions[0].fitted.recording
