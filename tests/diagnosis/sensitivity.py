@@ -1,9 +1,11 @@
 """What a diagnosis says with each threshold halved and doubled; prints tables for docs/decisions.
 
-    python -m tests.diagnosis.sensitivity decide|faults|where [EMPS folder]
+    python -m tests.diagnosis.sensitivity decide CASES REFITS | faults | where
 
-The search is run once per case, and the decision among its fits is repeated with other thresholds. So the
-fits, and which candidates are fitted at all, are those of the default thresholds.
+`decide` counts the right answers among withheld cases; CASES and REFITS are folders of campaigns as `acquire`
+and `refit_withheld` write them. The search is run once per case, and the decision among its fits is repeated
+with other thresholds. So the fits, and which candidates are fitted at all, are those of the default
+thresholds, and the gate of the held-out experiments is left out.
 """
 
 from __future__ import annotations
@@ -16,55 +18,42 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from pipeline.recordings.emps import EmpsRecording
+from pipeline.chapters.reported import read_refit, read_truth
 from pipeline.rigs.pendulum import PendulumCampaign
-from pipeline.rigs.withheld.campaign import WithheldCampaign
+from pipeline.withheld.channels import parameter_channels
+from pipeline.withheld.folders import LOGS, SYSTEM, TRUTH, campaigns_in, cases_in
+from pipeline.withheld.judging import OUTSIDE, Case, Planted
 from tests.diagnosis.benches import Bench, pendulum
 from tests.diagnosis.test_log_faults import WRONG, Spoil, spoilt
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.decide.decision import decide
+from unmodelled.diagnosis.decide.decision import Decision, decide
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.diagnosis.search.log_faults import log_faults
+from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.where.where import where
+from unmodelled.effects.added import Added
 from unmodelled.logs.folder import read_logs
-from unmodelled.logs.logs import Logs
-from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
 HORIZON, FACTORS = 0.1, (0.5, 2.0)
-#: Seconds of processor time after which no further case is begun.
-BUDGET = 280.0
 BENCH = Bench(runs=6, samples=400)
 BENCHES = {
     "friction": BENCH,
-    "nothing": replace(BENCH, friction=0.0),
     "missed counts": replace(BENCH, friction=0.0, missed=0.2),
-    "friction and gain": replace(BENCH, samples=500, gain=1.1),
     "friction of a group": replace(
         BENCH, friction=(0.06, 0.06, 0.2, 0.06, 0.2, 0.06), groups=tuple("aababa")
     ),
-    "ripple": replace(BENCH, ripple=0.08),
-    "dead zone": replace(BENCH, dead_zone=0.1, friction=0.0),
-    "spring with memory": replace(BENCH, memory=(0.5, 0.1)),
 }
-KINDS = {"single": 8, "null": 3, "pair": 4, "outside": 3, "local": 2}
 DECIDING = (
     *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
-    *(
-        "exchanged_rest",
-        "negligible_error",
-        "unexplained_gap",
-        "least_gain",
-        "alike_errors",
-        "same_complexity",
-        "most_equal",
-    ),
+    *("exchanged_rest", "negligible_error", "unexplained_gap", "least_gain", "alike_errors"),
+    *("same_complexity", "most_equal"),
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),
@@ -74,24 +63,6 @@ OF_FAULTS = (
 OF_WHERE = [f.name for f in fields(Thresholds)][
     [f.name for f in fields(Thresholds)].index("shown_channel_share") :
 ]
-Known = tuple[System, Logs]
-
-
-def known(folder: Path, emps: Path | None) -> Iterator[tuple[str, Known, float]]:
-    """Systems and logs with a name and a horizon, s."""
-    for name, bench in BENCHES.items():
-        system = pendulum(folder / name)
-        yield name, (system, bench.logs(folder / name / "logs", system)), HORIZON
-    if emps is not None:
-        EmpsRecording(str(emps)).write(folder / "emps", 0)
-        for file in sorted(Path("systems/emps").glob("*_withheld.yaml")):
-            system = read_system(file)
-            yield f"EMPS {file.stem}", (system, read_logs(folder / "emps", system)), HORIZON
-    for kind, count in KINDS.items():
-        WithheldCampaign(kind, count, 0).write(folder / kind, 0)
-        for case in sorted((folder / kind).glob(f"{kind}_*")):
-            system = read_system(case / "system.yaml")
-            yield case.name, (system, read_logs(case / "logs", system)), HORIZON
 
 
 def varied(name: str) -> Iterator[tuple[float, Thresholds]]:
@@ -108,11 +79,11 @@ def varied(name: str) -> Iterator[tuple[float, Thresholds]]:
         yield factor, replace(DEFAULT_THRESHOLDS, **{name: other})
 
 
-def decider(search: EffectSearch) -> Callable[[Thresholds], dict[str, Any]]:
-    """What is decided with other thresholds, without the gate of the held-out experiments."""
+def decider(search: EffectSearch) -> Callable[[Thresholds], Decision]:
+    """What is decided with other thresholds."""
     networks: dict[int, LeftOut] = {}
 
-    def decided(limits: Thresholds) -> dict[str, Any]:
+    def decided(limits: Thresholds) -> Decision:
         study = replace(search.study, thresholds=limits)
         found = []
         for prediction in search.found.values():
@@ -124,18 +95,40 @@ def decider(search: EffectSearch) -> Callable[[Thresholds], dict[str, Any]]:
         if named not in networks:
             fitted = list(search.found.values())[named].fitted
             networks[named] = search.left_out(fit_network(fitted, search.fitted, search.screened, 0))
-        said = decide(candidates, named, networks[named], judged_model("", candidates.fits[named]).gap)
-        return {
-            "verdict": said.verdict,
-            "effects": sorted(map(_where, candidates.fits[named].hypothesis.effects)),
-            "equal": {k: sorted(map(_where, others)) for k, others in said.indistinguishable.items()},
-        }
+        return decide(candidates, named, networks[named], judged_model("", candidates.fits[named]).gap)
 
     return decided
 
 
-def _where(effect: Any) -> tuple[str, str]:
-    return effect.family, effect.place.channel
+def judge(case: Path, refit: Path) -> Callable[[Thresholds], dict[str, Any]]:
+    """What is said of a withheld case with other thresholds, and whether that is right."""
+    system = read_system(case / SYSTEM)
+    logs = read_logs(case / LOGS, system)
+    horizon = horizon_of(logs, None)
+    system, logs, _ = without_copies(system, logs, horizon, DEFAULT_THRESHOLDS)
+    search = EffectSearch(Study.of(system, logs, horizon, 0))
+    search.run()
+    decided, truth, best = decider(search), read_truth(case / TRUTH), read_refit(refit)["oracle"]
+    planted = tuple(map(Planted.of, truth["effects"], best["seen"]))
+    tolerated = frozenset((row["family"], row["channel"]) for row in truth["tolerated"])
+
+    def say(limits: Thresholds) -> dict[str, Any]:
+        said = decided(limits)
+        effects = [
+            {**_where(e), "indistinguishable": list(map(_where, said.indistinguishable[k]))}
+            for k, e in enumerate(said.prediction.fitted.hypothesis.effects)
+        ]
+        content = {"verdict": said.verdict, "effects": effects, "logs": []}
+        outside, acts_at = truth["verdict"] == OUTSIDE, parameter_channels(system)
+        answer = Case(planted, outside, best["gap_seen"], content, acts_at, tolerated)
+        return {"verdict": said.verdict, "effects": [str(e) for e in effects], "right": answer.right}
+
+    return say
+
+
+def _where(effect: Added) -> dict[str, Any]:
+    place = effect.place
+    return {"family": effect.family, "port": place.channel, "factor": place.factor, "level": place.level}
 
 
 def compare(
@@ -161,19 +154,17 @@ def compare(
             sys.stdout.flush()
 
 
-def deciding(folder: Path, emps: Path | None) -> None:
-    cases = {}
-    for name, (system, logs), horizon in known(folder, emps):
-        if time.process_time() > BUDGET:
-            break
-        search = EffectSearch(Study.of(system, logs, horizon, 0))
-        search.run()
-        cases[name] = decider(search)
+def deciding(cases: Path, refits: Path) -> None:
+    folders = [case for campaign in campaigns_in(cases) for case in cases_in(campaign)]
+    found = {}
+    for case in folders:
+        name = f"{case.parent.name}/{case.name}"
+        found[name] = judge(case, refits / case.parent.name / f"{case.name}.json")
         print(f"# searched {name} ({time.process_time():.0f} s)", flush=True)
-    compare(DECIDING, cases)
+    compare(DECIDING, found)
 
 
-def of_faults(folder: Path, _: Path | None) -> None:
+def of_faults(folder: Path) -> None:
     PendulumCampaign(runs=6, duration=2.0).write(folder / "right", 0)
     PendulumCampaign(runs=6, duration=2.0, coulomb=0.0, inertia=0.03).write(folder / "heavy", 0)
     spoilt_logs = {name: ("right", spoil) for name, (spoil, *_) in WRONG.items()}
@@ -190,7 +181,7 @@ def of_faults(folder: Path, _: Path | None) -> None:
     compare(OF_FAULTS, cases)
 
 
-def of_where(folder: Path, _: Path | None) -> None:
+def of_where(folder: Path) -> None:
     cases = {}
     for name in ("friction", "missed counts", "friction of a group"):
         system = pendulum(folder / name)
@@ -210,7 +201,10 @@ def of_where(folder: Path, _: Path | None) -> None:
 
 
 if __name__ == "__main__":
-    part = {"decide": deciding, "faults": of_faults, "where": of_where}[sys.argv[1]]
-    with tempfile.TemporaryDirectory() as place:
-        part(Path(place), Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+    what, *folders = sys.argv[1:]
+    if what == "decide":
+        deciding(*map(Path, folders))
+    else:
+        with tempfile.TemporaryDirectory() as place:
+            {"faults": of_faults, "where": of_where}[what](Path(place))
     print(f"{time.process_time():.0f} s of processor time")
