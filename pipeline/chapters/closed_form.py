@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from pipeline.chapters.formula_candidates import (
+from unmodelled.base.errors import BadInput
+from unmodelled.explanation.formula_candidates import (
     Motion,
     Term,
     candidates,
@@ -25,7 +26,6 @@ from pipeline.chapters.formula_candidates import (
     short_number,
     sum_text,
 )
-from unmodelled.base.errors import BadInput
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

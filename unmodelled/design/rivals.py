@@ -17,8 +17,10 @@ from unmodelled.design.limits import Limits
 from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
+from unmodelled.diagnosis.search.discovered import FAMILY, DiscoveredLaw
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.columns import Member
+from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.engine.machine.program import Program
@@ -72,9 +74,10 @@ def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, l
         BadInput: when the system does not have the place of an effect.
     """
     hypothesis = Hypothesis.known(search.study)
-    library = {(e.family, e.variant): e for e in effects()}
+    library: dict[tuple[str, str], Effect] = {(e.family, e.variant): e for e in effects()}
     for entry in entries:
-        effect = library.get((entry["family"], entry.get("variant", "")))
+        family, variant = entry["family"], entry.get("variant", "")
+        effect = DiscoveredLaw.named(variant) if family == FAMILY else library.get((family, variant))
         try:
             if effect is None:
                 raise KeyError(entry["family"])

@@ -18,7 +18,10 @@ Power = Literal["lost", "lost over a cycle", "stored"]
 
 
 class Effect(ABC):
-    """Effect that a model can leave out; stateless. Every class without abstract methods is in the library.
+    """Effect that a model can leave out; stateless.
+
+    Every class of this package without abstract methods is in the library.
+
 
     Attributes:
         family: name of the family in a diagnosis.
@@ -28,9 +31,9 @@ class Effect(ABC):
         beside: families of which one must have been added at the same place; empty (default) if none must.
     """
 
-    family: ClassVar[str]
-    variant: ClassVar[str] = ""
-    complexity: ClassVar[float]
+    family: str
+    variant: str = ""
+    complexity: float
     beside: ClassVar[frozenset[str]] = frozenset()
 
     @abstractmethod
@@ -91,7 +94,7 @@ class PortEffect(LawEffect):
 
     needs: ClassVar[tuple[Literal["position", "velocity"], ...]] = ()
     power: ClassVar[Power | None] = None
-    domains: ClassVar[tuple[Domain, ...]] = ("power",)
+    domains: tuple[Domain, ...] = ("power",)
 
     def suits(self, system: System, port: Port) -> bool:
         """Return whether the effect can act on a port.

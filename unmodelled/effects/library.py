@@ -27,7 +27,8 @@ def effects() -> tuple[Effect, ...]:
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
     kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
-    found = [kind() for kind in kinds if not inspect.isabstract(kind)]
+    ours = (kind for kind in kinds if kind.__module__.startswith(f"{package.__name__}."))
+    found = [kind() for kind in ours if not inspect.isabstract(kind)]
     return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
 
 

@@ -31,7 +31,6 @@ from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model
 from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import without_copies
-from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.diagnosis.where.opposite import comparable_ports, opposite_ports, with_ports_between
 from unmodelled.effects.added import Added
@@ -87,9 +86,7 @@ def diagnose_gap(
     chosen = search.found[key]
     path = _path(search, chosen.fitted)
     steps = [reidentified, *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
-    progress("fit a network in every port")
-    network = fit_network(search.base, search.fitted, search.screened, seed)
-    beside = fit_network(chosen.fitted, search.fitted, search.screened, seed) if path else network
+    network, beside = search.network(search.base), search.network(chosen.fitted)
     decision = decide(
         search.candidates, list(search.found).index(key), search.left_out(beside), steps[-1].gap
     )

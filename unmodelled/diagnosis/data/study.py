@@ -27,6 +27,7 @@ class Study:
         horizon: length of the free-run windows, s.
         held_out: numbers of the experiments that take no part in fitting or choosing.
         thresholds: thresholds of all decisions.
+        seed: seed of the random numbers of models.
     """
 
     system: System
@@ -34,6 +35,7 @@ class Study:
     horizon: float
     held_out: tuple[int, ...]
     thresholds: Thresholds = DEFAULT_THRESHOLDS
+    seed: int = 0
 
     @classmethod
     def of(
@@ -50,11 +52,11 @@ class Study:
             system: the known physics.
             logs: logs of all experiments.
             horizon: length of the free-run windows, s.
-            seed: seed of the held-out experiments.
+            seed: seed of the held-out experiments and of random numbers of models.
             thresholds: thresholds of all decisions.
         """
         held = held_out(logs.experiments, seed, thresholds)
-        return cls(system, logs, horizon, held, thresholds)
+        return cls(system, logs, horizon, held, thresholds, seed)
 
     @property
     def learned(self) -> tuple[int, ...]:

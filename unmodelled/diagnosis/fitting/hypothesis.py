@@ -19,7 +19,6 @@ from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 from unmodelled.effects.added import Added
 from unmodelled.effects.columns import extended
 from unmodelled.effects.effect import Effect
-from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.systems.model import System
 
@@ -37,11 +36,13 @@ class Hypothesis:
         study: inputs of the diagnosis.
         system: the physics with the effects, all at amplitude zero.
         effects: effects in the order in which they were added.
+        laws: the same as effects of the library, without networks.
     """
 
     study: Study
     system: System
     effects: tuple[Added, ...] = ()
+    laws: tuple[Effect, ...] = ()
     _larger: dict[tuple[str, str, Place], Hypothesis] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
@@ -63,7 +64,9 @@ class Hypothesis:
         key = effect.family, effect.variant, place
         if key not in self._larger:
             added = effect.add(self.system, place, self.study.scales)
-            self._larger[key] = Hypothesis(self.study, added.system, (*self.effects, added))
+            self._larger[key] = Hypothesis(
+                self.study, added.system, (*self.effects, added), (*self.laws, effect)
+            )
         return self._larger[key]
 
     def without(self, gone: Added) -> Hypothesis:
@@ -73,18 +76,17 @@ class Hypothesis:
             gone: effect of the hypothesis.
         """
         found = Hypothesis.known(self.study)
-        for added in self.effects:
+        for added, law in zip(self.effects, self.laws, strict=True):
             if added is not gone:
-                found = found.plus(_law(added), added.place)
+                found = found.plus(law, added.place)
         return found
 
     @property
     def removable(self) -> tuple[Added, ...]:
         """Return the effects that no other effect must stand beside."""
         needed: set[object] = set()
-        for own in self.effects:
-            beside = _law(own).beside
-            others = [e.key for e in self.effects if e.place == own.place and e.family in beside]
+        for own, law in zip(self.effects, self.laws, strict=True):
+            others = [e.key for e in self.effects if e.place == own.place and e.family in law.beside]
             needed |= set(others) if len(others) == 1 else set()
         return tuple(e for e in self.effects if e.key not in needed)
 
@@ -113,7 +115,8 @@ class Hypothesis:
     @property
     def complexity(self) -> float:
         """Return the complexity: the sum over the effects."""
-        return sum(self.complexity_of(_law(e).complexity, e.place) for e in self.effects)
+        each = zip(self.effects, self.laws, strict=True)
+        return sum(self.complexity_of(law.complexity, added.place) for added, law in each)
 
     @property
     def numbers(self) -> int:
@@ -196,11 +199,6 @@ class Hypothesis:
             replace(u, high=min(u.high, self.study.latest - known[late[u.name]])) if u.name in late else u
             for u in found
         ]
-
-
-def _law(added: Added) -> Effect:
-    """The effect of the library that was added."""
-    return next(e for e in effects() if (e.family, e.variant) == (added.family, added.variant))
 
 
 @dataclass(frozen=True, eq=False)

@@ -308,6 +308,15 @@ class Candidates:
         found = self.gain(other, named)
         return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
+    def leaves_little(self, candidate: int) -> bool:
+        """Return whether the error above the noise that a candidate leaves is negligible in all outputs.
+
+        Args:
+            candidate: number of the candidate.
+        """
+        above = np.maximum(np.exp(self._by_output[candidate].mean(0)) - 2.0, 0.0)
+        return bool(np.all(self._noise * np.sqrt(above) < self.thresholds.negligible_error))
+
     def as_good(self, named: int) -> list[int]:
         """Return the other candidates whose error is higher by less than `exchanged_rest`.
 

@@ -14,6 +14,8 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
+from unmodelled.diagnosis.search.discovered import discovered
+from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.effects.added import Added
 
@@ -56,6 +58,7 @@ class EffectSearch:
         found: left-out predictions of fitted hypotheses by key, the known physics first.
         screens: screened candidates on top of a fitted hypothesis, by its key.
         grown: keys of the hypotheses that effects were added to.
+        networks: fits with a network in every port, by the key of the hypothesis without.
     """
 
     study: Study
@@ -64,6 +67,7 @@ class EffectSearch:
     found: dict[Key, LeftOut] = field(default_factory=dict)
     screens: dict[Key, list[Screened]] = field(default_factory=dict)
     grown: set[Key] = field(default_factory=set)
+    networks: dict[Key, FittedHypothesis] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -110,6 +114,7 @@ class EffectSearch:
         if any(e.per_experiment for e in self._named().hypothesis.effects):
             self._exchange()
             self._remove()
+        self._discover()
         return self.candidates
 
     def _named(self) -> FittedHypothesis:
@@ -276,6 +281,30 @@ class EffectSearch:
                 self.without(named, gone)
             if keys == set(self.found):
                 break
+
+    def network(self, fitted: FittedHypothesis) -> FittedHypothesis:
+        """Return the fit of a hypothesis with a network in every port.
+
+        Args:
+            fitted: fitted hypothesis.
+        """
+        key = fitted.hypothesis.key
+        if key not in self.networks:
+            self.progress(f"fit a network in every port on top of {fitted.hypothesis}")
+            self.networks[key] = fit_network(fitted, self.fitted, self.screened, self.study.seed)
+        return self.networks[key]
+
+    def _discover(self) -> None:
+        """Fit formulas in the ports where the named candidate leaves more than a negligible error."""
+        candidates, named = self.candidates, self._named()
+        if candidates.leaves_little(candidates.named()):
+            return
+        for parent in dict.fromkeys([named, self.base]):
+            self.progress(f"write down a law on top of {parent.hypothesis}")
+            for hypothesis, start in discovered(parent, self.screened):
+                substeps = parent.fit.substeps
+                self._keep(FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps))
+        self._remove()
 
     def without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
         """Return the fit of a hypothesis without one of its effects.

@@ -79,7 +79,7 @@ def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
         added = _network(
             base.system, port, base.study.scales, prior, np.random.default_rng([seed, 1, number])
         )
-        base = Hypothesis(base.study, added.system, (*base.effects, added))
+        base = Hypothesis(base.study, added.system, (*base.effects, added), base.laws)
     return base
 
 

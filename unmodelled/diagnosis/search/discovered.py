@@ -1,0 +1,136 @@
+"""Laws that the library lacks, written down as a sum of few terms in position and velocity.
+
+The terms are chosen by best-subset least squares of the free-run errors of a fitted model on the changes that
+a small amount of each term causes, as in the screening of effects (`screen`): no measurement is
+differentiated, and noise of the sensors is averaged over whole windows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.unknowns import Start
+from unmodelled.diagnosis.search.least_squares import Products
+from unmodelled.diagnosis.search.screen import SCREENED_AMOUNT
+from unmodelled.diagnosis.search.tangent import Tangent
+from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.law import Law, signed
+from unmodelled.effects.place import Place, Site
+from unmodelled.explanation.formula_candidates import HIGHEST_HARMONIC, HIGHEST_POWER, Motion, Term
+from unmodelled.systems.model import Port, System
+
+Array = NDArray[np.float64]
+
+FAMILY = "discovered_law"
+#: Terms of the longest formula, and largest power of a position that a damping is in proportion to.
+LONGEST, DAMPED_POWER = 3, 2
+#: Relative curvature that keeps terms which the logs cannot tell apart from cancelling each other.
+RIDGE = 1e-9
+
+_SPRINGS = tuple(Term(power=k) for k in range(1, HIGHEST_POWER + 1))
+_WAVES = tuple(Term(harmonic=k) for k in range(-HIGHEST_HARMONIC, HIGHEST_HARMONIC + 1) if k)
+_DAMPING = tuple(Term(Motion.VISCOUS, k) for k in range(1, DAMPED_POWER + 1))
+_DRAG = tuple(map(Term, (Motion.VISCOUS, Motion.QUADRATIC, Motion.CUBIC)))
+_TERMS = {term.text("x", "v"): term for term in (Term(), *_SPRINGS, *_WAVES, *_DAMPING, *_DRAG)}
+
+
+class DiscoveredLaw(PortEffect):
+    """Sum of a few smooth terms in position and velocity.
+
+    It has as many numbers as terms, and was chosen among many formulas: its complexity is one more than that.
+
+    Args:
+        terms: terms of the sum.
+    """
+
+    family = FAMILY
+    domains = ("power", "balance")
+
+    def __init__(self, terms: Sequence[Term]) -> None:
+        self.terms = tuple(terms)
+        self.variant = " + ".join(term.text("x", "v") for term in self.terms)
+        self.complexity = 1.0 + len(self.terms)
+
+    @classmethod
+    def named(cls, variant: str) -> DiscoveredLaw:
+        """Return the law with a variant, as an answer names it.
+
+        Args:
+            variant: terms with " + " between them.
+
+        Raises:
+            KeyError: when there is no such term.
+        """
+        return cls([_TERMS[text] for text in variant.split(" + ")])
+
+    def law(self, at: Site) -> Law:
+        names = [f"c_{k}" for k in range(1, len(self.terms) + 1)]
+        typical = [np.array(at[local].rms if local in at else 1.0) for local in ("x", "v")]
+        texts = [term.text("x", "v") for term in self.terms]
+        sizes = [at.effort / float(np.abs(term(*typical))) for term in self.terms]
+        products = [
+            name if text == "1" else f"{name}*{text}" for name, text in zip(names, texts, strict=True)
+        ]
+        each = zip(names, texts, sizes, strict=True)
+        return Law(" + ".join(products), {name: signed(text, size) for name, text, size in each})
+
+
+def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple[Hypothesis, Start]]:
+    """Yield hypotheses with a formula in one port, and values to start a fit from.
+
+    Of every port there are the best formulas of one, two and three terms, and all parts of the last one.
+
+    Args:
+        parent: fitted hypothesis that the law is added to.
+        recording: some of the windows that it was fitted to.
+    """
+    tangent, system = Tangent(parent, recording), parent.hypothesis.study.system
+    for port in system.ports:
+        terms, place = _terms(system, port), Place("port", port.name)
+        added = parent.hypothesis.plus(DiscoveredLaw(terms), place)
+        names = added.effects[-1].amplitudes
+        amounts = [SCREENED_AMOUNT * added.effects[-1].scales[name] for name in names]
+        slopes = tangent.slopes(added, [{n: a} for n, a in zip(names, amounts, strict=True)])
+        free = np.full((2, len(names)), [[-np.inf], [np.inf]])
+        for some, found in _formulas(tangent.products(slopes, free), tangent.shared):
+            larger = parent.hypothesis.plus(DiscoveredLaw([terms[k] for k in some]), place)
+            values = [found[i] * amounts[k] for i, k in enumerate(some)]
+            yield (
+                larger,
+                {**parent.fit.every, **dict(zip(larger.effects[-1].amplitudes, values, strict=True))},
+            )
+
+
+def _formulas(products: Products, shared: int) -> list[tuple[tuple[int, ...], Array]]:
+    """The best columns of every number, and all parts of the most, with their coefficients."""
+    gram = products.gram.sum(0)
+    unit = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scaled = gram * unit * unit[:, None]
+    # the unknowns of the fitted model follow every formula
+    follow = np.linalg.pinv(scaled[:shared, :shared], RIDGE, hermitian=True) @ scaled[:shared, shared:]
+    left = scaled[shared:, shared:] - scaled[shared:, :shared] @ follow
+    H, g, own = left[:-1, :-1] + RIDGE * np.eye(len(left) - 1), left[:-1, -1], unit[shared:-1] / unit[-1]
+    best: list[tuple[int, ...]] = []
+    for size in range(1, min(LONGEST, len(g)) + 1):
+        sets = np.array(list(combinations(range(len(g)), size)))
+        solved = np.linalg.solve(H[sets[:, :, None], sets[:, None, :]], g[sets][..., None])[..., 0]
+        best.append(tuple(sets[int(np.argmax(np.sum(solved * g[sets], axis=1)))].tolist()))
+    parts = [part for size in range(1, len(best[-1])) for part in combinations(best[-1], size)]
+    return [
+        (some, -np.linalg.solve(H[np.ix_(some, some)], g[list(some)]) * own[list(some)])
+        for some in dict.fromkeys([*best, *parts])
+    ]
+
+
+def _terms(system: System, port: Port) -> list[Term]:
+    """Terms in the coordinates of a port."""
+    angle = port.position in {state.name for state in system.states if state.unit == "rad"}
+    place = [*_SPRINGS, *(_WAVES if angle else ())] if port.position else []
+    both = _DAMPING if port.position and port.velocity else ()
+    return [Term(), *place, *both, *(_DRAG if port.velocity else ())]
