@@ -9,7 +9,7 @@ import pandas as pd
 from sklearn.linear_model import LogisticRegression
 
 #: Variance of the weights before any case was seen.
-PRIOR = 0.3
+PRIOR = 0.1
 
 
 def fitted_weights(table: pd.DataFrame, signs: Sequence[str]) -> dict[str, dict[str, float]]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from unmodelled.diagnosis.data.result import Verdict
 from unmodelled.diagnosis.decide.decision import Decision
+from unmodelled.diagnosis.decide.implausible import implausible
 from unmodelled.effects.added import Added
 
 #: Range of a calibrated confidence; the calibration has too few cases to say more.
@@ -36,6 +37,8 @@ class Signs:
         predictable: share of the squared error that a network predicts beyond the effects.
         alike: number of effects that cannot be told from the named ones.
         effects: number of named effects.
+        rest: error that the named effects leave, as a share of that of the known physics.
+        doubts: number of remarks on numbers that make no sense as numbers of a machine.
     """
 
     gain: float
@@ -43,6 +46,8 @@ class Signs:
     predictable: float
     alike: float
     effects: float
+    rest: float
+    doubts: float
 
     @classmethod
     def of(cls, decision: Decision) -> Signs:
@@ -61,6 +66,8 @@ class Signs:
             predictable=0.0 if decision.remainder is None else decision.remainder.predictable,
             alike=float(sum(map(len, decision.indistinguishable.values()))),
             effects=float(len(own)),
+            rest=float(min(candidates.remaining[named], 1.0)),
+            doubts=float(len(implausible(decision.prediction, decision.alike))),
         )
 
 
