@@ -36,9 +36,9 @@ PERIOD, SAMPLES, RUNS, STEPS = 0.01, 600, 8, 20
 Force = Callable[[float, float], float]
 
 
-def record(folder: Path, force: Force) -> Path:
+def record(folder: Path, force: Force, seed: int = 1) -> Path:
     """Sums of sines drive a cart of 2 kg on a spring; midpoint rule with 20 steps a sample."""
-    rng, tables, t = np.random.default_rng(1), [], PERIOD * np.arange(SAMPLES)
+    rng, tables, t = np.random.default_rng(seed), [], PERIOD * np.arange(SAMPLES)
     for _ in range(RUNS):
         size, rate, phase = 4.0 * rng.normal(size=5), rng.uniform(0.1, 1.5, 5), rng.uniform(0.0, 6.3, 5)
         u = np.sin(2.0 * np.pi * rate * t[:, None] + phase) @ size

@@ -55,7 +55,7 @@ def write(folder: Path, columns: Mapping[str, str], **factors: float) -> Path:
 
 
 def drafted(logs: Path) -> tuple[dict[str, Any], System]:
-    init(logs, None, None)
+    init(logs, None, None, None)
     folder = logs if logs.is_dir() else logs.parent
     content = yaml.safe_load((folder / "mapping.yaml").read_text())
     return content, read_system(folder / "system.yaml")
@@ -237,7 +237,7 @@ def test_other_files_and_dead_records_are_left_out_with_the_reason(tmp_path: Pat
 
 def test_files_may_be_written_elsewhere(tmp_path: Path) -> None:
     logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
-    init(logs, tmp_path / "models" / "pendulum.yaml", tmp_path / "mine")
+    init(logs, None, tmp_path / "models" / "pendulum.yaml", tmp_path / "mine")
     assert yaml.safe_load((tmp_path / "mine" / "mapping.yaml").read_text())["files"] == "../raw/*.csv"
     assert len(read_logs(tmp_path / "mine", read_system(tmp_path / "models" / "pendulum.yaml"))) == 3
     assert sorted(path.name for path in logs.iterdir()) == ["run 0.csv", "run 1.csv", "run 2.csv"]
@@ -248,7 +248,7 @@ def test_no_file_is_overwritten(tmp_path: Path, name: str) -> None:
     logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
     (logs / name).write_text("mine")
     with pytest.raises(BadInput, match="exists, and is not overwritten"):
-        init(logs, None, None)
+        init(logs, None, None, None)
     assert (logs / name).read_text() == "mine" and len(list(logs.iterdir())) == 4
 
 
@@ -269,7 +269,7 @@ def test_logs_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
         ("zip", "no file in it can be read; the first one: is a zip archive"),
     ):
         with pytest.raises(BadInput, match=message) as caught:
-            init(tmp_path / name, None, None)
+            init(tmp_path / name, None, None, None)
         assert str(caught.value).startswith(str(tmp_path / name))
         assert not (tmp_path / name / "mapping.yaml").exists()
 
@@ -296,3 +296,54 @@ def test_a_lerobot_data_set(tmp_path: Path) -> None:
     assert mapping["signals"]["u2"] == {"column": "action[1]", "unit": "rad"}
     assert values(system)["K2"] == pytest.approx(64.0, rel=0.1)
     assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2
+
+
+ARM = """
+<mujoco><compiler angle="radian"/><worldbody>
+  <body><joint name="hip" axis="0 1 0"/><inertial pos="0 0 -0.1" mass="0.5" diaginertia="0.01 0.01 0.01"/>
+    <body pos="0 0 -0.2"><joint name="knee" axis="0 1 0"/>
+      <inertial pos="0 0 -0.1" mass="0.5" diaginertia="0.01 0.01 0.01"/>
+      <body pos="0 0 -0.2"><joint name="toe" axis="0 1 0"/>
+        <inertial pos="0 0 -0.1" mass="0.1" diaginertia="0.001 0.001 0.001"/></body></body></body>
+</worldbody></mujoco>
+"""
+
+
+def arm_logs(folder: Path, names: tuple[str, str], header: bool = True) -> Path:
+    """Two joints, of which the second has a drive that its acceleration does not show."""
+    folder.mkdir()
+    a, b = LOGS[0], LOGS[1]
+    noise = np.random.default_rng(0).standard_normal(len(a["t"]))
+    columns = [a["angle"], b["angle"], a["speed"], b["speed"], a["torque"], noise]
+    labels = [f"{kind}_{name}" for kind in ("pos", "vel", "tau") for name in names]
+    table = pd.DataFrame(dict(zip(["t", *labels], [a["t"], *columns], strict=True)))
+    table.to_csv(folder / "run.csv", index=False, header=header)
+    return folder
+
+
+def test_a_robot_file_is_the_known_physics(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
+    robot.write_text(ARM)
+    init(arm_logs(tmp_path / "raw", ("hip", "knee")), robot, None, out)
+    text = (out / "system.yaml").read_text()
+    assert "locked: {toe: 0}  # Question" in text and (out / "leg.xml").read_text() == ARM
+    system = read_system(out / "system.yaml")
+    assert [item.name for item in system.inputs] == ["tau_hip", "tau_knee"]
+    assert [item.name for item in system.outputs] == ["q_hip", "qd_hip", "q_knee", "qd_knee"]
+    assert np.isfinite(simulate(system, read_logs(out, system)).gap.value)
+
+
+def test_a_robot_with_other_joints_is_refused(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
+    robot.write_text(ARM)
+    with pytest.raises(BadInput, match=r"leg.xml: has 3 joints \(hip, knee, toe\), and 2 positions"):
+        init(arm_logs(tmp_path / "raw", ("a1", "a2")), robot, None, out)
+    assert not out.exists()
+
+
+def test_columns_of_other_joints_tell_a_drive(tmp_path: Path) -> None:
+    mapping, _ = drafted(arm_logs(tmp_path / "raw", ("1", "2"), header=False))
+    found = {name: signal["column"] for name, signal in mapping["signals"].items()}
+    assert found == {"q1": "2", "q2": "3", "w1": "4", "w2": "5", "u1": "6", "u2": "7"}

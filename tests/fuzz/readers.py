@@ -136,7 +136,7 @@ def recorder_cases(folder: Path) -> dict[str, Case]:
 
     def drafted(place: Path) -> object:
         shutil.rmtree(place / "drafts", ignore_errors=True)
-        init(place, None, place / "drafts")
+        init(place, None, None, place / "drafts")
         return read_logs(place / "drafts", read_system(place / "drafts" / "system.yaml"))
 
     found = {"mapping": read, "init": _checked(Case.of(raw, ("a.csv", "b.csv"), drafted))}

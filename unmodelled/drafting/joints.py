@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -124,7 +125,38 @@ def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
     moving = [home for home in homes.values() if home.moves(STILL * most if named else 0.0)]
     kept = _distinct(moving)[:MOST]
     taken = {home.position.address for home in kept}
-    return [_fitted(_joint(home, taken), experiments) for home in kept]
+    found = [_joint(home, taken) for home in kept]
+    return [_fitted(joint, experiments) for joint in _completed(found, kept)]
+
+
+def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
+    """Joints with a drive where the columns of the others tell which one it is, by its number.
+
+    A joint that carries others is accelerated by more than its own drive, which the values then do not show.
+    """
+    first = next((j for j in joints if j.drive and number_of(j.position.signal.address)), None)
+    if first is None or first.drive is None:
+        return list(joints)
+    found, drive = list[Joint](), first.drive
+    for joint, home in zip(joints, homes, strict=True):
+        here = {signal.address: signal for signal in home.signals}
+        address = _shifted(drive.signal.address, first.position.signal.address, joint.position.signal.address)
+        signal = here.get(address)
+        if joint.drive is None and signal is not None:
+            like = Channel(signal, drive.unit, drive.certain)
+            fit = _fit(joint.position, like, first.servo)
+            joint = replace(joint, drive=like, servo=first.servo, fit=fit)
+        found.append(joint)
+    return found
+
+
+def _shifted(address: str, origin: str, other: str) -> str:
+    """The address that is to `other` what `address` is to `origin`: its number is as much larger."""
+    numbers = [re.search(r"(\d+)(\D*)$", text) for text in (address, origin, other)]
+    mine, from_, to = numbers
+    if mine is None or from_ is None or to is None:
+        return ""
+    return f"{address[: mine.start()]}{int(mine[1]) + int(to[1]) - int(from_[1])}{mine[2]}"
 
 
 def _pairs(signals: Sequence[Signal]) -> dict[Signal, Signal]:

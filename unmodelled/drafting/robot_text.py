@@ -1,0 +1,117 @@
+"""The text of a system file whose known physics is a robot file, for the columns of logs."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from unmodelled.base.errors import BadInput
+from unmodelled.drafting.comments import numbered, one_line, word
+from unmodelled.drafting.draft import Draft
+from unmodelled.drafting.joints import Joint
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.units import parse_logged
+
+#: Bounds of the torque constant of a drive, N m/A.
+CONSTANTS = 0.001, 1000.0
+
+
+def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
+    """Return the text of a system file that names a robot file beside it.
+
+    Joints of the robot are those of the logs by their names; where the names do not tell, in their order.
+    Joints that do not move in the logs are locked.
+
+    Args:
+        draft: findings in the logs.
+        robot: MJCF or URDF file.
+        name: name of the system.
+
+    Raises:
+        BadInput: when the robot file cannot be used, or it is not clear which joints move.
+    """
+    system = _system(robot, name)
+    joints = [output.name.removeprefix("q_") for output in system.outputs if output.name.startswith("q_")]
+    pairs = _pairs(joints, list(numbered(draft.joints)), robot)
+    order = [joint for joint in joints if joint in pairs]
+    drives = dict(zip(joints, (item.name for item in system.inputs), strict=False))
+    how = "by their names" if _named(order, pairs) else "in their order. Is it so?"
+    lines = [
+        "# The robot file is the known physics. Its dry friction is left out: a diagnosis looks for it.",
+        f"# Question: joints are those of the logs {how}",
+        *("schema: system/1", f"name: {word(name)}", f"model: {robot.name}", "inputs:"),
+        *(_input(joint, drives[joint], *pairs[joint]) for joint in order if joint in drives),
+        "outputs:",
+        *(line for joint in order for line in _outputs(joint, *pairs[joint])),
+    ]
+    currents = [joint for joint in order if _is_current(pairs[joint][1])]
+    if currents:
+        lines += ["parameters:", *map(_constant, currents)]
+        lines += ["signals:", *(f"  drive_{joint}: k_{joint}*i_{joint}" for joint in currents)]
+    still = [joint for joint in joints if joint not in pairs]
+    if still:
+        each = ", ".join(f"{joint}: 0" for joint in still)
+        lines.append(f"locked: {{{each}}}  # Question: where do these joints, which do not move, stand?")
+    return "\n".join(lines) + "\n"
+
+
+def _system(robot: Path, name: str) -> System:
+    """The system that a robot file makes alone."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        try:
+            (folder / robot.name).write_bytes(robot.read_bytes())
+        except OSError as error:
+            raise BadInput(f"{robot}: cannot be read: {error.strerror}: check the path") from None
+        file = folder / "system.yaml"
+        file.write_text(f"schema: system/1\nname: {word(name)}\nmodel: {robot.name}\n", encoding="utf-8")
+        try:
+            return read_system(file)
+        except BadInput as error:
+            raise BadInput(str(error).replace(str(folder), str(robot.parent))) from None
+
+
+def _pairs(
+    joints: Sequence[str], found: Sequence[tuple[str, Joint]], robot: Path
+) -> dict[str, tuple[str, Joint]]:
+    """Number and signals of the logs by joint of the robot."""
+    named = {joint: one for joint in joints for one in found if joint in one[1].position.signal.address}
+    if len(named) == len(found):
+        return named
+    if len(joints) == len(found):
+        return dict(zip(joints, found, strict=True))
+    moving = ", ".join(one.position.signal.address for _, one in found)
+    raise BadInput(
+        f"{robot}: has {len(joints)} joints ({', '.join(joints)}), and {len(found)} positions of the logs "
+        f"move ({moving}): name the columns like the joints, or write the system file by hand"
+    )
+
+
+def _named(joints: Sequence[str], pairs: dict[str, tuple[str, Joint]]) -> bool:
+    return all(joint in pairs[joint][1].position.signal.address for joint in joints)
+
+
+def _is_current(joint: Joint) -> bool:
+    return joint.drive is not None and parse_logged(joint.drive.unit)[0].text == "A"
+
+
+def _input(joint: str, name: str, number: str, found: Joint) -> str:
+    if found.drive is None:
+        return f"  {name}: {{column: u{number}}}  # Question: which column drives {joint}? None was found."
+    said = one_line(found.drive.signal.address)
+    if _is_current(found):
+        return f"  i_{joint}: {{unit: A, commanded: false, column: u{number}}}  # {said}"
+    return f"  {name}: {{column: u{number}}}  # {said}. Question: is it what {name} stands for?"
+
+
+def _outputs(joint: str, number: str, found: Joint) -> list[str]:
+    speed = [f"  qd_{joint}: {{column: w{number}}}"] if found.velocity else []
+    return [f"  q_{joint}: {{column: q{number}}}  # {one_line(found.position.signal.address)}", *speed]
+
+
+def _constant(joint: str) -> str:
+    low, high = CONSTANTS
+    asked = "# Question: which torque at the joint does one ampere make?"
+    return f"  k_{joint}: {{value: 1, unit: N m/A, identify: true, bounds: [{low:g}, {high:g}]}}  {asked}"
