@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from unmodelled.report.numbers import amounts, number
+from unmodelled.report.numbers import SUPERSCRIPTS, amounts, number
 
 #: People after whom families of effects are called.
 NAMES = ("Coulomb", "Stribeck")
@@ -129,11 +130,25 @@ def effect_name(entry: Mapping[str, Any]) -> str:
     for name in NAMES:
         family = family.replace(name.lower(), name)
     if entry.get("variant"):
-        family += f" ({str(entry['variant']).replace('_', ' ')})"
+        family += f" ({formula_words(str(entry['variant']))})"
     found = f"{family} at {place_name(str(entry['port']))}"
     if entry.get("factor") is not None:
         found += f", where {entry['factor']} is {number(entry['level'])}"
     return found
+
+
+def formula_words(variant: str) -> str:
+    """Describe a variant in words, or as a formula with raised powers.
+
+    Args:
+        variant: variant of diagnosis.json.
+
+    Examples:
+        >>> formula_words("by_direction"), formula_words("x**2*v + v**3")
+        ('by direction', 'x²·v + v³')
+    """
+    raised = re.sub(r"\*\*(\d+)", lambda match: match[1].translate(SUPERSCRIPTS), variant)
+    return raised.replace("_", " ").replace("*", "·")
 
 
 def place_name(channel: str) -> str:

@@ -142,4 +142,5 @@ def _unit(unit: str) -> str:
 
 def _interval(interval: Interval) -> str:
     low, high = interval
-    return f"95 % interval {low:.4g} to {high:.4g}"
+    digits = next((n for n in range(4, 10) if f"{low:.{n}g}" != f"{high:.{n}g}"), 4)
+    return f"95 % interval {low:.{digits}g} to {high:.{digits}g}"

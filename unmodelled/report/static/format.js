@@ -15,5 +15,12 @@ const format = (() => {
   const withUnit = (value, unit, digits) => `${shown(value, digits)} ${unitText(unit)}`.trim();
   const named = ({ name, unit }) => (unitText(unit) ? `${name} (${unitText(unit)})` : name);
 
-  return { shown, withUnit, named };
+  // an interval with as many digits as tell its ends apart
+  function range(low, high) {
+    let digits = 4;
+    while (digits < 9 && low !== high && shown(low, digits) === shown(high, digits)) digits += 1;
+    return `${shown(low, digits)} to ${shown(high, digits)}`;
+  }
+
+  return { shown, range, withUnit, named };
 })();

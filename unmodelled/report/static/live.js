@@ -6,7 +6,7 @@
   if (!block) return;
   const model = simulation.loaded(JSON.parse(block.textContent));
   const place = document.getElementById("live-machine");
-  const { shown, withUnit, named } = format;
+  const { shown, range, withUnit, named } = format;
   const MOST_POINTS = 2500; // of a law
   const STEPS = 500; // of a slider
   const FAR = 100; // ranges of the measured output: a simulation that is farther off has diverged
@@ -126,7 +126,7 @@
       scale.append(mark);
     }
     track.append(scale);
-    const interval = number.interval ? `95 % interval ${shown(number.interval[0])} to ${shown(number.interval[1])}` : "a value of its own for every experiment";
+    const interval = number.interval ? `95 % interval ${range(...number.interval)}` : "a value of its own for every experiment";
     const known = number.known == null ? "" : `, ${shown(number.known)} in the system file`;
     const row = made("div", { class: "slider" }, made("label", { for: input.id }, number.name), output, track, made("small", {}, interval + known));
     const tell = () => {
