@@ -24,7 +24,6 @@ Changed = Callable[..., set[str]]
 ROOT = Path(__file__).parents[2]
 DIAGNOSING = frozenset(
     (
-        "calibrate_withheld",
         "diagnose",
         "diagnose_systems",
         "diagnose_withheld",
@@ -123,7 +122,7 @@ def test_a_style_sheet_and_a_template_concern_pages_alone(changed: Changed) -> N
 
 def test_calibrated_weights_concern_diagnoses_alone(changed: Changed) -> None:
     found = changed(("unmodelled/diagnosis/decide/calibration.json", " "))
-    assert "diagnose" in found and found <= DIAGNOSING
+    assert "diagnose" in found and found <= DIAGNOSING | {"calibrate_withheld"}
 
 
 def test_a_config_file_concerns_what_is_built_on_it(changed: Changed) -> None:

@@ -115,26 +115,20 @@ def _between_ports(
 def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> Key:
     """The key of `chosen` without effects that hardly lower the error of held-out experiments.
 
-    None stays if all of them together do not lower it by a material share, or raise the gap; `before` is the
-    gap without any.
+    None stays if all of them together do not lower it by a material share; `before` is the gap without any.
     """
     thresholds = search.study.thresholds
-    material = 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
-    gap = judged_model("", chosen).gap
+    least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
+    error = judged_model("", chosen).gap.value
     while chosen.hypothesis.effects:
         fewer = [search.without(chosen, effect) for effect in chosen.hypothesis.removable]
-        gaps = [judged_model("", fitted).gap for fitted in fewer]
-        best = min(range(len(fewer)), key=lambda k: _typical(gaps[k]))
-        if (1.0 - thresholds.least_gain) * _typical(gaps[best]) > _typical(gap):
+        errors = [judged_model("", fitted).gap.value for fitted in fewer]
+        best = int(np.argmin(errors))
+        if least * errors[best] > error:
             break
-        chosen, gap = fewer[best], gaps[best]
-    is_material = shrink(_typical(before), _typical(gap), gap.floor) >= material
-    return (chosen if is_material and gap.value < before.value else search.base).hypothesis.key
-
-
-def _typical(gap: Gap) -> float:
-    """Geometric mean of the errors of experiments, as in the score: not that of the worst one alone."""
-    return float(np.exp(np.mean(np.log(list(gap.per_experiment.values())))))
+        chosen, error = fewer[best], errors[best]
+    is_material = shrink(before.value, error, before.floor) >= material
+    return (chosen if is_material else search.base).hypothesis.key
 
 
 def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
