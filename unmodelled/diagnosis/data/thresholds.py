@@ -16,9 +16,8 @@ _NO_FAULT = "none of the faults of 17 logs changes at half and at twice the valu
 _REGION = "half: none of 3 diagnoses; twice: regions of 1"
 _NO_PLACE = "no channel, region or factor of 3 diagnoses changes at half and at twice the value (decision 10)"
 _NO_REMARK = "decides no verdict"
-_NO_DECISION = "none of 12 decisions changes at half and at twice the value (decision 10)"
+_NO_DECISION = "none of 24 answers changes at half and at twice the value (decision 10)"
 _UNMEASURED = "not measured"
-_BEFORE_PRICE = "not measured since complexity has a price (decision 10 has the rule before)"
 
 
 def _threshold(value: float, unit: str, origin: str, sensitivity: str) -> Any:
@@ -154,44 +153,44 @@ class Thresholds:
         0.95,
         "probability",
         "usual level of tests and intervals",
-        "0.475: verdict of 1 of 12 decisions, effect of another one; 0.975: none",
+        "0.475 and 0.975: as many of 24 answers are right",
     )
     material_share: float = _threshold(
         0.05,
         "share of the gap per unit of complexity",
         "measured machines (rule_changes.md)",
-        _BEFORE_PRICE,
+        "half: as many of 24 answers are right (one more, one less); twice: 15 instead of 16",
     )
     further_rest: float = _threshold(
         0.3,
         "share of the error",
         "half of the squared error",
-        _BEFORE_PRICE,
+        "half: as many of 24 answers are right; twice: 14 instead of 16, both without fault",
     )
     exchanged_rest: float = _threshold(
         0.1,
         "share of the error",
         "a fifth of the squared error",
-        _BEFORE_PRICE,
+        _NO_DECISION,
     )
     negligible_error: float = _threshold(
         0.01,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: none of 12 decisions; twice: verdict of 1, other effects in 3",
+        "half: none of 24 answers; twice: 15 instead of 16 are right",
     )
     unexplained_gap: float = _threshold(
         0.1,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: none of 12 decisions; twice: verdict of 1",
+        "half: verdict of 2 of 24 answers; twice: of 1; as many are right",
     )
     least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _NO_DECISION)
     alike_errors: float = _threshold(
         2.0,
         "standard errors",
         "about 95 %",
-        "half: fewer indistinguishable effects in 3 of 12 decisions; twice: more in 2",
+        "half: 15 instead of 16 of 24 answers are right; twice: 17, with more indistinguishable effects",
     )
 
     # Effects that cannot be told apart
@@ -199,13 +198,13 @@ class Thresholds:
         0.6,
         "units of complexity",
         _DEVELOPMENT,
-        "half: other indistinguishable effects in 1 of 12 decisions; twice: in 2",
+        "half: none of 24 answers; twice: more indistinguishable effects in 4",
     )
     most_equal: int = _threshold(
         3,
         "candidates",
         _JUDGEMENT,
-        "half: fewer indistinguishable effects in 3 of 12 decisions; twice: more in 1",
+        "half: fewer indistinguishable effects in 5 of 24 answers; twice: none",
     )
 
     # Numbers that make no sense, and numbers that the logs do not determine
