@@ -35,9 +35,9 @@ distinguish several laws, the law with the lowest complexity is named. A law wit
 form of its family.
 
 Where all of these leave more than a negligible error, `diagnose` writes down a law as the family
-`discovered_law`: at a port, a sum of up to three terms in its position and velocity, such as `c_1*x**2*v`. The
-terms are a constant, powers of the position up to 5, sines and cosines of an angle up to four times per turn,
-and `v`, `x*v`, `x**2*v`, `v*abs(v)` and `v**3`. Its complexity is one more than the number of terms.
+`discovered_law`: at a port, a sum of up to three terms in its position and velocity, such as `c_1*x**2*v`.
+The terms are a constant, powers of the position up to 5, sines and cosines of an angle up to four times per
+turn, and `v`, `x*v`, `x**2*v`, `v*abs(v)` and `v**3`. Its complexity is one more than the number of terms.
 
 """
 
