@@ -77,10 +77,8 @@ def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, l
     library: dict[tuple[str, str], Effect] = {(e.family, e.variant): e for e in effects()}
     for entry in entries:
         family, variant = entry["family"], entry.get("variant", "")
-        effect = DiscoveredLaw.named(variant) if family == FAMILY else library.get((family, variant))
         try:
-            if effect is None:
-                raise KeyError(entry["family"])
+            effect = DiscoveredLaw.named(variant) if family == FAMILY else library[family, variant]
             hypothesis = hypothesis.plus(effect, place_of(entry))
         except KeyError:
             raise BadInput(

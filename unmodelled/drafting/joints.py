@@ -152,8 +152,7 @@ def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
 
 def _shifted(address: str, origin: str, other: str) -> str:
     """The address that is to `other` what `address` is to `origin`: its number is as much larger."""
-    numbers = [re.search(r"(\d+)(\D*)$", text) for text in (address, origin, other)]
-    mine, from_, to = numbers
+    mine, from_, to = (re.search(r"(\d+)(\D*)$", text) for text in (address, origin, other))
     if mine is None or from_ is None or to is None:
         return ""
     return f"{address[: mine.start()]}{int(mine[1]) + int(to[1]) - int(from_[1])}{mine[2]}"

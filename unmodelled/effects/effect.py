@@ -22,7 +22,6 @@ class Effect(ABC):
 
     Every class of this package without abstract methods is in the library.
 
-
     Attributes:
         family: name of the family in a diagnosis.
         variant: name of the variant within the family; empty for the plain form.
@@ -94,7 +93,7 @@ class PortEffect(LawEffect):
 
     needs: ClassVar[tuple[Literal["position", "velocity"], ...]] = ()
     power: ClassVar[Power | None] = None
-    domains: tuple[Domain, ...] = ("power",)
+    domains: ClassVar[tuple[Domain, ...]] = ("power",)
 
     def suits(self, system: System, port: Port) -> bool:
         """Return whether the effect can act on a port.
