@@ -169,3 +169,22 @@ def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str,
         next_verb(case / "cart.yaml", case / "logs", case / "answer", limits, tmp_path / "out")
     assert "\n" not in str(error.value) and str(limits) in str(error.value)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"family": "discovered_law", "variant": "x**9", "port": "rail"},
+        {"family": "discovered_law", "port": "rail"},
+        {"family": "magic", "port": "rail"},
+        {"family": "coulomb_friction", "port": "wheel"},
+    ],
+    ids=lambda e: " ".join(e.values()),
+)
+def test_an_effect_that_cannot_be_added_is_one_line(case: Path, effect: dict[str, str]) -> None:
+    system = read_system(case / "cart.yaml")
+    answer = json.loads((case / "answer" / "diagnosis.json").read_text())
+    answer["effects"] = [{**effect, "parameters": {}, "indistinguishable": []}]
+    with pytest.raises(BadInput, match=f"{effect['family']} at {effect['port']} cannot be added") as error:
+        planned(system, read_logs(case / "logs", system), answer, case / "limits.yaml", 0)
+    assert "\n" not in str(error.value)
