@@ -91,9 +91,9 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def proposed(case: Path, seed: int = 0, limits: Path | None = None) -> NextExperiment:
+def proposed(case: Path, seed: int = 0, limits: Path | None = None, **changed: Any) -> NextExperiment:
     system = read_system(case / "cart.yaml")
-    answer = json.loads((case / "answer" / "diagnosis.json").read_text())
+    answer = {**json.loads((case / "answer" / "diagnosis.json").read_text()), **changed}
     return planned(system, read_logs(case / "logs", system), answer, limits or case / "limits.yaml", seed)
 
 
@@ -182,9 +182,7 @@ def test_bad_limits_are_one_line(case: Path, tmp_path: Path, old: str, new: str,
     ids=lambda e: " ".join(e.values()),
 )
 def test_an_effect_that_cannot_be_added_is_one_line(case: Path, effect: dict[str, str]) -> None:
-    system = read_system(case / "cart.yaml")
-    answer = json.loads((case / "answer" / "diagnosis.json").read_text())
-    answer["effects"] = [{**effect, "parameters": {}, "indistinguishable": []}]
+    effects = [{**effect, "parameters": {}, "indistinguishable": []}]
     with pytest.raises(BadInput, match=f"{effect['family']} at {effect['port']} cannot be added") as error:
-        planned(system, read_logs(case / "logs", system), answer, case / "limits.yaml", 0)
+        proposed(case, effects=effects)
     assert "\n" not in str(error.value)
