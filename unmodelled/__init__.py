@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from unmodelled.api.diagnosis import NamedEffect as NamedEffect
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.example import example as example
+    from unmodelled.api.fmu import write_fmu as write_fmu
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
     from unmodelled.api.plan import Plan as Plan
@@ -52,6 +53,7 @@ else:
         "api.answer_list": ("AnswerList", "list_answers"),
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
+        "api.fmu": ("write_fmu",),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
         "api.plan": ("Plan", "plan"),
         "api.robot": ("supplement",),

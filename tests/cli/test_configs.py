@@ -24,7 +24,7 @@ PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
 #: Of no part of the graph: what reads sweeps or answers, writes a file of the program, diagnoses at once, or
 #: drafts.
-WITHOUT_NODE = ("compare", "calibrate_withheld", "diagnose", "init", "next", "plan", "report")
+WITHOUT_NODE = ("compare", "calibrate_withheld", "diagnose", "export", "init", "next", "plan", "report")
 NODES = [verb for verb in PROGRAM.verbs if verb not in WITHOUT_NODE]
 
 

@@ -1,0 +1,138 @@
+"""Systems as FMUs: run by FMPy, they are the free runs of this package, with delays and initial states."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.validation import validate_fmu
+from numpy.typing import NDArray
+
+from unmodelled import BadInput, System, read_system, write_fmu
+from unmodelled.__main__ import PROGRAM
+from unmodelled.cli.command_line import main
+from unmodelled.engine.fmu.stepper import Stepper
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.program import Program
+
+Array = NDArray[np.float64]
+SYSTEMS = Path("systems")
+PENDULUM = read_system(SYSTEMS / "pendulum.yaml")
+STEP = 0.004
+RC = """
+schema: system/1
+name: rc_branch
+states:
+  v: {unit: V, initial: R*i}
+inputs:
+  i: {unit: A}
+outputs:
+  u: {unit: V, expression: v + R_0*i}
+operating_point:
+  u_0: {unit: V}
+parameters:
+  R: {value: 2.0, unit: ohm}
+  R_0: {value: 1.0, unit: ohm}
+  C: {value: 0.1, unit: F}
+dynamics:
+  v: (i - (v - u_0)/R)/C
+"""
+
+
+def simulated(system: System, folder: Path, u: Array, start: Mapping[str, float]) -> Array:
+    """Outputs of the FMU (samples, outputs) along inputs (samples, inputs) that are held."""
+    file = folder / "machine.fmu"
+    write_fmu(system, file)
+    assert validate_fmu(str(file)) == []
+    held = np.rec.fromarrays(
+        [STEP * np.arange(len(u)), *u.T], names=["time", *(item.name for item in system.inputs)]
+    )
+    found = fmpy.simulate_fmu(
+        str(file),
+        start_values=dict(start),
+        input=held,
+        output=[item.name for item in system.outputs],
+        stop_time=STEP * (len(u) - 1),
+        output_interval=STEP,
+        step_size=STEP,
+        fmi_type="CoSimulation",
+    )
+    return np.stack([found[item.name] for item in system.outputs], 1)
+
+
+def held_run(system: System, u: Array, x0: Array) -> Array:
+    """Outputs (samples, outputs) of the register machine, with inputs that are held."""
+    one, steps = np.zeros(1, np.int64), len(u) - 1
+    windows = Windows(u, STEP * np.arange(len(u)), one, one + steps, one, one)
+    program = Program.of(system, [item.expression for item in system.outputs])
+    how = Integration(STEP, "rk4", 4)
+    return free_run(program, windows, np.array(system.values)[None, None], np.empty((1, 0)), x0, how)[0, 0]
+
+
+@pytest.fixture(scope="module")
+def torque() -> Array:
+    return np.random.default_rng(0).normal(size=(60, 1)).repeat(4, axis=0)
+
+
+def test_an_fmu_is_the_free_run(torque: Array, tmp_path: Path) -> None:
+    shown = simulated(PENDULUM, tmp_path, torque, {"start_theta": 0.3, "start_omega": -1.0})
+    assert shown == pytest.approx(held_run(PENDULUM, torque, np.array([[[0.3, -1.0]]])), abs=1e-9)
+
+
+def test_parameters_and_names_are_those_of_the_system(tmp_path: Path) -> None:
+    write_fmu(PENDULUM, tmp_path / "machine.fmu")
+    variables = fmpy.read_model_description(str(tmp_path / "machine.fmu")).modelVariables
+    found = {v.name: (v.causality, v.start and float(v.start)) for v in variables}
+    parameters = {p.name: ("parameter", p.value) for p in PENDULUM.parameters}
+    starts = {f"start_{s.name}": ("parameter", 0.0) for s in PENDULUM.states}
+    sides = {"torque": ("input", 0.0), "theta": ("output", None), "time": ("independent", None)}
+    assert found == parameters | starts | sides
+
+
+def test_an_initial_value_follows_from_the_inputs_and_a_constant_is_a_parameter(tmp_path: Path) -> None:
+    """A voltage R*i decays to R*i + u_0 within R*C; i and u_0 are set before the start."""
+    (tmp_path / "rc.yaml").write_text(RC)
+    u = np.full((101, 1), 1.5)
+    shown = simulated(read_system(tmp_path / "rc.yaml"), tmp_path, u, {"i": 1.5, "u_0": 0.4})
+    t = STEP * np.arange(101)
+    assert shown[:, 0] == pytest.approx(3.0 + 0.4 * (1.0 - np.exp(-t / 0.2)) + 1.5, abs=1e-9)
+
+
+@pytest.mark.parametrize("delay", [2.0 * STEP, 1.3 * STEP, 0.2 * STEP])
+@pytest.mark.parametrize("of", ["inputs", "outputs"])
+def test_delays_are_simulated(of: str, delay: float, torque: Array) -> None:
+    """A machine that rests first does the same later: at T, and with a delay of d at T + d."""
+    (item,) = getattr(PENDULUM, of)
+    late = replace(PENDULUM, **{of: (replace(item, delay=delay),)})
+    nothing, rest = np.zeros(1), np.zeros(2)
+    runs = [Stepper(s, np.array(s.values), np.empty(0), nothing, rest) for s in (late, PENDULUM)]
+    for u in torque:
+        for run in runs:
+            run.step(u, STEP)
+    shown = runs[1].y
+    assert abs(runs[0].y - shown) > 1e-3
+    runs[0].step(nothing + 9.0, delay)
+    assert runs[0].y == pytest.approx(shown, abs=1e-8)
+
+
+def test_the_command_writes_an_fmu(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(PROGRAM, ["export", f"system={SYSTEMS}/pendulum.yaml", f"out={tmp_path}/machine.fmu"]) == 0
+    assert "inputs: torque (N m)\noutputs: theta (rad)\n" in capsys.readouterr().out
+    assert validate_fmu(str(tmp_path / "machine.fmu")) == []
+
+
+def test_what_is_no_fmu_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(BadInput, match=r"must end in \.fmu, for example machine\.fmu"):
+        write_fmu(PENDULUM, tmp_path / "machine.zip")
+    named = replace(PENDULUM, parameters=(replace(PENDULUM.parameters[0], name="start_theta"),))
+    with pytest.raises(BadInput, match="start_theta: the FMU has an initial state of that name"):
+        write_fmu(named, tmp_path / "machine.fmu")
+    monkeypatch.setitem(sys.modules, "pythonfmu3", None)
+    with pytest.raises(BadInput, match="needs the extra fmu"):
+        write_fmu(PENDULUM, tmp_path / "machine.fmu")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,61 @@
+"""A system as a Functional Mock-up Unit, for people who simulate in Simulink, Modelica or another tool."""
+
+from __future__ import annotations
+
+import shutil
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from unmodelled.base.errors import BadInput
+from unmodelled.base.files import replacing
+from unmodelled.systems.model import System
+from unmodelled.systems.writer import write_system
+
+SCRIPT = Path(__file__).parents[1] / "engine" / "fmu" / "machine.py"
+
+
+def write_fmu(system: System, path: Path | str) -> None:
+    """Write a system as a Functional Mock-up Unit (FMI 3.0, co-simulation).
+
+    Inputs and outputs of the FMU are those of the system, in SI units. Its parameters are the parameters of
+    the system, the constants of the operating point (zero unless they are set), and `start_<state>` for
+    the states whose initial value is a number. Inputs keep their values during a communication step. Delays
+    are simulated. The computer that runs the FMU needs Python with this package, because the FMU runs the
+    free runs of this package on the system file that it contains.
+
+    Args:
+        system: system to write, such as the `augmented` one of a diagnosis.
+        path: file of the FMU, `machine.fmu`; replaced where it exists.
+
+    Raises:
+        BadInput: when the extra `fmu` is not installed, the path does not end in `.fmu`, two variables of the
+            FMU have the same name, or the file cannot be written.
+
+    Examples:
+        >>> import zipfile
+        >>> import unmodelled as um
+        >>> from tempfile import TemporaryDirectory
+        >>> system, _ = um.example("pendulum")
+        >>> with TemporaryDirectory() as folder:
+        ...     um.write_fmu(system, f"{folder}/pendulum.fmu")
+        ...     "modelDescription.xml" in zipfile.ZipFile(f"{folder}/pendulum.fmu").namelist()
+        True
+    """
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise BadInput(f"{path}: the name of an FMU must end in .fmu, for example {path.stem}.fmu")
+    if find_spec("pythonfmu3") is None:
+        raise BadInput('an FMU needs the extra fmu: pip install "unmodelled[fmu]"')
+    names = {str(symbol) for symbol in (*system.u, *system.p, *system.c)} | {y.name for y in system.outputs}
+    taken = [f"start_{s.name}" for s in system.states if f"start_{s.name}" in names]
+    if taken:
+        raise BadInput(f"{system.place}: {taken[0]}: the FMU has an initial state of that name: rename it")
+    from pythonfmu3.builder import FmuBuilder
+
+    with TemporaryDirectory() as folder, replacing(path) as temporary:
+        model = Path(folder, "model")
+        model.mkdir()
+        write_system(system, model / "system.yaml")
+        built = FmuBuilder.build_FMU(SCRIPT, Path(folder, "fmu"), [model])
+        shutil.move(built, temporary)
