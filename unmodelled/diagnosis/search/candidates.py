@@ -14,6 +14,7 @@ from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
+from unmodelled.diagnosis.search.discovered import FAMILY
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
 
@@ -145,6 +146,11 @@ class Candidates:
         """Return the number, shape (candidates,), of effects that differ between experiments."""
         return np.array([sum(bool(e.per_experiment) for e in f.hypothesis.effects) for f in self.fits])
 
+    @cached_property
+    def _formulas(self) -> Mask:
+        """Mask, shape (candidates,), of those with a law that the library lacks."""
+        return np.array([any(family == FAMILY for family, *_ in key) for key in self._keys])
+
     def gain(self, before: int, after: int) -> Comparison:
         """Compare the predictions of two candidates.
 
@@ -186,7 +192,8 @@ class Candidates:
         output's error by a share: an effect at one of six joints matters to the outputs of this joint. This
         is not enough for a more complex one with more numbers, because every model of a real machine leaves
         errors that a flexible law lowers: it must remove a share of the gap in proportion to its further
-        complexity. Further numbers of single experiments, which absorb any structure, must lower what is
+        complexity, or explain what is left as an `effect` explains a gap, however small that is beside a
+        larger effect. Further numbers of single experiments, which absorb any structure, must lower what is
         left, too. Errors below `negligible_error` matter to no one: a sensor of little noise shows more than
         any model needs to predict.
 
@@ -204,7 +211,8 @@ class Candidates:
         of_rest = 1.0 - after / before
         more = self._more_complex(one, other) if priced else 0.0
         if more > 0.0:
-            lower = (before - after) / (limits.material_share * more * self._gap)
+            of_gap = (before - after) / (limits.material_share * more * self._gap)
+            lower = np.maximum(of_gap, of_rest / (1.0 - limits.further_rest))
         else:
             lower = of_rest / limits.exchanged_rest
         if self.own[one] > self.own[other]:
@@ -246,11 +254,13 @@ class Candidates:
 
         A candidate counts only if each of its effects pays. It is not named where another one that is no
         more complex has the lower error: it may be unbeaten only because its errors differ from those of the
-        others in both directions. Numbers of single experiments are named only if they beat the best law.
+        others in both directions. Numbers of single experiments and formulas, which were chosen among many,
+        are named only if they beat the best laws of the library.
         """
         sound = np.flatnonzero(self.sound).tolist()
-        law = self._simplest([k for k in sound if not self.own[k]])
-        better = [k for k in sound if self.own[k] and self.beats(k, law)]
+        flexible = (self.own > 0) | self._formulas
+        law = self._simplest([k for k in sound if not flexible[k]])
+        better = [k for k in sound if flexible[k] and self.beats(k, law)]
         return self._simplest(better) if better else law
 
     @cached_property
