@@ -162,7 +162,7 @@ def place_name(channel: str) -> str:
 
 
 def percent(value: float | None) -> str:
-    """Format a share in percent; a share below 99.95 % is never rounded to 100 %.
+    """Format a share in percent; neither nearly all is rounded to 100 % nor a little to 0 %.
 
     Args:
         value: share, 0 to 1; None is shown as a dash.
@@ -170,4 +170,5 @@ def percent(value: float | None) -> str:
     if value is None:
         return "–"
     share = 100.0 * value
-    return f"{share:.1f}\u202f%" if 99.0 < share < 99.95 else f"{share:.0f}\u202f%"
+    little, most = 0.05 <= share < 0.95, 99.0 < share < 99.95
+    return f"{share:.1f}\u202f%" if little or most else f"{share:.0f}\u202f%"

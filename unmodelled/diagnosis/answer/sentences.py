@@ -46,7 +46,9 @@ def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
     yield f"verdict: {VERDICTS[diagnosis.verdict]} (confidence {diagnosis.confidence:.2f})"
     yield from first if diagnosis.verdict == "check_logs" else ()
     for found in diagnosis.effects:
-        explains = f"explains {100.0 * found.shrink:.0f} % of the squared gap above the noise floor"
+        share = 100.0 * found.shrink
+        digits = 1 if 0.05 <= share < 0.95 else 0  # a small effect beside a large one
+        explains = f"explains {share:.{digits}f} % of the squared gap above the noise floor"
         sure = f"confidence {found.confidence:.2f}"
         yield f"- {named(found.added)}: {found.added.law} ({explains}, {sure})"
         yield from (f"    {line}" for line in _law_numbers(found))
