@@ -236,10 +236,11 @@ def biased(tmp_path_factory: pytest.TempPathFactory) -> Candidates:
 
 
 def test_complexity_has_a_price_unless_what_is_left_is_explained(biased: Candidates) -> None:
-    """The offset beside dry friction removes nearly all that is left."""
+    """The offset beside dry friction removes nearly all that is left above the noise."""
     removed, more = (float(v[1] - v[4]) for v in (biased.remaining, -biased.complexity))
-    left = float(biased.remaining[4] / biased.remaining[1])
-    assert left < 0.2
+    rest, after = (np.sqrt(np.exp(biased.scores[k].mean()) - 2.0) for k in (1, 4))
+    left = float(after / rest)
+    assert 0.0 < left < 0.2
     for share, beats in ((0.99 * removed / more, True), (1.01 * removed / more, False)):
         assert limited(biased, material_share=share, further_rest=1e-9).beats(4, 1) == beats
     for share, beats in ((1.01 * left, True), (0.99 * left, False)):

@@ -10,7 +10,12 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.run_folder import diagnosed, write_runs
-from unmodelled.diagnosis.search.discovered import DiscoveredLaw
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.search.discovered import DiscoveredLaw, discovered
+from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.preparation import prepared_for
+from unmodelled.systems.reader import read_system
 
 CART = """
 schema: system/1
@@ -79,6 +84,18 @@ def test_a_law_that_the_library_lacks_is_written_down(
 def test_a_law_of_the_library_is_named_as_such(tmp_path: Path) -> None:
     answer = diagnosed(tmp_path, CART, record(tmp_path / "logs", lambda x, v: 2.0 * v * abs(v)))
     assert [e.family for e in answer.effects] == ["quadratic_drag"]
+
+
+def test_a_formula_that_is_a_law_of_the_library_is_this_law(tmp_path: Path) -> None:
+    """A spring, which the library's own fit may have missed, begins with the number of the formula."""
+    (tmp_path / "cart.yaml").write_text(CART)
+    system = read_system(tmp_path / "cart.yaml")
+    logs = read_logs(record(tmp_path / "logs", lambda x, v: 25.0 * x), system)
+    search = EffectSearch(Study.of(system, prepared_for(system, logs), 0.5, 0))
+    found = {h.effects[-1].key[:2]: start for h, start in discovered(search.base, search.screened)}
+    # to first order: the mass follows
+    assert found["linear_spring", ""]["k_rail"] == pytest.approx(25.0, rel=0.5)
+    assert ("discovered_law", "x") not in found
 
 
 def test_a_law_is_known_by_its_variant() -> None:

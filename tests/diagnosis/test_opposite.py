@@ -99,9 +99,9 @@ def test_a_torque_between_two_masses_gives_a_port_between_them(tmp_path: Path) -
     known = found.model.system
     pairs = opposite_ports(found)
     assert [(one.name, other.name) for one, other in pairs] == [("motor", "load")]
-    grown, (note,) = with_ports_between(known, pairs)
-    assert note.startswith("equal and opposite efforts are missing at motor and load")
-    between = grown.port("motor_load")
+    grown, (name,) = with_ports_between(known, pairs)
+    between = grown.port(name)
+    assert name == "motor_load"
     assert (between.effort, between.unit) == ("T1_T2", "N m")
     one, other = (grown.dynamics[k].diff(symbol("T1_T2")) for k in (1, 3))
     assert (one, other) == (-1 / symbol("J1"), 1 / symbol("J2"))
@@ -116,6 +116,10 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
     answer = diagnose(found.model.system, found.model.logs, HORIZON)
     (effect,) = answer.effects
     assert (effect.family, effect.port) == ("viscous_friction", "motor_load")
+    (note,) = (
+        note for note in answer.notes if "equal and opposite efforts are missing at motor and load" in note
+    )
+    assert "at the port motor_load" in note
     (number,) = effect.parameters.values()
     assert number["value"] == pytest.approx(0.12, rel=0.03)
     assert any("equal and opposite efforts" in note for note in answer.notes)
@@ -124,3 +128,45 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
 @pytest.mark.parametrize("effort", [friction_of_the_load, friction_of_both])
 def test_friction_of_one_mass_or_of_both_is_not_between_them(tmp_path: Path, effort: Effort) -> None:
     assert opposite_ports(lacking(tmp_path, effort)) == ()
+
+
+ROOMS = """
+schema: system/1
+name: rooms
+states: {T1: {unit: K}, T2: {unit: K}}
+inputs: {Q1: {unit: W}, Q2: {unit: W}}
+outputs: {T1: {unit: K}, T2: {unit: K}}
+parameters:
+  C: {value: 2.0, unit: J/K}
+  U: {value: 0.055, unit: W/K, identify: true, bounds: [0.01, 0.15]}
+ports:
+  left: {effort: P1, unit: W, position: T1}
+  right: {effort: P2, unit: W, position: T2}
+dynamics:
+  T1: (Q1 - U*(T1 - 293) - P1)/C
+  T2: (Q2 - U*(T2 - 293) - P2)/C
+"""
+
+
+def test_heat_between_two_rooms_is_named_without_a_port_in_the_file(tmp_path: Path) -> None:
+    """Two balances with heat exchange of 0.02 W/K; exact steps of a linear system, heaters held."""
+    rng, tables, n, every = np.random.default_rng(2), [], 400, 40
+    exchange = 0.02 * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    rate, modes = np.linalg.eigh((0.05 * np.eye(2) + exchange) / 2.0)
+    decay = modes @ np.diag(np.exp(-rate)) @ modes.T
+    for _ in range(6):
+        Q = rng.uniform(0.0, 1.0, (n // every, 2)).repeat(every, axis=0)
+        T = [293.0 + rng.uniform(0.0, 5.0, 2)]
+        for heat in Q[:-1]:
+            rest = 293.0 + np.linalg.solve(0.05 * np.eye(2) + exchange, heat)
+            T.append(rest + decay @ (T[-1] - rest))
+        seen = np.array(T) + 0.02 * rng.standard_normal((n, 2))
+        columns = dict(zip(("Q1", "Q2", "T1", "T2"), np.hstack([Q, seen]).T, strict=True))
+        tables.append(pd.DataFrame({"t": np.arange(float(n)), **columns}))
+    write_runs(tmp_path / "logs", tables)
+    known = written(tmp_path, ROOMS.replace("unit: W}", "unit: W, hold: true}", 2))
+    answer = diagnose(known, read_logs(tmp_path / "logs", known))
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "linear_loss", "left_right")
+    (number,) = effect.parameters.values()
+    assert number["value"] == pytest.approx(0.02, rel=0.03) and number["unit"] == "W/K"

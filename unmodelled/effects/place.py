@@ -14,8 +14,11 @@ from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.systems import units
+from unmodelled.systems.grammar import evaluate
 from unmodelled.systems.model import Input, Output, System, symbol
 from unmodelled.systems.printing import printed
+from unmodelled.systems.quantities import Quantity
+from unmodelled.systems.scope import Value, scope_of
 from unmodelled.systems.units import SECOND, Dimension, parse_unit
 
 Kind = Literal["port", "actuator", "sensor", "parameter"]
@@ -142,8 +145,22 @@ def _coordinate(
     system: System, local: str, name: str, effort: Dimension | None, scales: Scales
 ) -> SiteQuantity:
     units_of = {s.name: s.unit for s in system.states}
-    unit = units_of.get(name) or _motion_unit(local, effort)
+    unit = units_of.get(name) or _signal_unit(system, name, _motion_unit(local, effort))
     return _quantity(system, name, system.expression(name), unit, scales.of[name])
+
+
+def _signal_unit(system: System, name: str, usual: str) -> str:
+    """Return the unit of a signal by its expression; `usual` where that agrees or leaves a doubt."""
+    lists = (system.states, system.inputs, system.operating_point, system.parameters)
+    named = {item.name: item.unit for items in lists for item in items}
+    named |= {port.effort: port.unit for port in system.ports}
+    own = {n: Value(symbol(n), Quantity(_dimension(system, unit))) for n, unit in named.items()}
+    scope, place = scope_of(system), f"signals.{name}"
+    if place not in system.text:
+        return usual
+    found = evaluate(system.text[place], replace(scope, values={**scope.values, **own}), place)
+    dimension = found.quantity.settled
+    return usual if dimension in (None, parse_unit(usual).dimension) else units.describe(dimension)
 
 
 def _stiffness(system: System, spring: sp.Expr, effort: Dimension | None, x: SiteQuantity) -> SiteQuantity:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.gap import Gap, shrink
+from unmodelled.diagnosis.data.remark import listed
 from unmodelled.diagnosis.data.result import (
     Compared,
     DiagnosedEffect,
@@ -41,6 +42,8 @@ Array = NDArray[np.float64]
 
 #: Draws of the bootstrap.
 DRAWS = 2000
+#: Pairs of ports up to which a port is added between all of them where nothing else explains the gap.
+MOST_BETWEEN = 3
 #: Candidates that are listed.
 LISTED = 20
 
@@ -79,10 +82,11 @@ def diagnose_gap(
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
     study = Study.of(system, different(logs), horizon, seed, thresholds)
     search, notes = _between_ports(begun(study, workers, progress), workers, progress)
-    candidates = search.run()
-    progress("judge the models on the held-out experiments")
+    key = _named(search, progress)
+    if not key and not notes and not search.candidates.leaves_little(0):
+        search, notes = _between_all_ports(search, workers, progress)
+        key = _named(search, progress) if notes else key
     given, reidentified = known_model(study), judged_model("re-identified", search.base)
-    key = _confirmed(search, candidates.fits[candidates.named()], reidentified.gap)
     chosen = search.found[key]
     path = _path(search, chosen.fitted)
     steps = [reidentified, *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
@@ -108,8 +112,34 @@ def _between_ports(
     if not pairs:
         return search, ()
     progress("add a port where equal and opposite efforts are missing")
-    system, notes = with_ports_between(study.system, pairs)
+    system, names = with_ports_between(study.system, pairs)
+    notes = [
+        f"equal and opposite efforts are missing at {one.name} and {other.name}: effects between them were "
+        f"tried too, at the port {name}, whose coordinates are those of {one.name} less those of {other.name}"
+        for name, (one, other) in zip(names, pairs, strict=True)
+    ]
     return EffectSearch(replace(study, system=system), workers, progress), notes
+
+
+def _between_all_ports(
+    search: EffectSearch, workers: int, progress: Callable[[str], None]
+) -> tuple[EffectSearch, Sequence[str]]:
+    """The search with ports between all bodies or balances, if these are few, and a note."""
+    pairs = comparable_ports(search.study.system)
+    if not 0 < len(pairs) <= MOST_BETWEEN:
+        return search, ()
+    progress("add ports between ports, because no effect at one of them explains the gap")
+    system, names = with_ports_between(search.study.system, pairs)
+    note = f"no effect at one port explains the gap: effects between ports were tried too, at {listed(names)}"
+    return EffectSearch(replace(search.study, system=system), workers, progress), (note,)
+
+
+def _named(search: EffectSearch, progress: Callable[[str], None]) -> Key:
+    """The key of the best hypothesis that the held-out experiments confirm."""
+    candidates = search.run()
+    progress("judge the models on the held-out experiments")
+    before = judged_model("re-identified", search.base).gap
+    return _confirmed(search, candidates.fits[candidates.named()], before)
 
 
 def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> Key:
@@ -132,15 +162,16 @@ def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> K
 
 
 def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:
-    """Effects of `chosen`, the strongest first, and fits with these and earlier ones."""
+    """Effects of `chosen`, the one that it can least do without first, and fits with it and earlier ones."""
     path: list[tuple[Added, FittedHypothesis]] = []
     whole = {effect.key: effect for effect in chosen.hypothesis.effects}
+    without = {e.key: search.without(chosen, e).hypothesis.key for e in chosen.hypothesis.removable}
+    left = {key: float(search.found[fewer].score().mean()) for key, fewer in without.items()}
     while effects := chosen.hypothesis.removable:
-        fewer = [search.without(chosen, effect) for effect in effects]
-        weakest = int(np.argmin([search.found[f.hypothesis.key].score().mean() for f in fewer]))
+        weakest = min(effects, key=lambda effect: left.get(effect.key, np.inf))
         # with fewer effects, the numbers of an effect may have other names
-        path.insert(0, (whole[effects[weakest].key], chosen))
-        chosen = fewer[weakest]
+        path.insert(0, (whole[weakest.key], chosen))
+        chosen = search.without(chosen, weakest)
     return path
 
 

@@ -65,9 +65,7 @@ def _remainder(left: Remainder) -> str:
         if left.place is not None
         else ""
     )
-    predicts = f"{100.0 * left.predictable:.0f} % of the whole"
-    if left.predictable <= 0.0:
-        predicts = "no part of it, so that sensors, inputs and what differs between experiments are suspects"
+    predicts = f"{100.0 * left.predictable:.0f} % of the whole" if left.predictable > 0.0 else "no part of it"
     return (
         f"remainder: {100.0 * left.share:.0f} % of the squared error in experiments that were left out of "
         f"the fit; a network in every port predicts {predicts}{at}"

@@ -36,7 +36,7 @@ class Signs:
         margin: score by which the best candidate with as many other effects is worse, nats.
         predictable: share of the squared error that a network predicts beyond the effects.
         alike: number of effects that cannot be told from the named ones.
-        effects: number of named effects.
+        effects: number of named effects; a law at many ports of one kind counts once.
         rest: error that the named effects leave, as a share of that of the known physics.
         doubts: number of remarks on numbers that make no sense as numbers of a machine.
     """
@@ -65,7 +65,7 @@ class Signs:
             margin=float(np.clip(_margin(decision), 0.0, LARGEST_SIGN)),
             predictable=0.0 if decision.remainder is None else decision.remainder.predictable,
             alike=float(sum(map(len, decision.indistinguishable.values()))),
-            effects=float(len(own)),
+            effects=float(candidates.steps[named]),
             rest=float(min(candidates.remaining[named], 1.0)),
             doubts=float(len(implausible(decision.prediction, decision.alike))),
         )
@@ -99,7 +99,7 @@ def _margin(decision: Decision) -> float:
     equal = [{e.site, *(o.site for o in decision.indistinguishable[k])} for k, e in enumerate(own)]
     others = [
         k
-        for k in candidates.ranked(max(len(own), 1))
+        for k in candidates.ranked(max(int(candidates.steps[decision.named]), 1))
         if not _among(candidates.fits[k].hypothesis.effects, equal)
     ]
     return float(score[others[0]] - score[decision.named]) if others else LARGEST_SIGN

@@ -16,6 +16,7 @@ from unmodelled.diagnosis.data.result import Remainder, Verdict
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates, exchanged
+from unmodelled.diagnosis.search.discovered import FAMILY
 from unmodelled.effects.added import Added
 
 
@@ -112,7 +113,8 @@ def _remainder(candidates: Candidates, named: int, flexible: LeftOut, held_out: 
 def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[Added, ...]]:
     """Return the effects that these data cannot tell from the effects of the named candidate.
 
-    Two candidates are compared that differ in one effect only.
+    Two candidates are compared that differ in one effect only. A formula is no rival of a law of the library:
+    it was chosen among many to be like it.
 
     Args:
         candidates: fitted hypotheses.
@@ -127,6 +129,7 @@ def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[
         swapped = exchanged(own, candidates.fits[other].hypothesis.effects)
         if swapped is not None and candidates.alike(named, other):
             k, effect = swapped
-            if effect.site != own[k].site and len(found[k]) < candidates.thresholds.most_equal:
+            rival = effect.site != own[k].site and effect.family != FAMILY
+            if rival and len(found[k]) < candidates.thresholds.most_equal:
                 found[k].setdefault(effect.site, effect)
     return {k: tuple(others.values()) for k, others in found.items()}

@@ -99,8 +99,9 @@ class Efforts:
         first = np.flatnonzero(logs.owner[LAG:] == logs.owner[:-LAG])
         slope = (v[first + LAG] - v[first]) / (LAG * logs.period)
         middle = first + LAG // 2
-        lacking = ((a[middle] - slope) / yielding[middle])[moved[middle]]
-        efforts = np.abs(np.concatenate([(a / yielding)[moved], lacking]))
+        slope, middle = slope[moved[middle]], middle[moved[middle]]
+        lacking = (a[middle] - slope) / yielding[middle]
+        efforts = np.abs(np.concatenate([a[moved] / yielding[moved], lacking]))
         return float(efforts[np.isfinite(efforts)].max(initial=0.0)) or np.inf
 
     def of(self, added: Added) -> float:

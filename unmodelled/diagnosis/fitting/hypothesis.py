@@ -20,6 +20,7 @@ from unmodelled.effects.added import Added
 from unmodelled.effects.columns import extended
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.place import Place
+from unmodelled.effects.place_groups import FEWEST, place_groups
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -99,6 +100,28 @@ class Hypothesis:
     def key(self) -> frozenset[tuple[str, str, Place]]:
         """Return family, variant and place of every effect."""
         return frozenset(e.key for e in self.effects)
+
+    @cached_property
+    def together(self) -> tuple[tuple[Added, ...], ...]:
+        """Return the effects; a law at many places of one kind is together, see `place_groups`."""
+        group_of = {place: group for group in place_groups(self.study.system) for place in group}
+        found: dict[object, list[Added]] = {}
+        for e in self.effects:
+            alike = group_of.get(e.place) if e.place.kind == "port" or e.memory or e.delays else None
+            found.setdefault(e.key if alike is None else (e.family, e.variant, alike), []).append(e)
+        parts: list[tuple[Added, ...]] = []
+        for each in found.values():
+            parts += [tuple(each)] if len(each) >= FEWEST.get(each[0].place.kind, 1) else [(e,) for e in each]
+        return tuple(parts)
+
+    @cached_property
+    def units(self) -> tuple[tuple[Added, ...], ...]:
+        """Return what must pay: every effect, and lags of all sensors of one unit, which are one filter."""
+        return tuple(
+            unit
+            for group in self.together
+            for unit in ([group] if group[0].place.kind == "sensor" else [(e,) for e in group])
+        )
 
     @property
     def is_local(self) -> bool:

@@ -137,9 +137,9 @@ class Candidates:
         return np.array([f.hypothesis.numbers for f in self.fits])
 
     @cached_property
-    def effects(self) -> Indices:
-        """Return the number, shape (candidates,), of effects of every candidate."""
-        return np.array([len(f.hypothesis.effects) for f in self.fits])
+    def steps(self) -> Indices:
+        """Return the number, shape (candidates,), of effects; a law at many ports of one kind counts once."""
+        return np.array([len(f.hypothesis.together) for f in self.fits])
 
     @cached_property
     def own(self) -> Indices:
@@ -212,7 +212,9 @@ class Candidates:
         more = self._more_complex(one, other) if priced else 0.0
         if more > 0.0:
             of_gap = (before - after) / (limits.material_share * more * self._gap)
-            lower = np.maximum(of_gap, of_rest / (1.0 - limits.further_rest))
+            left, rest = self._above[[one, other]]
+            explains = (rest > 0.0) & (left <= limits.further_rest * rest)
+            lower = np.where(explains, np.inf, of_gap)
         else:
             lower = of_rest / limits.exchanged_rest
         if self.own[one] > self.own[other]:
@@ -231,6 +233,11 @@ class Candidates:
         """Sensor noise (outputs,) in errors of persistence."""
         recording = self.predictions[0].fitted.recording
         return np.asarray(recording.noise / recording.scale / self.persistence)
+
+    @cached_property
+    def _above(self) -> Array:
+        """Error (candidates, outputs) above the sensor noise, in that noise."""
+        return np.asarray(np.sqrt(np.maximum(np.exp(self._by_output.mean(1)) - 2.0, 0.0)))
 
     @cached_property
     def _gap(self) -> Array:
@@ -267,13 +274,14 @@ class Candidates:
     def sound(self) -> Mask:
         """Return the mask, shape (candidates,), of those whose effects all pay.
 
-        Such a candidate beats all fitted ones with one of its effects less.
+        Such a candidate beats all fitted ones with one of its effects less, see `Hypothesis.units`.
         """
         return np.array([self._is_sound(k) for k in range(len(self.fits))])
 
     def _is_sound(self, candidate: int) -> bool:
-        own, count = self._keys[candidate], self.effects[candidate]
-        fewer = [k for k, key in enumerate(self._keys) if key < own and self.effects[k] == count - 1]
+        own = self._keys[candidate]
+        units = {frozenset(e.key for e in unit) for unit in self.fits[candidate].hypothesis.units}
+        fewer = [k for k, key in enumerate(self._keys) if key < own and own - key in units]
         return all(self.beats(candidate, k) for k in fewer)
 
     def _simplest(self, among: Sequence[int]) -> int:
@@ -284,25 +292,25 @@ class Candidates:
         front = [k for k, low in zip(order, lowest[:-1], strict=True) if self.remaining[k] < low]
         return next(k for k in front if not any(self.beats(other, k) for other in best))
 
-    def ranked(self, effects: int) -> list[int]:
+    def ranked(self, steps: int) -> list[int]:
         """Return the numbers of the candidates with so many effects, the best first.
 
         Args:
-            effects: number of effects.
+            steps: number of effects, as in `steps`.
         """
-        return self._sorted(effects, self.remaining)
+        return self._sorted(steps, self.remaining)
 
-    def promising(self, effects: int) -> list[int]:
+    def promising(self, steps: int) -> list[int]:
         """Return the numbers of the candidates with so many effects, those of the lowest cost first.
 
         Args:
-            effects: number of effects.
+            steps: number of effects, as in `steps`.
         """
-        return self._sorted(effects, self.costs)
+        return self._sorted(steps, self.costs)
 
-    def _sorted(self, effects: int, values: Array) -> list[int]:
+    def _sorted(self, steps: int, values: Array) -> list[int]:
         """Candidates with so many effects, in the order of `values` (candidates,)."""
-        return sorted(np.flatnonzero(self.effects == effects).tolist(), key=lambda k: float(values[k]))
+        return sorted(np.flatnonzero(self.steps == steps).tolist(), key=lambda k: float(values[k]))
 
     def alike(self, named: int, other: int) -> bool:
         """Return whether the data cannot tell a candidate from the named one, which is not simpler.
@@ -324,8 +332,7 @@ class Candidates:
         Args:
             candidate: number of the candidate.
         """
-        above = np.maximum(np.exp(self._by_output[candidate].mean(0)) - 2.0, 0.0)
-        return bool(np.all(self._noise * np.sqrt(above) < self.thresholds.negligible_error))
+        return bool(np.all(self._noise * self._above[candidate] < self.thresholds.negligible_error))
 
     def as_good(self, named: int) -> list[int]:
         """Return the other candidates whose error is higher by less than `exchanged_rest`.

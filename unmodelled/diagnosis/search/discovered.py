@@ -19,9 +19,14 @@ from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.least_squares import Products
 from unmodelled.diagnosis.search.screen import SCREENED_AMOUNT
 from unmodelled.diagnosis.search.tangent import Tangent
+from unmodelled.effects.constant_load import ConstantLoad
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, signed
+from unmodelled.effects.linear_loss import LinearLoss
+from unmodelled.effects.linear_spring import LinearSpring
 from unmodelled.effects.place import Place, Site
+from unmodelled.effects.quadratic_drag import QuadraticDrag
+from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.explanation.formula_candidates import HIGHEST_HARMONIC, HIGHEST_POWER, Motion, Term
 from unmodelled.systems.model import Port, System
 
@@ -37,6 +42,13 @@ _SPRINGS = tuple(Term(power=k) for k in range(1, HIGHEST_POWER + 1))
 _WAVES = tuple(Term(harmonic=k) for k in range(-HIGHEST_HARMONIC, HIGHEST_HARMONIC + 1) if k)
 _DAMPING = tuple(Term(Motion.VISCOUS, k) for k in range(1, DAMPED_POWER + 1))
 _DRAG = tuple(map(Term, (Motion.VISCOUS, Motion.QUADRATIC, Motion.CUBIC)))
+#: Laws of the library that are a single term.
+_LAWS: dict[str, tuple[PortEffect, ...]] = {
+    "1": (ConstantLoad(),),
+    "x": (LinearSpring(), LinearLoss()),
+    "v": (ViscousFriction(),),
+    "v*abs(v)": (QuadraticDrag(),),
+}
 _TERMS = {term.text("x", "v"): term for term in (Term(), *_SPRINGS, *_WAVES, *_DAMPING, *_DRAG)}
 
 
@@ -84,7 +96,8 @@ class DiscoveredLaw(PortEffect):
 def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple[Hypothesis, Start]]:
     """Yield hypotheses with a formula in one port, and values to start a fit from.
 
-    Of every port there are the best formulas of one, two and three terms, and all parts of the last one.
+    Of every port there are the best formulas of one, two and three terms, and all parts of the last one. A
+    formula that is a law of the library is this law.
 
     Args:
         parent: fitted hypothesis that the law is added to.
@@ -99,12 +112,20 @@ def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple
         slopes = tangent.slopes(added, [{n: a} for n, a in zip(names, amounts, strict=True)])
         free = np.full((2, len(names)), [[-np.inf], [np.inf]])
         for some, found in _formulas(tangent.products(slopes, free), tangent.shared):
-            larger = parent.hypothesis.plus(DiscoveredLaw([terms[k] for k in some]), place)
+            law = _law([terms[k] for k in some], system, port)
+            larger = parent.hypothesis.plus(law, place)
             values = [found[i] * amounts[k] for i, k in enumerate(some)]
             yield (
                 larger,
                 {**parent.fit.every, **dict(zip(larger.effects[-1].amplitudes, values, strict=True))},
             )
+
+
+def _law(terms: Sequence[Term], system: System, port: Port) -> PortEffect:
+    """The law of the library that is the sum of terms, or else a formula."""
+    formula = DiscoveredLaw(terms)
+    named = _LAWS.get(formula.variant, ())
+    return next((law for law in named if law.suits(system, port)), formula)
 
 
 def _formulas(products: Products, shared: int) -> list[tuple[tuple[int, ...], Array]]:

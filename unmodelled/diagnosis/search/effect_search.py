@@ -14,9 +14,10 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
-from unmodelled.diagnosis.search.discovered import discovered
+from unmodelled.diagnosis.search.discovered import FAMILY, discovered
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.search.screen import Screened, screen
+from unmodelled.diagnosis.search.shared import Shared, at_best_ports, shared
 from unmodelled.effects.added import Added
 
 Key = frozenset[object]
@@ -100,22 +101,28 @@ class EffectSearch:
         Returns:
             All fitted candidates.
         """
-        for effects in range(MOST_EFFECTS):
-            candidates = self.candidates
-            named = candidates.named()
-            if effects > max(len(candidates.fits[named].hypothesis.effects), FEWEST_TRIED):
-                break
-            rivals = [k for k in candidates.promising(effects) if k != named]
-            for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if effects else 1]):
-                self._grow(parent)
+        self._add()
         self._exchange()
         self._remove()
         self._own()
         if any(e.per_experiment for e in self._named().hypothesis.effects):
             self._exchange()
             self._remove()
-        self._discover()
+        if self._discover():
+            self._add()
+            self._remove()
         return self.candidates
+
+    def _add(self) -> None:
+        """Add effects to the best candidates as long as more effects predict better."""
+        for steps in range(MOST_EFFECTS):
+            candidates = self.candidates
+            named = candidates.named()
+            if steps > max(candidates.steps[named], FEWEST_TRIED):
+                break
+            rivals = [k for k in candidates.promising(steps) if k != named]
+            for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if steps else 1]):
+                self._grow(parent)
 
     def _named(self) -> FittedHypothesis:
         candidates = self.candidates
@@ -138,10 +145,12 @@ class EffectSearch:
             return
         self.grown.add(parent.hypothesis.key)
         first = not parent.hypothesis.effects
-        found = [s for s in self.screen(parent) if s.key not in self.found and not s.is_own]
-        chosen = _broad(found) if first else _promising(found, SCOUTED)
+        every = [s for s in self.screen(parent) if not s.is_own]
+        single = at_best_ports([s for s in every if s.key not in self.found], MOST_EFFECTS)
+        chosen = _broad(single) if first else _promising(single, SCOUTED)
+        alike = [one for one in shared(every, SIMPLEST) if one.key not in self.found]
         self.progress(f"fit effects on top of {parent.hypothesis}")
-        self.fit(self._scout(chosen)[: FITTED_FIRST if first else FITTED_EACH])
+        self.fit(self._scout([*chosen, *alike])[: FITTED_FIRST if first else FITTED_EACH])
         self._widen()
 
     def _own(self) -> None:
@@ -166,12 +175,12 @@ class EffectSearch:
         added to it, too.
         """
         candidates = self.candidates
-        named, own, effects = candidates.named(), candidates.own > 0, candidates.effects
+        named, own, steps = candidates.named(), candidates.own > 0, candidates.steps
         best = int(np.argmin(np.where(own & candidates.sound, candidates.remaining, np.inf)))
-        laws = np.where(own | (effects > effects[best]), np.inf, candidates.remaining)
+        laws = np.where(own | (steps > steps[best]), np.inf, candidates.remaining)
         if not own[named] and own[best] and candidates.is_material(best, int(np.argmin(laws))):
             named = best
-        room = own[named] and effects[named] < MOST_EFFECTS
+        room = own[named] and steps[named] < MOST_EFFECTS
         return candidates.fits[named] if room else None
 
     def _differ(self, parent: FittedHypothesis) -> None:
@@ -179,14 +188,17 @@ class EffectSearch:
         own = [s for s in self.screen(parent) if s.is_own and s.key not in self.found]
         self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
 
-    def _scout(self, chosen: Sequence[Screened]) -> list[tuple[Screened, Start]]:
+    def _scout(self, chosen: Sequence[Screened | Shared]) -> list[tuple[Screened | Shared, Start]]:
         """Rank candidates by the cost of short fits to few windows: left-out error and price of complexity.
 
-        Of the laws of a family at a place, the best and the simplest one stay.
+        The one with the lowest error comes first, whatever its price: it may explain what others leave. Of
+        the laws of a family at a place, the best and the simplest one stay.
         """
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(self._short, chosen))
-        order = np.argsort(Candidates((self._scouted, *scouts), self.study.thresholds).costs[1:]).tolist()
+        scouted = Candidates((self._scouted, *scouts), self.study.thresholds)
+        best = int(np.argmin(scouted.remaining[1:])) if scouts else 0
+        order = sorted(range(len(scouts)), key=lambda k: (k != best, scouted.costs[1 + k]))
         families: dict[object, list[int]] = {}
         for k in order:
             families.setdefault(_kind(chosen[k]), []).append(k)
@@ -204,14 +216,15 @@ class EffectSearch:
         known = Hypothesis.known(self.study)
         return self.left_out(FittedHypothesis.of(known, self.screened, [start], SCOUTING, substeps))
 
-    def _short(self, candidate: Screened) -> LeftOut:
-        substeps = candidate.base.fit.substeps
-        fitted = FittedHypothesis.of(
-            candidate.hypothesis, self.screened, candidate.starts, SCOUTING, substeps
-        )
-        return self.left_out(fitted)
+    def _short(self, candidate: Screened | Shared) -> LeftOut:
+        substeps, larger, starts = candidate.base.fit.substeps, candidate.hypothesis, candidate.starts
+        if len(larger.effects) > len(candidate.base.hypothesis.effects) + 1:
+            # many numbers at once begin with short free runs, as the known physics does
+            begun = FittedHypothesis.of(larger, self.screened.shortened(BEGUN), starts, substeps=substeps)
+            starts = (begun.fit.every,)
+        return self.left_out(FittedHypothesis.of(larger, self.screened, starts, SCOUTING, substeps))
 
-    def fit(self, candidates: Iterable[tuple[Screened, Start]]) -> None:
+    def fit(self, candidates: Iterable[tuple[Screened | Shared, Start]]) -> None:
         """Fit candidates that were not fitted yet.
 
         Args:
@@ -222,7 +235,7 @@ class EffectSearch:
             for fitted in pool.map(lambda one: self._fit(*one), new.values()):
                 self._keep(fitted)
 
-    def _fit(self, candidate: Screened, start: Start) -> FittedHypothesis:
+    def _fit(self, candidate: Screened | Shared, start: Start) -> FittedHypothesis:
         substeps = candidate.base.fit.substeps
         fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, [start], substeps=substeps)
         shapes = candidate.hypothesis.effects[-1].shapes
@@ -264,11 +277,15 @@ class EffectSearch:
                 self._keep(self._again(wide.fitted, [local.fit.every]))
 
     def _exchange(self) -> None:
-        """Exchange each effect of the named candidate: it may have stood in for a later effect."""
-        named = self._named()
-        effects = [e for e in named.hypothesis.removable if not e.per_experiment]
-        for gone in effects if len(named.hypothesis.effects) > 1 else ():
-            before = self.without(named, gone)
+        """Exchange each effect of the named candidate: it may have stood in for a later effect.
+
+        A law at many ports of one kind stands in for no single one.
+        """
+        named = self._named().hypothesis
+        alone = [e for group in named.together if len(group) == 1 for e in group]
+        effects = [e for e in named.removable if e in alone and not e.per_experiment]
+        for gone in effects if len(named.together) > 1 else ():
+            before = self.without(self.found[named.key].fitted, gone)
             found = [s for s in self.screen(before) if s.key not in self.found and not s.is_own]
             self.fit(self._scout(_promising(found, SCOUTED))[:EXCHANGED])
 
@@ -277,10 +294,17 @@ class EffectSearch:
         while True:
             named = self._named()
             keys = set(self.found)
-            for gone in named.hypothesis.removable:
-                self.without(named, gone)
+            removable = {e.key for e in named.hypothesis.removable}
+            for unit in named.hypothesis.units:
+                if removable.issuperset(e.key for e in unit):
+                    self._without_all(named, unit)
             if keys == set(self.found):
                 break
+
+    def _without_all(self, fitted: FittedHypothesis, gone: Iterable[Added]) -> None:
+        """Fit a hypothesis without some of its effects, one after the other."""
+        for key in [e.key for e in gone]:
+            fitted = self.without(fitted, next(e for e in fitted.hypothesis.effects if e.key == key))
 
     def network(self, fitted: FittedHypothesis) -> FittedHypothesis:
         """Return the fit of a hypothesis with a network in every port.
@@ -294,19 +318,27 @@ class EffectSearch:
             self.networks[key] = fit_network(fitted, self.fitted, self.screened, self.study.seed)
         return self.networks[key]
 
-    def _discover(self) -> None:
+    def _discover(self) -> bool:
         """Fit formulas in the ports, alone, where the named candidate leaves more than a negligible error.
 
         Beside laws of the library they are not tried: every model of a real machine leaves errors that a
         formula chosen among many lowers.
+
+        Returns:
+            Whether a law of the library is named now that was not before.
         """
-        candidates = self.candidates
+        candidates, before = self.candidates, self._named().hypothesis.key
         if candidates.leaves_little(candidates.named()):
-            return
+            return False
         self.progress("write down a law")
         substeps = self.base.fit.substeps
         for hypothesis, start in discovered(self.base, self.screened):
-            self._keep(FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps))
+            fitted = FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps)
+            known = self.found.get(hypothesis.key)
+            if known is None or fitted.fit.left.value < known.fitted.fit.left.value:
+                self._keep(fitted)
+        named = self._named().hypothesis
+        return named.key != before and all(e.family != FAMILY for e in named.effects)
 
     def without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
         """Return the fit of a hypothesis without one of its effects.
@@ -350,11 +382,11 @@ def _is_usual(screened: Screened) -> bool:
     return screened.is_delay or _complexity(screened) <= SIMPLEST
 
 
-def _complexity(screened: Screened) -> float:
+def _complexity(screened: Screened | Shared) -> float:
     return screened.effect.complexity
 
 
-def _kind(screened: Screened) -> tuple[str, object]:
+def _kind(screened: Screened | Shared) -> tuple[str, object]:
     return screened.effect.family, screened.place
 
 

@@ -107,6 +107,11 @@ class Screened:
         return bool(self.hypothesis.effects[-1].delays)
 
     @property
+    def is_late(self) -> bool:
+        """Return whether the effect is a delay, or has a memory."""
+        return self.is_delay or bool(self.hypothesis.effects[-1].memory)
+
+    @property
     def starts(self) -> tuple[Start, ...]:
         """Return values to start a fit from, the best first."""
         added, base = self.hypothesis.effects[-1], self.base.fit.every

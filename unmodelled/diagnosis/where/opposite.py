@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -10,9 +9,9 @@ import numpy as np
 
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.effects.naming import fresh
+from unmodelled.effects.place_groups import port_groups
 from unmodelled.effects.substitution import substituted
 from unmodelled.systems.model import Port, System, symbol
-from unmodelled.systems.units import parse_unit
 
 Pairs = tuple[tuple[Port, Port], ...]
 
@@ -23,12 +22,7 @@ def comparable_ports(system: System) -> Pairs:
     Args:
         system: system with its ports.
     """
-    return tuple(pair for pair in combinations(system.ports, 2) if _comparable(*pair))
-
-
-def _comparable(one: Port, other: Port) -> bool:
-    units = {parse_unit(port.unit).dimension for port in (one, other)}
-    return len(units) == 1 and all(p.domain == "power" and p.velocity is not None for p in (one, other))
+    return tuple(pair for group in port_groups(system) for pair in combinations(group, 2))
 
 
 def opposite_ports(lacking: Corrections) -> Pairs:
@@ -65,11 +59,11 @@ def _is_opposite(lacking: Corrections, one: int, other: int) -> bool:
     return both > 0.0 and left > rest**2 * both and both - opposite <= rest * left
 
 
-def with_ports_between(system: System, pairs: Pairs) -> tuple[System, Sequence[str]]:
-    """Return the system with a port between the two ports of every pair, and a note for each.
+def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str, ...]]:
+    """Return the system with a port between the two ports of every pair, and the names of the new ports.
 
-    The effort of the new port takes from one body what it gives to the other. Its position and velocity are
-    the differences of those of the two ports.
+    The effort of the new port takes from one body or balance what it gives to the other. Its position and
+    velocity are the differences of those of the two ports.
 
     Args:
         system: system to extend.
@@ -79,19 +73,15 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, Sequence[s
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
         >>> arm = read_system(Path("systems/double_pendulum/friction_withheld.yaml"))
-        >>> grown, notes = with_ports_between(arm, comparable_ports(arm))
-        >>> grown.ports[-1].name, grown.signals[grown.ports[-1].velocity]
-        ('shoulder_elbow', v1 - v2)
+        >>> grown, names = with_ports_between(arm, comparable_ports(arm))
+        >>> names, grown.signals[grown.port("shoulder_elbow").velocity]
+        (('shoulder_elbow',), v1 - v2)
     """
-    notes = []
+    names = []
     for one, other in pairs:
         system, name = _with_port_between(system, one, other)
-        notes.append(
-            f"equal and opposite efforts are missing at {one.name} and {other.name}: effects between them "
-            f"were tried too, at the port {name}, whose position and velocity are those of {one.name} less "
-            f"those of {other.name}"
-        )
-    return system, notes
+        names.append(name)
+    return system, tuple(names)
 
 
 def _with_port_between(system: System, one: Port, other: Port) -> tuple[System, str]:
@@ -100,8 +90,9 @@ def _with_port_between(system: System, one: Port, other: Port) -> tuple[System, 
     words = [wanted, f"{one.effort}_{other.effort}", f"x_{wanted}", f"v_{wanted}"]
     words += [f"{port.effort}_acting" for port in (one, other)]
     name, effort, position, velocity, *acting = fresh(system, words, "between").values()
-    placed = one.position is not None and other.position is not None
-    between = Port(name, effort, one.unit, position if placed else None, velocity)
+    placed, moved = (None not in (getattr(one, c), getattr(other, c)) for c in ("position", "velocity"))
+    coordinates = position if placed else None, velocity if moved else None
+    between = Port(name, effort, one.unit, *coordinates, kind=one.kind or other.kind)
     grown = replace(system, ports=(*system.ports, between))
     for port, total, sign in zip((one, other), acting, "+-", strict=True):
         own, more = symbol(port.effort), symbol(effort)
