@@ -1,0 +1,93 @@
+"""Parameters by the optimiser of mujoco.sysid: all joint parameters of MuJoCo and those of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from io import StringIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.head_to_head.joints import QUANTITIES, JointFit
+from benchmarks.head_to_head.method import Model
+from unmodelled.diagnosis.data.study import Study
+
+Array = NDArray[np.float64]
+
+#: Largest number of iterations of the optimiser.
+ITERATIONS = 50
+#: Initial distance of a number from its bound, in plausible sizes: the optimiser stalls at bounds.
+OFF = 0.02
+
+
+def without_stiffness() -> MujocoSysid:
+    """Return the method without the stiffness, which few robots have at their joints."""
+    return MujocoSysid(("damping", "frictionloss", "armature"))
+
+
+class MujocoSysid:
+    """`mujoco.sysid.optimize` over the free runs of the training experiments.
+
+    The joint parameters are damping, dry friction, armature and stiffness. The residual is that of the gap.
+    A robot runs in MuJoCo (`in_mujoco.RobotFit`). Another machine runs in the project's free runs, with the
+    same joint parameters at its mechanical ports.
+
+    Args:
+        quantities: quantities of the joints that are fitted, of `QUANTITIES`; default: all.
+    """
+
+    needs = ("mujoco",)
+
+    def __init__(self, quantities: tuple[str, ...] = tuple(QUANTITIES)) -> None:
+        self.families = [QUANTITIES[name] for name in quantities]
+
+    @property
+    def name(self) -> str:
+        """Name in tables."""
+        return "mujoco.sysid" if len(self.families) == len(QUANTITIES) else "mujoco.sysid, no stiffness"
+
+    def fit(self, study: Study) -> Model:
+        if study.system.robot is not None:
+            from benchmarks.head_to_head.in_mujoco import RobotFit
+
+            robot = RobotFit(study, self.families)
+            z, budget = optimised(robot.errors, robot.start, robot.bounds)
+            return robot.model(z, budget)
+        joints = JointFit.of(study, self.families)
+        z, budget = optimised(joints.errors, joints.start, joints.bounds)
+        return joints.model(z, budget)
+
+
+def optimised(
+    errors: Callable[[Array], Array], start: Array, bounds: tuple[Array, Array]
+) -> tuple[Array, str]:
+    """Minimise the sum of squared errors with mujoco.sysid, and return the vector and the iterations.
+
+    Args:
+        errors: function of vectors, shape (sets, entries), that returns errors, shape (errors, sets).
+        start: initial vector, shape (entries,).
+        bounds: lowest and highest vector, each of shape (entries,).
+    """
+    from mujoco import sysid
+
+    low, high = (np.where(np.isfinite(b), b, sign * 1e3) for b, sign in zip(bounds, (-1.0, 1.0), strict=True))
+    room = np.minimum(OFF, 0.25 * (high - low))
+    first = np.clip(start, low + room, high - room)
+    parameters = sysid.ParameterDict({"z": sysid.Parameter("z", first, low, high)})
+    count = 0
+
+    def residual(x: Array, _: Any) -> tuple[list[Array], None, None]:
+        nonlocal count
+        sets = x.reshape(len(start), -1).T
+        count += len(sets)
+        found = errors(sets)
+        return [found[:, 0] if x.ndim == 1 else found], None, None
+
+    with redirect_stdout(StringIO()):  # the table of iterations
+        best, result = sysid.optimize(
+            parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
+        )
+    steps = len(result.extras.get("objective", ()))
+    return best.as_vector(), f"{steps or 'at most ' + str(ITERATIONS)} iterations, {count} simulations"
