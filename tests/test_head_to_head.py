@@ -124,7 +124,7 @@ def test_the_smallest_gap_is_bold_and_a_failure_is_named() -> None:
     found = page.measured_table(
         [made_up("cart/friction", "cma", 0.3), made_up("cart/friction", "ours", 0.1), failed]
     )
-    assert "| cart/friction | 0.4 | 0.01 | – | – | 0.3 | failed | – | **0.1** |" in page.gaps(found)
+    assert "| cart/friction | 0.4 | 0.01 | – | – | – | 0.3 | failed | – | **0.1** |" in page.gaps(found)
     assert "ValueError: too short" in page.sayings(found)
 
 

@@ -36,12 +36,14 @@ class Case:
         system: system file.
         logs: log folder.
         truth: content of truth.json of a virtual machine; default none.
+        robot: whether the system is a robot file; default False.
     """
 
     name: str
     system: Path
     logs: Path
     truth: dict[str, Any] | None = None
+    robot: bool = False
 
     def study(self) -> Study:
         """Read system and logs, and hold out the experiments that the diagnosis holds out (seed 0)."""
@@ -58,7 +60,8 @@ def measured(logs: Path, robot: Path | None = None) -> Iterator[Case]:
         robot: folder with double_pendulum.urdf and double_pendulum.yaml (`URDF`); default none.
     """
     if robot is not None:
-        yield Case("double_pendulum/urdf", robot / "double_pendulum.yaml", logs / "double_pendulum" / "logs")
+        folder = logs / "double_pendulum" / "logs"
+        yield Case("double_pendulum/urdf", robot / "double_pendulum.yaml", folder, robot=True)
     for machine in MACHINES:
         for system in sorted((SYSTEMS / machine).glob("*_withheld.yaml")):
             folder = logs / machine / "logs"

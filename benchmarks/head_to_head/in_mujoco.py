@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -46,9 +47,7 @@ class RobotFit:
         robot = study.system.robot
         assert robot is not None
         self.robot = mujoco.MjModel.from_xml_string(dynamics_only(robot.text, robot.file)[0])
-        flags = mujoco.mjtDisableBit
-        self.robot.opt.disableflags |= int(flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT | flags.mjDSBL_AUTORESET)
-        self.robot.opt.timestep = study.logs.period
+        _set_options(self.robot, study)
         self.names = [plain_name(name) for name in written_names(self.robot, "joint")]
         each = self.joints.unknowns.each
         amplitudes = {e.amplitudes[0]: e for e in self.joints.hypothesis.effects}
@@ -76,14 +75,22 @@ class RobotFit:
         Args:
             z: vectors, shape (sets, entries).
         """
-        return np.stack([self._errors(self.numbers(one)) for one in z], axis=1)
+        return np.stack([self._errors(self.compiled(one)) for one in z], axis=1)
 
-    def _errors(self, numbers: Mapping[str, Mapping[str, float]]) -> Array:
+    def compiled(self, z: Array) -> Any:
+        """Return the model of MuJoCo with the numbers of a vector.
+
+        Args:
+            z: vector, shape (entries,).
+        """
+        set_numbers(self.robot, self.numbers(z))
+        return self.robot
+
+    def _errors(self, robot: Any) -> Array:
         import mujoco
         from mujoco import rollout
 
         recording, logs, system = self.study.recording, self.study.logs, self.study.system
-        set_numbers(self.robot, numbers)
         steps = int(recording.steps.max())
         last = recording.start + recording.steps
         rows = np.minimum(recording.start[:, None] + np.arange(steps + 1), last[:, None])
@@ -95,8 +102,8 @@ class RobotFit:
         x = prepare(system, logs).x[recording.start]
         first = np.column_stack([np.zeros(len(x)), x[:, q], x[:, v]])
         found, _ = rollout.rollout(
-            self.robot,
-            mujoco.MjData(self.robot),
+            robot,
+            mujoco.MjData(robot),
             first,
             force,
             control_spec=int(mujoco.mjtState.mjSTATE_QFRC_APPLIED),
@@ -120,6 +127,85 @@ class RobotFit:
         return self.joints.model(full, budget)
 
 
+class LinkFit(RobotFit):
+    """Free runs in MuJoCo as a function of damping, dry friction, armature and the inertias of the links.
+
+    Args:
+        study: system of a robot whose joints are driven by torques, with logs.
+    """
+
+    def __init__(self, study: Study) -> None:
+        import mujoco
+        from mujoco import sysid
+
+        super().__init__(study, [QUANTITIES[name] for name in ("damping", "frictionloss", "armature")])
+        robot = study.system.robot
+        assert robot is not None
+        spec = mujoco.MjSpec.from_string(dynamics_only(robot.text, robot.file)[0])
+        spec.compile()
+        self.spec = mujoco.MjSpec.from_string(spec.to_xml())  # as MJCF, in which inertias are explicit
+        bodies = [self.robot.body(k).name for k in self.robot.jnt_bodyid]
+        kind = sysid.InertiaType.Pseudo
+        each = [sysid.body_inertia_param(self.spec, self.robot, name, kind) for name in bodies]
+        self.links = sysid.ParameterDict({one.name: one for one in each})
+        self.bodies, self.own = bodies, len(self.start)
+        self.start = np.concatenate([self.start, self.links.as_vector()])
+        limits = zip(self.bounds, self.links.get_bounds(), strict=True)
+        self.bounds = tuple(np.concatenate(pair) for pair in limits)
+
+    def compiled(self, z: Array) -> Any:
+        self.links.update_from_vector(z[self.own :])
+        model = copy(self.robot)
+        for link, name in zip(self.links.values(), self.bodies, strict=True):
+            set_link(model, name, _inertial(link.value))
+        set_numbers(model, self.numbers(z[: self.own]))
+        return model
+
+    def model(self, z: Array, budget: str) -> Model:
+        fitted, given = self.compiled(z), self.robot
+        links = {
+            name: (
+                *(fitted.body(name).mass.copy(), fitted.body(name).ipos.copy()),
+                *(fitted.body(name).iquat.copy(), fitted.body(name).inertia.copy()),
+            )
+            for name in self.bodies
+        }
+        found = super().model(z[: self.own], budget)
+        said = [
+            f"mass of {name} {given.body(name).mass[0]:.3g} -> {links[name][0][0]:.3g} kg, largest inertia "
+            f"{given.body(name).inertia.max():.3g} -> {links[name][3].max():.3g} kg m^2"
+            for name in self.bodies
+        ]
+        return replace(found, says="; ".join([found.says, *said]), links=links)
+
+
+def _inertial(theta: Array) -> tuple[Array, ...]:
+    """Mass, centre of mass, axes and principal inertias of the ten numbers of a pseudo-inertia.
+
+    `mujoco.sysid.apply_body_inertia` of MuJoCo 4.0.0 makes a specification of them that does not compile.
+    """
+    import mujoco
+    from mujoco.sysid._src import model_modifier as modifier
+
+    pi = modifier.pi_from_theta(theta)
+    mass, place = pi[0], pi[1:4] / pi[0]
+    cross = modifier.skew(place)
+    inertia, axes = np.linalg.eigh(pi[4:].reshape(3, 3) + mass * cross @ cross)
+    axes[:, 0] *= np.sign(np.linalg.det(axes))
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, axes.ravel())
+    return np.array([mass]), place, quaternion, np.maximum(inertia, 1e-9)
+
+
+def _set_options(model: Any, study: Study) -> None:
+    """Leave out contacts and limits, as in the equations, and step with the period of the logs."""
+    import mujoco
+
+    flags = mujoco.mjtDisableBit
+    model.opt.disableflags |= int(flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT | flags.mjDSBL_AUTORESET)
+    model.opt.timestep = study.logs.period
+
+
 def set_numbers(model: Any, numbers: Mapping[str, Mapping[str, float]]) -> None:
     """Set numbers of joints in a model of MuJoCo.
 
@@ -138,13 +224,28 @@ def set_numbers(model: Any, numbers: Mapping[str, Mapping[str, float]]) -> None:
     mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
+def set_link(model: Any, name: str, numbers: tuple[Array, ...]) -> None:
+    """Set the inertia of a link in a model of MuJoCo.
+
+    Args:
+        model: model, changed; constants that follow from the inertia are not computed again.
+        name: name of the body.
+        numbers: mass (kg), centre of mass (m), axes (quaternion) and principal inertias (kg m^2).
+    """
+    body = model.body(name)
+    body.mass[:], body.ipos[:], body.iquat[:], body.inertia[:] = numbers
+
+
 @dataclass(frozen=True)
 class JointNumbers(Supplement):
-    """Supplement that also holds the dry friction of joints."""
+    """Supplement that also holds the dry friction of joints, and the inertia of links."""
 
     joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    links: Mapping[str, tuple[Array, ...]] = field(default_factory=dict)
 
     def complete(self, model: Any, where: str = "supplement") -> Callback:
+        for name, numbers in self.links.items():
+            set_link(model, name, numbers)
         set_numbers(model, self.joints)
         return super().complete(model, where)
 
@@ -163,14 +264,16 @@ def gaps_in_mujoco(model: Model, study: Study) -> dict[str, float]:
         runs = entry["replay"]
         final = runs.get("supplemented") or runs["patched"]
         return {"mujoco": final["gap"], "mujoco_given": runs["given"]["gap"]}
-    found = {"mujoco_given": _gap(study.system, study.logs, study, {}, {})}
-    return {"mujoco": _gap(model.system, model.logs, study, model.joints, model.laws), **found}
+    found = {"mujoco_given": _gap(study.system, study.logs, study, {}, {}, {})}
+    return {"mujoco": _gap(model.system, model.logs, study, model.joints, model.laws, model.links), **found}
 
 
-def _gap(system: Any, logs: Any, study: Study, joints: Any, laws: Any) -> float:
+def _gap(system: Any, logs: Any, study: Study, joints: Any, laws: Any, links: Any) -> float:
     robot = study.system.robot
     assert robot is not None
     names = [state.name.removeprefix("q_") for state in system.states if state.name.startswith("q_")]
     applied = {name: system.signals[f"drive_{name}"] - laws.get(name, 0) for name in names}
-    backend = RobotInMujoco(robot.text, robot.file, [], applied, robot.locked, JointNumbers(joints=joints))
+    backend = RobotInMujoco(
+        robot.text, robot.file, [], applied, robot.locked, JointNumbers(joints=joints, links=links)
+    )
     return replayed(backend, system, prepare(system, logs), study.horizon, study.held_out)[0]

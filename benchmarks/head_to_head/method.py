@@ -36,6 +36,8 @@ class Model:
         laws: laws that the method added, by port; default none.
         joints: numbers that the method gives the joints, by port and quantity (armature, damping,
             frictionloss, stiffness), SI; default none.
+        links: mass, centre of mass, axes and principal inertias of links by body, SI; default none.
+            The equations of `system` do not have them: the gap of such a model is that in MuJoCo.
         named: family and channel of every effect that the method names, or for which it fits a number.
         alike: family and channel of effects that it lists as indistinguishable from these; default none.
         answer: answer of the diagnosis, for `ours` only.
@@ -49,6 +51,7 @@ class Model:
     budget: str = ""
     laws: Mapping[str, sp.Expr] = field(default_factory=dict)
     joints: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    links: Mapping[str, tuple[Array, ...]] = field(default_factory=dict)
     named: tuple[tuple[str, str], ...] = ()
     alike: tuple[tuple[str, str], ...] = ()
     answer: object = None

@@ -27,6 +27,22 @@ def without_stiffness() -> MujocoSysid:
     return MujocoSysid(("damping", "frictionloss", "armature"))
 
 
+class WithLinks:
+    """Damping, dry friction and armature of the joints, and mass, centre of mass and inertia of the links.
+
+    Only for robots. Links have the pseudo-inertia of `mujoco.sysid.body_inertia_param`, ten numbers per link
+    with its default bounds.
+    """
+
+    name, needs = "mujoco.sysid, links", ("mujoco",)
+
+    def fit(self, study: Study) -> Model:
+        from benchmarks.head_to_head.in_mujoco import LinkFit
+
+        robot = LinkFit(study)
+        return robot.model(*optimised(robot.errors, robot.start, robot.bounds, scaled=False))
+
+
 class MujocoSysid:
     """`mujoco.sysid.optimize` over the free runs of the training experiments.
 
@@ -61,7 +77,7 @@ class MujocoSysid:
 
 
 def optimised(
-    errors: Callable[[Array], Array], start: Array, bounds: tuple[Array, Array]
+    errors: Callable[[Array], Array], start: Array, bounds: tuple[Array, Array], scaled: bool = True
 ) -> tuple[Array, str]:
     """Minimise the sum of squared errors with mujoco.sysid, and return the vector and the iterations.
 
@@ -69,6 +85,8 @@ def optimised(
         errors: function of vectors, shape (sets, entries), that returns errors, shape (errors, sets).
         start: initial vector, shape (entries,).
         bounds: lowest and highest vector, each of shape (entries,).
+        scaled: whether the optimiser scales the entries by their slopes, default True. It stalls so where an
+            entry, such as a product of inertia of a plane mechanism, changes nothing.
     """
     from mujoco import sysid
 
@@ -87,7 +105,12 @@ def optimised(
 
     with redirect_stdout(StringIO()):  # the table of iterations
         best, result = sysid.optimize(
-            parameters, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS, x_scale="jac"
+            parameters,
+            residual,
+            optimizer="mujoco",
+            verbose=False,
+            max_iters=ITERATIONS,
+            x_scale="jac" if scaled else 1.0,
         )
     steps = len(result.extras.get("objective", ()))
     return best.as_vector(), f"{steps or 'at most ' + str(ITERATIONS)} iterations, {count} simulations"
