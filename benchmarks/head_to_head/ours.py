@@ -27,7 +27,8 @@ class FileParameters:
         numbers = {name: float(fitted.fit.values[name]) for name in known}
         moved = [f"{name} {known[name]:.3g} -> {numbers[name]:.3g}" for name in known]
         says = "parameters: " + ("; ".join(moved) or "none is uncertain")
-        return Model(judged.system, judged.logs, says, numbers)
+        bounds = tuple(name for name in known if fitted.at_bound(name))
+        return Model(judged.system, judged.logs, says, numbers, at_bound=bounds)
 
 
 class Ours:

@@ -31,7 +31,7 @@ COMMON = {name: heading for name, heading in HEADINGS.items() if name not in ROB
 #: Methods that tune parameters and know no other effect.
 TUNING = ("file", "sysid", "sysid_joints", "cma")
 #: A tuned model hides an effect if it removes at least this share of the squared gap above the noise floor,
-#: and a parameter is wrong by more than this share of its true value.
+#: and a parameter that did not end at a bound is wrong by more than this share of its true value.
 REMOVED, WRONG = 0.5, 0.1
 #: Gaps are called the smallest up to this factor of the smallest one.
 ALIKE = 1.01
@@ -76,6 +76,8 @@ def virtual_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
             known = all(effect in listed for effect in planted)
             tuned = row["method"] in TUNING
             error = max(row["parameter_errors"].values(), default=float("nan"))
+            wrong = {n for n, off in row["parameter_errors"].items() if off > WRONG}
+            plausible = wrong - {*row["at_bound"]}
             removed = shrink(row["known"], row["gap"], row["floor"])
             line |= {
                 "planted": "; ".join(" at ".join(effect) for effect in planted),
@@ -83,7 +85,7 @@ def virtual_table(found: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
                 "named": known if row["method"] == "ours" else None,
                 "given_error": max(row["given_errors"].values(), default=float("nan")),
                 "parameter_error": error,
-                "hides": bool(not known and removed >= REMOVED and error > WRONG) if tuned else None,
+                "hides": bool(not known and removed >= REMOVED and plausible) if tuned else None,
             }
         lines.append(line)
     more = ["planted", "expressible", "named", "given_error", "parameter_error", "hides"]
