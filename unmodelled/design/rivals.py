@@ -17,8 +17,9 @@ from unmodelled.design.limits import Limits
 from unmodelled.design.runs import equations, quantities, simulated
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import with_fitted
-from unmodelled.diagnosis.search.discovered import FAMILY, DiscoveredLaw
+from unmodelled.diagnosis.search.discovered import DiscoveredLaw
 from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.effects.added import DISCOVERED
 from unmodelled.effects.columns import Member
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
@@ -78,7 +79,7 @@ def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, l
     for entry in entries:
         family, variant = entry["family"], entry.get("variant", "")
         try:
-            effect = DiscoveredLaw.named(variant) if family == FAMILY else library[family, variant]
+            effect = DiscoveredLaw.named(variant) if family == DISCOVERED else library[family, variant]
             hypothesis = hypothesis.plus(effect, place_of(entry))
         except KeyError:
             raise BadInput(

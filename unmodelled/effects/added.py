@@ -12,6 +12,9 @@ from unmodelled.effects.place import Place
 from unmodelled.systems import syntax
 from unmodelled.systems.model import System, symbol
 
+#: Family of laws that the library lacks and that a diagnosis has written down.
+DISCOVERED = "discovered_law"
+
 
 @dataclass(frozen=True)
 class Added:

@@ -16,8 +16,7 @@ from unmodelled.diagnosis.data.result import Remainder, Verdict
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates, exchanged
-from unmodelled.diagnosis.search.discovered import FAMILY
-from unmodelled.effects.added import Added
+from unmodelled.effects.added import DISCOVERED, Added
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +128,7 @@ def indistinguishable(candidates: Candidates, named: int) -> Mapping[int, tuple[
         swapped = exchanged(own, candidates.fits[other].hypothesis.effects)
         if swapped is not None and candidates.alike(named, other):
             k, effect = swapped
-            rival = effect.site != own[k].site and effect.family != FAMILY
+            rival = effect.site != own[k].site and effect.family != DISCOVERED
             if rival and len(found[k]) < candidates.thresholds.most_equal:
                 found[k].setdefault(effect.site, effect)
     return {k: tuple(others.values()) for k, others in found.items()}

@@ -14,8 +14,7 @@ from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
-from unmodelled.diagnosis.search.discovered import FAMILY
-from unmodelled.effects.added import Added
+from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
 
 Array = NDArray[np.float64]
@@ -149,7 +148,7 @@ class Candidates:
     @cached_property
     def _formulas(self) -> Mask:
         """Mask, shape (candidates,), of those with a law that the library lacks."""
-        return np.array([any(family == FAMILY for family, *_ in key) for key in self._keys])
+        return np.array([any(family == DISCOVERED for family, *_ in key) for key in self._keys])
 
     def gain(self, before: int, after: int) -> Comparison:
         """Compare the predictions of two candidates.

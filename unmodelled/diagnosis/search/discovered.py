@@ -19,6 +19,7 @@ from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.least_squares import Products
 from unmodelled.diagnosis.search.screen import SCREENED_AMOUNT
 from unmodelled.diagnosis.search.tangent import Tangent
+from unmodelled.effects.added import DISCOVERED
 from unmodelled.effects.constant_load import ConstantLoad
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.law import Law, signed
@@ -32,7 +33,6 @@ from unmodelled.systems.model import Port, System
 
 Array = NDArray[np.float64]
 
-FAMILY = "discovered_law"
 #: Terms of the longest formula, and largest power of a position that a damping is in proportion to.
 LONGEST, DAMPED_POWER = 3, 2
 #: Relative curvature that keeps terms which the logs cannot tell apart from cancelling each other.
@@ -61,7 +61,7 @@ class DiscoveredLaw(PortEffect):
         terms: terms of the sum.
     """
 
-    family = FAMILY
+    family = DISCOVERED
     domains = ("power", "balance")
 
     def __init__(self, terms: Sequence[Term]) -> None:

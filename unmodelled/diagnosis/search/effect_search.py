@@ -14,11 +14,11 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
-from unmodelled.diagnosis.search.discovered import FAMILY, discovered
+from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.diagnosis.search.shared import Shared, at_best_ports, shared
-from unmodelled.effects.added import Added
+from unmodelled.effects.added import DISCOVERED, Added
 
 Key = frozenset[object]
 
@@ -338,7 +338,7 @@ class EffectSearch:
             if known is None or fitted.fit.left.value < known.fitted.fit.left.value:
                 self._keep(fitted)
         named = self._named().hypothesis
-        return named.key != before and all(e.family != FAMILY for e in named.effects)
+        return named.key != before and all(e.family != DISCOVERED for e in named.effects)
 
     def without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
         """Return the fit of a hypothesis without one of its effects.

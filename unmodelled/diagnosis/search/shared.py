@@ -82,7 +82,7 @@ def shared(found: Sequence[Screened], simplest: float) -> list[Shared]:
     for group in place_groups(found[0].base.hypothesis.study.system) if found else ():
         laws: dict[tuple[str, str], list[Screened]] = {}
         for one in found:
-            if one.place in group and (one.place.kind == "port" or one.is_late):
+            if one.place in group and (one.is_late if one.place.kind == "sensor" else not _is_inertial(one)):
                 laws.setdefault((one.effect.family, one.effect.variant), []).append(one)
         whole = [Shared(tuple(law)) for law in laws.values() if len(law) >= FEWEST[law[0].place.kind]]
         best: dict[str, Shared] = {}
@@ -93,6 +93,15 @@ def shared(found: Sequence[Screened], simplest: float) -> list[Shared]:
         usual = [law for law in whole if law.place[0].kind == "sensor" or law.effect.complexity <= simplest]
         tried += [law for law in whole if law in promising or law in usual]
     return tried
+
+
+def _is_inertial(one: Screened) -> bool:
+    """Whether the law depends on the acceleration of its port, which holds the laws of all other ports.
+
+    With such laws at many ports, expressions would multiply.
+    """
+    velocity = one.base.hypothesis.study.system.port(one.place.name).velocity
+    return f"d({velocity})/dt" in one.hypothesis.effects[-1].law
 
 
 def at_best_ports(found: Sequence[Screened], most: int) -> list[Screened]:
