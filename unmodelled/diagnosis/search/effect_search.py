@@ -295,9 +295,13 @@ class EffectSearch:
             named = self._named()
             keys = set(self.found)
             removable = {e.key for e in named.hypothesis.removable}
-            for unit in named.hypothesis.units:
-                if removable.issuperset(e.key for e in unit):
-                    self._without_all(named, unit)
+            units = [u for u in named.hypothesis.units if removable.issuperset(e.key for e in u)]
+            new = [unit[0] for unit in units if named.hypothesis.key - {unit[0].key} not in self.found]
+            with threads_of(self.workers) as pool:
+                for fitted in pool.map(lambda gone, named=named: self._fit_without(named, gone), new):
+                    self._keep(fitted)
+            for unit in units:
+                self._without_all(named, unit)
             if keys == set(self.found):
                 break
 
@@ -349,9 +353,12 @@ class EffectSearch:
         """
         key = fitted.hypothesis.key - {gone.key}
         if key not in self.found:
-            smaller = fitted.hypothesis.without(gone)
-            self._keep(FittedHypothesis.of(smaller, self.fitted, [fitted.fit.values]))
+            self._keep(self._fit_without(fitted, gone))
         return self.found[key].fitted
+
+    def _fit_without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
+        smaller, start = fitted.hypothesis.without(gone), fitted.fit.values
+        return FittedHypothesis.of(smaller, self.fitted, [start], substeps=fitted.fit.substeps)
 
 
 def _broad(found: Sequence[Screened]) -> list[Screened]:
