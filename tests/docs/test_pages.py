@@ -76,7 +76,7 @@ def test_commands_have_a_configuration(program: str, call: str) -> None:
     assert PROGRAMS[program].compose(verb, overrides)["_target_"] == PROGRAMS[program].target(verb)
 
 
-#: A robot with the joints that the pages name, for their system files.
+#: Robots with the joints that the pages name, for their system files.
 ROBOT = """<robot name="double_pendulum"><link name="base"/>
 <joint name="Joint1" type="continuous"><parent link="base"/><child link="Link1"/><axis xyz="1 0 0"/></joint>
 <link name="Link1"><inertial><origin xyz="0 0 -0.3"/><mass value="0.6"/>
@@ -84,6 +84,11 @@ ROBOT = """<robot name="double_pendulum"><link name="base"/>
 <joint name="Joint2" type="continuous"><parent link="Link1"/><child link="Link2"/><axis xyz="1 0 0"/></joint>
 <link name="Link2"><inertial><origin xyz="0 0 -0.2"/><mass value="0.6"/>
 <inertia ixx="0.02" iyy="0.02" izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+ROBOTS = {
+    "double_pendulum.urdf": ROBOT,
+    # of the six joints, the page shows one
+    "ur10e.urdf": ROBOT.split('<joint name="Joint2"')[0].replace("Joint1", "shoulder_pan_joint") + "</robot>",
+}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
@@ -94,7 +99,7 @@ def test_system_files_can_be_read(page: Path, tmp_path: Path) -> None:
             assert read_mapping(tmp_path / "mapping.yaml").signals
         elif text.startswith("schema:"):
             for file in re.findall(r"^model: (\S+)$", text, re.MULTILINE):
-                (tmp_path / file).write_text(ROBOT)
+                (tmp_path / file).write_text(ROBOTS[file])
             (tmp_path / "system.yaml").write_text(text)
             assert read_system(tmp_path / "system.yaml").states
 
