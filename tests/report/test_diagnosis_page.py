@@ -243,3 +243,22 @@ def test_every_law_of_the_library_is_a_formula() -> None:
         "u(t - delay)",
     ):
         ElementTree.fromstring(formula(text, "u as it acts"))
+
+
+def test_an_effect_at_many_places_is_told_once() -> None:
+    """With the range of its numbers."""
+    friction = [
+        {
+            "family": "coulomb_friction",
+            "port": f"joint{k}",
+            "parameters": {f"F_{k}": {"value": value, "unit": "N m", "interval": [0.9 * value, 1.1 * value]}},
+        }
+        for k, value in enumerate((2.5, 50.0, 7.0))
+    ]
+    content = {"verdict": "effect", "confidence": 0.8, "gap": {"shrink": 0.9}}
+    assert headline(content | {"effects": friction}).startswith(
+        "Coulomb friction at 3 places (2.5\xa0N\xa0m to 50\xa0N\xa0m) explains"
+    )
+    assert headline(content | {"effects": friction[:2]}).startswith(
+        "Coulomb friction at joint0 and Coulomb friction at joint1 explain"
+    )

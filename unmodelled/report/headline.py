@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from unmodelled.report.numbers import SUPERSCRIPTS, amounts, number
@@ -13,6 +13,9 @@ NAMES = ("Coulomb", "Stribeck")
 #: What kinds of channels are called.
 PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 
+#: Places from which on an effect is told once for all of them.
+MANY = 3
+
 
 def headline(content: Mapping[str, Any]) -> str:
     """Return the verdict of diagnosis.json as one sentence.
@@ -20,7 +23,7 @@ def headline(content: Mapping[str, Any]) -> str:
     Args:
         content: content of diagnosis.json.
     """
-    names = [effect_name(effect) for effect in content["effects"]]
+    names = _each(content["effects"], effect_name)
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
         return "Check the logs first."
@@ -45,7 +48,7 @@ def outcome(content: Mapping[str, Any]) -> str:
     gap, shown = content["gap"], fallen(content)
     if not content["effects"] or not shown:
         return headline(content)
-    *others, last = [_amount_of(effect) for effect in content["effects"]]
+    *others, last = _each(content["effects"], _amount_of)
     together = f"{', '.join(others)} and {last}" if others else last
     name, entry = shown[0]
     before, after = amounts([entry["known"], entry["augmented"]], entry["unit"])
@@ -85,6 +88,23 @@ def remains(content: Mapping[str, Any]) -> str:
         return f"{text}; a network in every port predicts no part of it."
     part = f"{percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
     return f"{text}: {percent(left['share'])} of the squared error; a network in every port predicts {part}."
+
+
+def _each(effects: Sequence[Mapping[str, Any]], told: Callable[[Mapping[str, Any]], str]) -> list[str]:
+    """Texts of effects; an effect at many places is told once, with the range of its numbers."""
+    kinds: dict[object, list[Mapping[str, Any]]] = {}
+    for effect in effects:
+        kinds.setdefault((effect["family"], effect.get("variant")), []).append(effect)
+    texts: list[str] = []
+    for alike in kinds.values():
+        if len(alike) < MANY:
+            texts += map(told, alike)
+            continue
+        numbers = [entry for entry in map(main_number, alike) if entry is not None]
+        ends = [pick(entry["value"] for entry in numbers) for pick in (min, max)] if numbers else []
+        span = f" ({' to '.join(amounts(ends, numbers[0]['unit'], 3))})" if numbers else ""
+        texts.append(f"{effect_name(alike[0]).split(' at ')[0]} at {len(alike)} places{span}")
+    return texts
 
 
 def _amount_of(effect: Mapping[str, Any]) -> str:
