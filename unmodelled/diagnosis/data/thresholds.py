@@ -49,9 +49,11 @@ class Thresholds:
         known_parameter_complexity: complexity added for an effect on a parameter that is not uncertain.
         level: level of confidence intervals, and of the test whether a candidate predicts better than another
             one.
-        material_share: error that a more complex candidate must remove per unit of further complexity.
+        material_share: error that a more complex candidate must remove per unit of further complexity,
+            unless it explains what the other one leaves (`further_rest`).
         further_rest: share of what is left that further numbers of single experiments must remove. An
-            `effect` leaves no more than this share of the known physics' error above the noise.
+            `effect` leaves no more than this share of the known physics' error above the noise, and a more
+            complex candidate that leaves no more of the error of another one pays, whatever the first gap.
         exchanged_rest: share of what is left that a candidate that is not more complex must remove, and a
             network.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
