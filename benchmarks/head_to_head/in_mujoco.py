@@ -120,7 +120,7 @@ class RobotFit:
 
         Args:
             z: vector, shape (entries,).
-            budget: what the optimiser used.
+            budget: number of simulations and iterations, and the reason to stop.
         """
         full = self.joints.start.copy()
         full[self.places] = z

@@ -118,7 +118,7 @@ class JointFit:
 
         Args:
             z: vector, shape (entries,).
-            budget: what the optimiser used.
+            budget: number of simulations and iterations, and the reason to stop.
         """
         each, values = self.unknowns.each, z * self.unknowns.scale
         parts = [values[self.unknowns.unknown == k] for k in range(len(each))]

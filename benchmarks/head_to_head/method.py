@@ -32,7 +32,7 @@ class Model:
         says: sentence on what the method says is wrong with the known physics.
         numbers: values of the uncertain parameters of the system file by name, SI.
         at_bound: names of fitted numbers that ended at a bound; default none.
-        budget: what the optimiser used: iterations, evaluations, reason to stop; default "".
+        budget: effort of the optimiser (iterations, simulations) and its reason to stop; default "".
         laws: laws that the method added, by port; default none.
         joints: numbers that the method gives the joints, by port and quantity (armature, damping,
             frictionloss, stiffness), SI; default none.

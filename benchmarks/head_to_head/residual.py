@@ -122,7 +122,7 @@ class Residual:
 
         Args:
             laws: additional effort by port.
-            budget: what the method used.
+            budget: size of the search, such as samples and generations.
         """
         system = self.base.system
         ports = tuple(

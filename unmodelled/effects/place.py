@@ -151,13 +151,14 @@ def _coordinate(
 
 def _signal_unit(system: System, name: str, usual: str) -> str:
     """Return the unit of a signal by its expression; `usual` where that agrees or leaves a doubt."""
+    place = f"signals.{name}"
+    if place not in system.text:
+        return usual
     lists = (system.states, system.inputs, system.operating_point, system.parameters)
     named = {item.name: item.unit for items in lists for item in items}
     named |= {port.effort: port.unit for port in system.ports}
     own = {n: Value(symbol(n), Quantity(_dimension(system, unit))) for n, unit in named.items()}
-    scope, place = scope_of(system), f"signals.{name}"
-    if place not in system.text:
-        return usual
+    scope = scope_of(system)
     found = evaluate(system.text[place], replace(scope, values={**scope.values, **own}), place)
     dimension = found.quantity.settled
     return usual if dimension in (None, parse_unit(usual).dimension) else units.describe(dimension)

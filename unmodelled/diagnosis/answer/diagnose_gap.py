@@ -82,11 +82,11 @@ def diagnose_gap(
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
     study = Study.of(system, different(logs), horizon, seed, thresholds)
     search, notes = _between_ports(begun(study, workers, progress), workers, progress)
-    key = _named(search, progress)
+    key, reidentified = _named(search, progress)
     if not key and not notes and not search.candidates.leaves_little(0):
         search, notes = _between_all_ports(search, workers, progress)
-        key = _named(search, progress) if notes else key
-    given, reidentified = known_model(study), judged_model("re-identified", search.base)
+        key, reidentified = _named(search, progress) if notes else (key, reidentified)
+    given = known_model(study)
     chosen = search.found[key]
     path = _path(search, chosen.fitted)
     steps = [reidentified, *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
@@ -134,12 +134,12 @@ def _between_all_ports(
     return EffectSearch(replace(search.study, system=system), workers, progress), (note,)
 
 
-def _named(search: EffectSearch, progress: Callable[[str], None]) -> Key:
-    """The key of the best hypothesis that the held-out experiments confirm."""
+def _named(search: EffectSearch, progress: Callable[[str], None]) -> tuple[Key, JudgedModel]:
+    """The key of the best hypothesis that the held-out experiments confirm, and the model without effects."""
     candidates = search.run()
     progress("judge the models on the held-out experiments")
-    before = judged_model("re-identified", search.base).gap
-    return _confirmed(search, candidates.fits[candidates.named()], before)
+    before = judged_model("re-identified", search.base)
+    return _confirmed(search, candidates.fits[candidates.named()], before.gap), before
 
 
 def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> Key:

@@ -34,7 +34,7 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
         self.y = np.zeros(len(system.outputs))
         self.p, self.c = np.array(system.values), np.zeros(len(system.operating_point))
         self.x = np.array([float(s.initial) if s.initial.is_number else np.nan for s in system.states])
-        self.stepper: Stepper | None = None
+        self.stepper: Stepper
         fixed = Fmi3Causality.parameter, Fmi3Variability.fixed, Fmi3Initial.exact
         moving = Fmi3Variability.continuous, None
         self.time = 0.0
@@ -90,8 +90,6 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
         Returns:
             Whether all outputs are finite.
         """
-        if self.stepper is None:
-            self.exit_initialization_mode()
-        self.stepper.step(self.u, step_size)  # type: ignore[union-attr]
-        self.y, self.time = self.stepper.y, current_time + step_size  # type: ignore[union-attr]
+        self.stepper.step(self.u, step_size)
+        self.y, self.time = self.stepper.y, current_time + step_size
         return bool(np.isfinite(self.y).all())
