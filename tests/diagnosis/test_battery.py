@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -31,23 +32,25 @@ PERIOD, SAMPLES, RUNS = 1.0, 900, 8
 RESISTANCE, TIME = 0.02, 45.0  # ohm, s
 
 
-def record(folder: Path) -> Path:
-    """Pulses of current that are held between samples; the branch is advanced exactly."""
+def record(folder: Path, charges: Sequence[float] = (0.9,) * RUNS) -> Path:
+    """Pulses of current that are held between samples, from a charge each; the branch is advanced exactly."""
     rng, tables = np.random.default_rng(0), []
     kept = np.exp(-PERIOD / TIME)
-    for _ in range(RUNS):
+    for charge in charges:
         pulses = rng.choice([0.0, 1.0, 2.0, 4.0, -1.5], SAMPLES // 60)
         i, branch = np.repeat(pulses, 60), [0.0]
         for before in i[:-1]:
             branch.append(kept * branch[-1] + (1.0 - kept) * RESISTANCE * before)
-        soc = 0.9 - np.concatenate([[0.0], np.cumsum(i[:-1])]) * PERIOD / 7200.0
+        soc = charge - np.concatenate([[0.0], np.cumsum(i[:-1])]) * PERIOD / 7200.0
         v = 3.3 + 0.8 * soc - 0.025 * i - branch + 1e-3 * rng.standard_normal(SAMPLES)
         tables.append(pd.DataFrame({"t": PERIOD * np.arange(SAMPLES), "i": i, "v": v}))
     return write_runs(folder, tables)
 
 
-def test_the_slow_part_of_the_voltage_is_named(tmp_path: Path) -> None:
-    answer = diagnosed(tmp_path, CELL, record(tmp_path / "logs"))
+@pytest.mark.parametrize("lowest", [0.9, 0.4], ids=["full", "at other charges"])
+def test_the_slow_part_of_the_voltage_is_named(tmp_path: Path, lowest: float) -> None:
+    """The file says that the battery is full; where it starts is read from its voltage."""
+    answer = diagnosed(tmp_path, CELL, record(tmp_path / "logs", np.linspace(lowest, 0.9, RUNS).tolist()))
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "rc_branch", "sensor:v")
     assert effect.parameters["R_1"]["value"] == pytest.approx(-RESISTANCE, rel=0.05)

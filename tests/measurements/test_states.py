@@ -73,6 +73,46 @@ def test_a_reading_beside_an_input_is_inverted(tmp_path: Path) -> None:
     assert logs.measured == (True, True, True)
 
 
+def test_a_state_is_read_beside_one_that_inputs_alone_drive(tmp_path: Path) -> None:
+    """The current beside the memory of a low-pass filter of the voltage, which starts at rest."""
+    z = symbol("z")
+    beside = motor([ANGLE, Output("U", "V", "U", 2 * i - 3 * z)])
+    (voltage,) = beside.u
+    system = replace(
+        beside, states=(*beside.states, State("z", "A")), dynamics=(*beside.dynamics, (voltage - z) / 0.1)
+    )
+    log = run()
+    log["voltage"] = np.full_like(log["t"], 6.0)
+    log["U"] = 2 * np.cos(log["t"]) - 3 * 6.0 * (1 - np.exp(-log["t"] / 0.1))
+    logs = read_logs(write_folder(tmp_path, {"a": log}), system)
+    np.testing.assert_allclose(logs.x[:, 2], np.cos(log["t"]), atol=1e-6)
+    assert logs.measured == (True, True, True, False)
+
+
+def test_a_position_and_its_speed_are_read_from_a_difference(tmp_path: Path) -> None:
+    """A sensor between two bodies, beside a sensor of one of them: a deflection of a spring."""
+    x, v = symbol("x"), symbol("v")
+    alone = motor([ANGLE, Output("d", "rad", "d", x - theta)])
+    system = replace(
+        alone, states=(*alone.states, State("x", "rad"), State("v", "rad/s")), dynamics=(*alone.dynamics, v, -x)
+    )
+    log = run()
+    log["d"] = np.cos(2 * log["t"]) - log["angle"]
+    logs = read_logs(write_folder(tmp_path, {"a": log}), system)
+    np.testing.assert_allclose(logs.x[:, 3], np.cos(2 * log["t"]), atol=1e-12)
+    np.testing.assert_allclose(logs.x[:, 4], -2 * np.sin(2 * log["t"]), atol=5e-3)
+    assert logs.measured == (True, True, False, True, True)
+
+
+def test_a_speed_is_not_read_from_an_acceleration(tmp_path: Path) -> None:
+    """Its noise would be divided by a small damping."""
+    push = Output("a", "rad/s^2", "a", -theta - sp.Rational(1, 100) * i)
+    log = run()
+    log["a"] = -log["angle"]
+    logs = read_logs(write_folder(tmp_path, {"a": log}), motor([ANGLE, push]))
+    assert logs.measured == (True, True, False)
+
+
 def test_an_output_shows_the_past(tmp_path: Path) -> None:
     late = replace(ANGLE, delay=0.011)
     logs = read_logs(write_folder(tmp_path, {"a": run(), "b": run()}), motor([late]))

@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 
-from tests.diagnosis.diagnoses import Said, added_to, diagnosis, known
+from tests.diagnosis.diagnoses import Said, added_to, diagnosis, known, told
+from tests.diagnosis.test_battery import CELL, record
 from unmodelled.diagnosis.answer.live import live
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
@@ -23,11 +24,14 @@ from unmodelled.effects.backlash import FrictionBehindPlay
 from unmodelled.effects.effect import Effect
 from unmodelled.effects.input_delay import InputDelay
 from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place
 from unmodelled.effects.sensor_delay import SensorDelay
 from unmodelled.effects.sensor_gain import SensorGain
 from unmodelled.effects.sensor_lag import SensorLag
 from unmodelled.engine.machine.javascript import SCRIPT
+from unmodelled.logs.folder import read_logs
 from unmodelled.report.rendering import STATIC
+from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
 
@@ -106,6 +110,14 @@ def assert_same_runs(page: Page, found: Diagnosis) -> None:
 @pytest.mark.parametrize("together", TOGETHER, ids=lambda each: " ".join(e.family for e in each))
 def test_effects_together(together: list[Effect], tmp_path: Path, page: Page) -> None:
     assert_same_runs(page, diagnosis(tmp_path, *said(tmp_path, together), timing=0.0004))
+
+
+def test_a_state_that_an_output_shows_beside_a_memory(tmp_path: Path, page: Page) -> None:
+    (tmp_path / "system.yaml").write_text(CELL)
+    system = read_system(tmp_path / "system.yaml")
+    logs = read_logs(record(tmp_path / "logs", (0.5, 0.6, 0.7, 0.8)), system)
+    branch = Said("rc_branch", Place("sensor", "v"), {"R_1": -0.018, "tau_1": 40.0})
+    assert_same_runs(page, told(system, logs, branch))
 
 
 def test_every_effect_of_a_drive(tmp_path: Path, page: Page) -> None:

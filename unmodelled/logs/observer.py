@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
+from unmodelled.logs.readings import Reading, without_beside
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -22,7 +23,7 @@ SUBSTEPS = (4, 32)
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """Integration of hidden states, driven by the inputs and then by the other states in their order.
+    """Integration of hidden states, driven by the inputs and then by what outputs show of the other states.
 
     Attributes:
         program: program of the register machine whose outputs are the hidden states.
@@ -37,34 +38,38 @@ class Observer:
     hold: tuple[float, ...]
 
     @classmethod
-    def of(cls, system: System, hidden: Sequence[int]) -> Observer:
-        """Return the observer of some states of a system.
+    def of(cls, system: System, shown: Sequence[Reading]) -> Observer:
+        """Return the observer of the states that no output shows.
 
         Args:
             system: system with the known laws of its ports.
-            hidden: indices of the states that no output shows.
+            shown: readings of all other states.
 
         Raises:
             BadInput: when the initial values of hidden states depend on each other in a circle.
         """
-        shown = [system.x[k] for k in hidden]
-        starts = [system.states[k].initial for k in hidden]
+        measured, states = {reading.state for reading in shown}, without_beside(system, shown)
+        hidden = [k for k in range(len(system.states)) if k not in measured]
+        names = [system.x[k] for k in hidden]
+        starts = [system.states[k].initial.xreplace(states) for k in hidden]
         for _ in hidden:
-            starts = [start.xreplace(dict(zip(shown, starts, strict=True))) for start in starts]
-        for name, start in zip(shown, starts, strict=True):
-            if start.free_symbols & set(shown):
-                unknown = " and ".join(sorted(map(str, start.free_symbols & set(shown))))
+            starts = [start.xreplace(dict(zip(names, starts, strict=True))) for start in starts]
+        for name, start in zip(names, starts, strict=True):
+            if start.free_symbols & set(names):
+                unknown = " and ".join(sorted(map(str, start.free_symbols & set(names))))
                 raise BadInput(
                     f"{system.place}: states.{name}.initial: depends on {unknown}, which no output shows, in "
                     "a circle: give one of them as a number"
                 )
-        imposed = [x for x in system.x if x not in shown]
-        rates = [system.dynamics[k] for k in hidden]
-        equations = Equations.of(system, shown)
-        needed = set[object]().union(*(e.free_symbols for e in (*rates, *starts, *equations.laws.values())))
+        imposed = [x for x in system.x if x not in names]
+        rates = [system.dynamics[k].xreplace(states) for k in hidden]
+        equations = Equations.of(system, names)
+        laws = {effort: law.xreplace(states) for effort, law in equations.laws.items()}
+        needed = set[object]().union(*(e.free_symbols for e in (*rates, *starts, *laws.values())))
         driving = [*system.u, *imposed]
         columns = tuple(k for k, name in enumerate(driving) if name in needed)
-        equations = replace(equations, states=shown, inputs=[driving[k] for k in columns], rates=rates)
+        driven = [driving[k] for k in columns]
+        equations = replace(equations, states=names, inputs=driven, rates=rates, laws=laws)
         hold = [*(item.course for item in system.inputs), *(1.0 for _ in imposed)]
         held = tuple(hold[k] for k in columns)
         return cls(assembled(equations), assembled(replace(equations, observed=starts)), columns, held)

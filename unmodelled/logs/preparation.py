@@ -28,11 +28,12 @@ PARTS = 8
 def prepare(system: System, logs: Logs) -> Logs:
     """Return the experiments with the inputs as they act on `system`, and with its estimated states.
 
-    A state that an output shows, as itself or times and plus constants, is that output's column. The velocity
-    of such a position is its smoothed derivative. Both are read later by the output's delay, and held at the
-    end where the log has no later samples. Every other state is integrated from its initial value with these
-    imposed. Logs that were prepared for another system with the same inputs and outputs are prepared anew;
-    preparing twice for one system changes nothing.
+    A state that an output shows, as itself or times and plus constants, is that output's column; what the
+    output shows of other states beside it is subtracted. The velocity of such a position is its smoothed
+    derivative. Both are read later by the output's delay, and held at the end where the log has no later
+    samples. Every other state is integrated from its initial value with these imposed. Logs that were
+    prepared for another system with the same inputs and outputs are prepared anew; preparing twice for one
+    system changes nothing.
 
     Args:
         system: system whose delays and states are wanted.
@@ -154,9 +155,11 @@ def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[s
     ]
     hidden = [k for k in range(x.shape[1]) if k not in found]
     if hidden:
-        x[:, hidden] = _integrated(system, hidden, logs, x)
+        x[:, hidden] = _integrated(system, shown, logs, x)
         hidden_names = ", ".join(system.states[k].name for k in hidden)
         notes.append(f"{hidden_names}: no output shows it, integrated from the start of each experiment")
+    if any(r.beside for r in shown):
+        x[:, [r.state for r in shown]] -= _beside(system, shown, logs, x)
     return x, tuple(k in found for k in range(x.shape[1])), notes
 
 
@@ -195,19 +198,26 @@ class _Gains:
         return np.asarray((y - values[:, 1]) / values[:, 0])
 
 
-def _integrated(system: System, hidden: Sequence[int], logs: Logs, x: Array) -> Array:
-    """States `hidden` (indices) along the experiments, (samples, hidden), the others of `x` imposed.
+def _beside(system: System, shown: Sequence[Reading], logs: Logs, x: Array) -> Array:
+    """What outputs show together with the states that are read from them, (samples, readings)."""
+    function = numpy_system_function(system, [r.beside for r in shown], efforts_zero=True)
+    return function(0.0, x, logs.u, np.empty(0), np.array(system.values), logs.c[logs.owner])
+
+
+def _integrated(system: System, shown: Sequence[Reading], logs: Logs, x: Array) -> Array:
+    """States that no output shows along the experiments, (samples, such states), the others of `x` imposed.
 
     Raises:
         BadInput: when a state diverges, naming it, the experiment and the time.
     """
     n, lengths = len(logs), np.diff(logs.offsets)
+    hidden = np.delete(np.arange(x.shape[1]), [r.state for r in shown]).tolist()
     sample = np.arange(len(logs.t)) - logs.offsets[logs.owner]
     driven = np.concatenate([logs.u, np.delete(x, hidden, axis=1)], axis=1)
     none = np.zeros(1, np.int64)
     windows = Windows(driven, logs.t, logs.offsets[:-1], lengths - 1, np.arange(n), none)
     p = np.broadcast_to(system.values, (n, 1, len(system.values)))
-    z = Observer.of(system, hidden).states(windows, (logs.owner, sample), p, logs.c, logs.period)[:, 0]
+    z = Observer.of(system, shown).states(windows, (logs.owner, sample), p, logs.c, logs.period)[:, 0]
     bad = ~np.isfinite(z)
     if not bad.any():
         return z

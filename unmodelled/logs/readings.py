@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
-from unmodelled.systems.model import System
+from unmodelled.systems.model import TIME, System
+from unmodelled.systems.units import parse_unit
 
 
 @dataclass(frozen=True)
 class Reading:
-    """State that an output shows as gain * state + offset, or that is the derivative of such a state.
+    """State that an output shows as gain * (state + beside) + offset, or the derivative of such a state.
 
     An output that shows a low-pass filtered quantity y_f shows the quantity as y_f + lag * d(y_f)/dt.
 
@@ -24,6 +25,8 @@ class Reading:
         slope: True where the state is the time derivative of what the output shows.
         lag: time constant of a low-pass filter between the state and the output, in terms of parameters;
             default 0: there is no filter.
+        beside: what the output shows together with the state, in terms of parameters, constants and other
+            states. There, a state that an output shows stands for (output - offset)/gain. Default 0.
     """
 
     state: int
@@ -32,49 +35,104 @@ class Reading:
     offset: sp.Expr
     slope: bool = False
     lag: sp.Expr = sp.S.Zero
+    beside: sp.Expr = sp.S.Zero
 
     @property
     def plain(self) -> bool:
-        """Whether the output, or its derivative, is the state itself."""
+        """Whether the output, or its derivative, is the state itself, or this state and others."""
         return bool(self.gain == 1 and self.offset == 0 and self.lag == 0)
 
 
 def readings(system: System, usable: Callable[[Reading], bool] = lambda _: True) -> tuple[Reading, ...]:
     """Return all states that outputs show, in the order of the states.
 
-    An output that is a state goes before one that is a function of it.
+    An output that is a state goes before one that is a function of it. An output of several states shows the
+    one that is neither known from other outputs nor from the inputs alone.
 
     Args:
         system: system whose states and outputs are compared.
         usable: function that tells whether a reading of an output may be used; default: all may.
     """
     found: dict[int, Reading] = {}
-    outputs = range(len(system.outputs))
-    for j in sorted(outputs, key=lambda j: system.outputs[j].expression not in system.x):
-        reading = _reading(system, j)
-        if reading is not None and reading.state not in found and usable(reading):
-            found[reading.state] = reading
-    for k, shown in list(found.items()):
-        if system.dynamics[k] in system.x:
-            v = system.x.index(system.dynamics[k])
-            if not shown.offset.free_symbols & set(system.u):
-                found.setdefault(v, Reading(v, shown.output, shown.gain, sp.S.Zero, True, shown.lag))
-    return tuple(found[k] for k in sorted(found))
+    forgetful, known = _forgetful(system), set[sp.Symbol]()
+    order = sorted(range(len(system.outputs)), key=lambda j: system.outputs[j].expression not in system.x)
+    while True:
+        for j in order:
+            reading = _reading(system, j, known, found)
+            if reading is None or reading.state in found or not usable(reading):
+                continue
+            slope = _slope(system, reading, found)
+            if reading.beside == 0 or slope is not None or system.dynamics[reading.state] not in system.x:
+                found[reading.state] = reading
+        for reading in list(found.values()):
+            if (slope := _slope(system, reading, found)) is not None:
+                found.setdefault(slope.state, slope)
+        now = {system.x[k] for k in found} | forgetful
+        if now == known:
+            return tuple(found[k] for k in sorted(found))
+        known = now
 
 
-def _reading(system: System, j: int) -> Reading | None:
-    expression, lag = _unfiltered(system, system.outputs[j].expression)
+def without_beside(system: System, found: Sequence[Reading]) -> dict[sp.Symbol, sp.Expr]:
+    """Return the states that outputs show together with others, in terms of what they show and of the others.
+
+    Args:
+        system: system whose states are read.
+        found: readings of the system.
+    """
+    return {system.x[r.state]: system.x[r.state] - r.beside for r in found if r.beside != 0}
+
+
+def _reading(system: System, j: int, known: set[sp.Symbol], found: Mapping[int, Reading]) -> Reading | None:
+    output = system.outputs[j]
+    expression, lag = _unfiltered(system, output.expression)
     seen = expression.free_symbols & set(system.x)
-    if len(seen) != 1 or not expression.free_symbols <= {*seen, *system.u, *system.p, *system.c}:
+    unknown = seen - known
+    if len(unknown) != 1 or not expression.free_symbols <= {*seen, *system.u, *system.p, *system.c}:
         return None
-    (state,) = seen
+    (state,) = unknown
+    k, others = system.x.index(state), seen - unknown
     gain = sp.diff(expression, state)
-    offset = sp.expand(expression - gain * state)
-    if gain.has(state, *system.u) or offset.has(state):
+    rest = sp.expand(expression - gain * state)
+    if gain.free_symbols & {*seen, *system.u} or state in rest.free_symbols:
         return None
-    if lag != 0 and offset.free_symbols & set(system.u):
+    offset, beside = rest.as_independent(*others, as_Add=True) if others else (rest, sp.S.Zero)
+    if lag != 0 and (others or offset.free_symbols & set(system.u)):
         return None
-    return Reading(system.x.index(state), j, gain, offset, lag=lag)
+    if not others:
+        return Reading(k, j, gain, offset, lag=lag)
+    # a speed that is read from an acceleration would have its noise over a damping
+    measured = others & {system.x[m] for m in found}
+    if beside.free_symbols & set(system.u) or (
+        measured and parse_unit(output.unit) != parse_unit(system.states[k].unit)
+    ):
+        return None
+    shown = beside.xreplace(without_beside(system, list(found.values())))
+    return Reading(k, j, gain, offset, beside=shown / gain)
+
+
+def _slope(system: System, shown: Reading, found: Mapping[int, Reading]) -> Reading | None:
+    """Return the reading of the state that is the derivative of a state that an output shows."""
+    rate = system.dynamics[shown.state]
+    if shown.slope or rate not in system.x or shown.offset.free_symbols & set(system.u):
+        return None
+    others = {x: system.dynamics[system.x.index(x)] for x in shown.beside.free_symbols & set(system.x)}
+    slopes = {system.x[k] for k, r in found.items() if r.slope}
+    if not set(others.values()) <= slopes:
+        return None
+    beside = sp.Add(*(sp.diff(shown.beside, x) * v for x, v in others.items()))
+    return Reading(system.x.index(rate), shown.output, shown.gain, sp.S.Zero, True, shown.lag, beside)
+
+
+def _forgetful(system: System) -> set[sp.Symbol]:
+    """Return the states that inputs alone drive and that forget their start, as an RC branch does."""
+    states = {x for x, rate in zip(system.x, system.dynamics, strict=True) if sp.diff(rate, x) != 0}
+    while True:
+        alone = {*states, *system.u, *system.p, *system.c, TIME}
+        fewer = {x for x in states if system.dynamics[system.x.index(x)].free_symbols <= alone}
+        if fewer == states:
+            return states
+        states = fewer
 
 
 def _unfiltered(system: System, expression: sp.Expr) -> tuple[sp.Expr, sp.Expr]:

@@ -93,12 +93,14 @@ def _start(system: System) -> dict[str, Any]:
     found = readings(system)
     expressions = [e for r in found for e in (r.gain, r.offset, r.lag)]
     hidden = [k for k in range(len(system.states)) if k not in {r.state for r in found}]
-    observer = Observer.of(system, hidden) if hidden else None
+    observer = Observer.of(system, found) if hidden else None
+    beside = [r.beside for r in found]
     moving = {TIME, *system.u} & set[object]().union(*(e.free_symbols for e in expressions))
     return {
         "readings": [{"state": r.state, "output": r.output, "slope": r.slope} for r in found],
         "gains": None if all(r.plain for r in found) else as_data(Program.of(system, expressions)),
         "steady": not moving,
+        "beside": as_data(Program.of(system, beside)) if any(beside) else None,
         "hidden": hidden,
         "observer": observer
         and {

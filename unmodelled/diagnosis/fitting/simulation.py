@@ -97,10 +97,13 @@ class Simulation:
         self.equations = backend(system, [output.expression for output in system.outputs])
         inputs, outputs = ([item.name for item in items] for items in (system.inputs, system.outputs))
         self.reader = WindowTableReader(system, self._delayed(inputs), self._delayed(outputs), self.c)
-        self.measured = [reading.state for reading in self.reader.readings]
+        shown = self.reader.readings
+        self.measured = [reading.state for reading in shown]
         self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
         # of the states that no output shows, driven by the inputs and all other states
-        self._observer = Observer.of(system, self.hidden) if self.hidden else None
+        self._observer = Observer.of(system, shown) if self.hidden else None
+        beside = [reading.beside for reading in shown]
+        self._beside = Program.of(system, beside) if any(beside) else None
 
     def over(self, recording: Recording) -> Simulation:
         """Return the simulation of the same system over other windows.
@@ -142,6 +145,10 @@ class Simulation:
             x0[:, :, self.measured] += moved
         if self.hidden:
             x0[:, :, self.hidden] = self._integrated(tables, p, substeps)
+        if self._beside is not None:
+            unread, at = np.zeros(len(self.system.inputs)), record.owner
+            beside = self._beside.evaluate(np.zeros(1), x0, unread, p[at], self.c[at][:, None])
+            x0[:, :, self.measured] -= beside
         windows = Windows(
             tables.u.reshape(tables.u.shape[0] * tables.u.shape[1], tables.u.shape[2]),
             *(record.logs.t, record.start, record.steps, record.owner, tables.shift),

@@ -15,6 +15,7 @@ const simulation = (() => {
       ...data,
       program: program(data.program),
       gains: program(data.gains),
+      beside: program(data.beside),
       derived: derived && { ...derived, program: program(derived.program) },
       observer: observer && { ...observer, program: program(observer.program), initial: program(observer.initial) },
       given: values(data.given),
@@ -147,6 +148,10 @@ const simulation = (() => {
       const length = Math.min(steps, samples - 1 - start), x0 = new Float64Array(model.program.rates.length);
       model.readings.forEach((r, j) => { x0[r.state] = x[j][start]; });
       model.hidden.forEach((state, j) => { x0[state] = z[j][start]; });
+      if (model.beside) {
+        const none = new Float64Array(u.length), beside = machine.evaluate(model.beside, 0, x0, none, p, c);
+        model.readings.forEach((r, j) => { x0[r.state] -= beside[j]; });
+      }
       const y = machine.simulate(model.program, { u, t, start, steps: length }, p, c, x0, { period, substeps, hold });
       y.forEach((values, j) => {
         const isOutput = j < late.length, rest = isOutput ? late[j] - later[j] : 0;
