@@ -312,9 +312,10 @@ class Candidates:
         return sorted(np.flatnonzero(self.steps == steps).tolist(), key=lambda k: float(values[k]))
 
     def alike(self, named: int, other: int) -> bool:
-        """Return whether the data cannot tell a candidate from the named one, which is not simpler.
+        """Return whether the data do not speak against a candidate in place of the named one.
 
-        A more complex candidate, such as one that contains the named law, is no other explanation.
+        A more complex candidate, such as one that contains the named law, is no other explanation. One that
+        predicts better, though not by a material amount, is one.
 
         Args:
             named: number of the named candidate.
@@ -323,7 +324,7 @@ class Candidates:
         if self._more_complex(other, named) > self.thresholds.same_complexity:
             return False
         found = self.gain(other, named)
-        return abs(found.mean) <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
+        return found.mean <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
 
     def leaves_little(self, candidate: int) -> bool:
         """Return whether the error above the noise that a candidate leaves is negligible in all outputs.

@@ -14,6 +14,7 @@ from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
+from unmodelled.diagnosis.search.containing import Containing, containing
 from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.search.screen import Screened, screen
@@ -21,6 +22,9 @@ from unmodelled.diagnosis.search.shared import Shared, at_best_ports, shared
 from unmodelled.effects.added import DISCOVERED, Added
 
 Key = frozenset[object]
+#: What a fitted hypothesis may grow to: one effect more, one law at several places, or a law in place of one
+#: that it contains.
+Growth = Screened | Shared | Containing
 
 #: Simulated samples of a screen and of a fit, about: a budget of time.
 SCREENED, FITTED = 4000, 20_000
@@ -115,7 +119,8 @@ class EffectSearch:
 
     def _add(self) -> None:
         """Add effects to the best candidates as long as more effects predict better."""
-        for steps in range(MOST_EFFECTS):
+        steps = 0
+        while steps < MOST_EFFECTS:
             candidates = self.candidates
             named = candidates.named()
             if steps > max(candidates.steps[named], FEWEST_TRIED):
@@ -123,6 +128,9 @@ class EffectSearch:
             rivals = [k for k in candidates.promising(steps) if k != named]
             for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if steps else 1]):
                 self._grow(parent)
+            # effects are added to a law, too, that has taken the place of one that it contains
+            now = self._named().hypothesis
+            steps += 0 if now.key not in self.grown and len(now.together) == steps else 1
 
     def _named(self) -> FittedHypothesis:
         candidates = self.candidates
@@ -146,7 +154,8 @@ class EffectSearch:
         self.grown.add(parent.hypothesis.key)
         first = not parent.hypothesis.effects
         every = [s for s in self.screen(parent) if not s.is_own]
-        single = at_best_ports([s for s in every if s.key not in self.found], MOST_EFFECTS)
+        new = at_best_ports([s for s in every if s.key not in self.found], MOST_EFFECTS)
+        single = containing(new)
         chosen = _broad(single) if first else _promising(single, SCOUTED)
         alike = [one for one in shared(every, SIMPLEST) if one.key not in self.found]
         self.progress(f"fit effects on top of {parent.hypothesis}")
@@ -188,7 +197,7 @@ class EffectSearch:
         own = [s for s in self.screen(parent) if s.is_own and s.key not in self.found]
         self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
 
-    def _scout(self, chosen: Sequence[Screened | Shared]) -> list[tuple[Screened | Shared, Start]]:
+    def _scout(self, chosen: Sequence[Growth]) -> list[tuple[Growth, Start]]:
         """Rank candidates by the cost of short fits to few windows: left-out error and price of complexity.
 
         The one with the lowest error comes first, whatever its price: it may explain what others leave. Of
@@ -216,7 +225,7 @@ class EffectSearch:
         known = Hypothesis.known(self.study)
         return self.left_out(FittedHypothesis.of(known, self.screened, [start], SCOUTING, substeps))
 
-    def _short(self, candidate: Screened | Shared) -> LeftOut:
+    def _short(self, candidate: Growth) -> LeftOut:
         substeps, larger, starts = candidate.base.fit.substeps, candidate.hypothesis, candidate.starts
         if len(larger.effects) > len(candidate.base.hypothesis.effects) + 1:
             # many numbers at once begin with short free runs, as the known physics does
@@ -224,18 +233,18 @@ class EffectSearch:
             starts = (begun.fit.every,)
         return self.left_out(FittedHypothesis.of(larger, self.screened, starts, SCOUTING, substeps))
 
-    def fit(self, candidates: Iterable[tuple[Screened | Shared, Start]]) -> None:
-        """Fit candidates that were not fitted yet.
+    def fit(self, candidates: Iterable[tuple[Growth, Start]]) -> None:
+        """Fit candidates; of two fits of one hypothesis, the better one is kept.
 
         Args:
             candidates: screened candidates with values to start from.
         """
-        new = {c.key: (c, start) for c, start in candidates if c.key not in self.found}
+        new = {c.key: (c, start) for c, start in candidates}
         with threads_of(self.workers) as pool:
             for fitted in pool.map(lambda one: self._fit(*one), new.values()):
                 self._keep(fitted)
 
-    def _fit(self, candidate: Screened | Shared, start: Start) -> FittedHypothesis:
+    def _fit(self, candidate: Growth, start: Start) -> FittedHypothesis:
         substeps = candidate.base.fit.substeps
         fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, [start], substeps=substeps)
         shapes = candidate.hypothesis.effects[-1].shapes
@@ -262,7 +271,9 @@ class EffectSearch:
         return LeftOut.of(fitted, parts(fitted.recording, HALVES * runs) if fitted.is_own else None)
 
     def _keep(self, fitted: FittedHypothesis) -> None:
-        self.found[fitted.hypothesis.key] = self.left_out(fitted)
+        key, known = fitted.hypothesis.key, self.found.get(fitted.hypothesis.key)
+        if known is None or fitted.fit.left.value < known.fitted.fit.left.value:
+            self.found[key] = self.left_out(fitted)
 
     def _widen(self) -> None:
         """Repeat the fit of an effect in all experiments from the result of its fit at one level.
@@ -337,10 +348,7 @@ class EffectSearch:
         self.progress("write down a law")
         substeps = self.base.fit.substeps
         for hypothesis, start in discovered(self.base, self.screened):
-            fitted = FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps)
-            known = self.found.get(hypothesis.key)
-            if known is None or fitted.fit.left.value < known.fitted.fit.left.value:
-                self._keep(fitted)
+            self._keep(FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps))
         named = self._named().hypothesis
         return named.key != before and all(e.family != DISCOVERED for e in named.effects)
 
@@ -361,20 +369,20 @@ class EffectSearch:
         return FittedHypothesis.of(smaller, self.fitted, [start], substeps=fitted.fit.substeps)
 
 
-def _broad(found: Sequence[Screened]) -> list[Screened]:
+def _broad(found: Sequence[Screened | Containing]) -> list[Screened | Containing]:
     """Every effect at every place, and the most promising ones at levels of factors."""
     local = [one for one in found if one.place.factor is not None and one.gain > 0.0]
     return [*(one for one in found if one.place.factor is None), *local[:SCOUTED_LEVELS]]
 
 
-def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
+def _promising(found: Sequence[Screened | Containing], count: int) -> list[Screened | Containing]:
     """The most promising families and places, so many and two laws of each: variants of one law are alike.
 
     An effect at one level is compared with the same effect in all experiments. Delays and the simplest laws
     come along whatever their gain: other numbers had to stand in for them and change by much, which no linear
     prediction tells.
     """
-    families: dict[object, list[Screened]] = {}
+    families: dict[object, list[Screened | Containing]] = {}
     for one in found:
         if one.gain > 0.0:
             families.setdefault(_kind(one), []).append(one)
@@ -385,17 +393,17 @@ def _promising(found: Sequence[Screened], count: int) -> list[Screened]:
     return [*first, *(one for one in more if one.key not in chosen)]
 
 
-def _is_usual(screened: Screened) -> bool:
+def _is_usual(screened: Screened | Containing) -> bool:
     return screened.is_delay or _complexity(screened) <= SIMPLEST
 
 
-def _complexity(screened: Screened | Shared) -> float:
+def _complexity(screened: Growth) -> float:
     return screened.effect.complexity
 
 
-def _kind(screened: Screened | Shared) -> tuple[str, object]:
+def _kind(screened: Growth) -> tuple[str, object]:
     return screened.effect.family, screened.place
 
 
-def _everywhere(screened: Screened) -> tuple[str, str, str]:
+def _everywhere(screened: Screened | Containing) -> tuple[str, str, str]:
     return screened.effect.family, screened.effect.variant, screened.place.channel
