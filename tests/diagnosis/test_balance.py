@@ -92,25 +92,29 @@ RUNS, SAMPLES = 8, 300
 def logs(
     folder: Path, names: tuple[str, str], period: float, levels: list[float], start: tuple[float, float],
     rate: Callable[..., list[float]], noise: float, stores: int = 0, series: float = 0.0,
-    below: Sequence[float] = (0.0,) * RUNS,
+    below: Sequence[float] = (0.0,) * RUNS, ambient: str = "",
 ) -> Path:  # fmt: skip
     """A folder of runs with steps of the input, integrated in ten substeps per sample.
 
     The states of `rate` are the level and `stores` others, which start `below` it in every run; `series`
-    times the input is taken from what is logged.
+    times the input is taken from what is logged. Where `ambient` is the name of a column, `rate` also gets
+    this temperature, which rises and falls.
     """
     rng, tables = np.random.default_rng(0), []
     for run in range(RUNS):
         u = np.repeat(rng.choice(levels, SAMPLES // 30), 30)
         x = [rng.uniform(*start) - below[run] * (np.arange(1 + stores) > 0)]
-        for value in u[:-1]:
+        around = rng.uniform(274.0, 280.0) + 5.0 * np.sin(0.03 * np.arange(SAMPLES) + run)
+        inputs = np.column_stack([u, *([around] if ambient else [])])
+        for before, after in zip(inputs[:-1], inputs[1:], strict=True):
             state = x[-1]
-            for _ in range(10):
-                state = state + 0.1 * period * np.array(rate(*state, float(value)))
+            for k in range(10):
+                now = [before[0], *(before[1:] + 0.1 * k * (after[1:] - before[1:]))]
+                state = state + 0.1 * period * np.array(rate(*state, *map(float, now)))
             x.append(state)
         seen = np.array(x)[:, 0] - series * u + noise * rng.standard_normal(SAMPLES)
         table = {"t": period * np.arange(SAMPLES), names[0]: u, names[1]: seen}
-        tables.append(pd.DataFrame(table))
+        tables.append(pd.DataFrame(table | ({ambient: around} if ambient else {})))
     return write_runs(folder, tables)
 
 
@@ -126,6 +130,21 @@ def test_the_heat_that_a_house_loses_to_its_surroundings(tmp_path: Path) -> None
     assert effect.parameters["k"]["value"] == pytest.approx(120.0, rel=0.02)
     assert effect.parameters["k"]["unit"] == "W/K"
     assert effect.parameters["x_a"]["value"] == pytest.approx(278.0, abs=0.3)
+
+
+def test_the_heat_that_a_house_loses_to_a_logged_temperature(tmp_path: Path) -> None:
+    outdoors = HOUSE.replace("P: {unit: W}", "P: {unit: W}\n  T_out: {unit: K, commanded: false}")
+    recorded = logs(
+        *(tmp_path / "logs", ("P", "T"), 120.0, [0.0, 1500.0, 3000.0, 4500.0], (285.0, 297.0)),
+        lambda T, P, T_out: [(P - 120.0 * (T - T_out)) / 2.0e6],
+        0.02,
+        ambient="T_out",
+    )
+    answer = diagnosed(tmp_path, outdoors, recorded)
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "linear_loss", "air")
+    assert effect.law == "k*(T - T_out)"
+    assert effect.parameters["k"]["value"] == pytest.approx(120.0, rel=0.02)
 
 
 def test_the_overflow_of_a_tank(tmp_path: Path) -> None:
@@ -159,7 +178,10 @@ def test_a_house_with_walls_that_store_heat(tmp_path: Path) -> None:
 
 
 def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
-    """The voltage at the terminals shows the charge beside the drop at a resistance that is fitted."""
+    """The voltage at the terminals shows the charge beside the drop at a resistance that is fitted.
+
+    A second capacitor behind a conductance is at the terminals what an RC branch in series is.
+    """
     recorded = logs(
         *(tmp_path / "logs", ("i", "U"), 1.0, [-10.0, 0.0, 0.0, 5.0, 10.0, 20.0], (3.5, 3.7)),
         lambda v, slow, i: [(-i - 60.0 * (v - slow)) / 3.0e3, 60.0 * (v - slow) / 6.0e3],
@@ -167,9 +189,11 @@ def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
     )
     answer = diagnosed(tmp_path, BATTERY, recorded)
     (effect,) = answer.effects
-    assert (answer.verdict, effect.family, effect.port) == ("effect", "storage", "cell")
-    assert effect.parameters["tau_n"]["value"] == pytest.approx(100.0, rel=0.1)
-    assert answer.parameters["identified"].to_list() == pytest.approx([3000.0, 0.015], rel=0.02)
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "rc_branch", "sensor:U")
+    assert effect.indistinguishable == ("storage at cell",)
+    assert effect.parameters["tau_1"]["value"] == pytest.approx(2000.0 / 60.0, rel=0.02)
+    assert effect.parameters["R_1"]["value"] == pytest.approx(-((6.0 / 9.0) ** 2) / 60.0, rel=0.03)
+    assert answer.parameters["identified"].to_list() == pytest.approx([9000.0, 0.015], rel=0.02)
 
 
 def test_walls_that_start_every_experiment_at_a_temperature_of_their_own(tmp_path: Path) -> None:

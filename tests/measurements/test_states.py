@@ -94,7 +94,9 @@ def test_a_position_and_its_speed_are_read_from_a_difference(tmp_path: Path) -> 
     x, v = symbol("x"), symbol("v")
     alone = motor([ANGLE, Output("d", "rad", "d", x - theta)])
     system = replace(
-        alone, states=(*alone.states, State("x", "rad"), State("v", "rad/s")), dynamics=(*alone.dynamics, v, -x)
+        alone,
+        states=(*alone.states, State("x", "rad"), State("v", "rad/s")),
+        dynamics=(*alone.dynamics, v, -x),
     )
     log = run()
     log["d"] = np.cos(2 * log["t"]) - log["angle"]

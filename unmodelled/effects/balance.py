@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect
+from unmodelled.effects.surroundings import surroundings
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
@@ -25,3 +26,12 @@ class BalanceEffect(PortEffect):
         units = {state.name: state.unit for state in system.states}
         is_warm = parse_unit(units.get(str(port.position), "")).dimension == parse_unit("K").dimension
         return super().suits(system, port) and self.warm in (None, is_warm)
+
+
+class ToLoggedSurroundings(BalanceEffect):
+    """Exchange with surroundings whose level is an input."""
+
+    variant = "to_input"
+
+    def suits(self, system: System, port: Port) -> bool:
+        return super().suits(system, port) and surroundings(system, port) is not None

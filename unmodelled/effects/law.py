@@ -1,9 +1,9 @@
 """Law of an effect in local names, with its numbers and its memory.
 
-Local names are x, v, a, l and s (position, velocity, acceleration and load of a port, and stiffness of the
-known spring there), u and v (logged input, and speed of the port that it drives), y (output without the
-effect) or p (parameter), besides t and the names that the law declares. Texts are expressions of the grammar
-of system files.
+Local names are x, v, a, l, s and u (position, velocity, acceleration and load of a port, stiffness of the
+known spring there, and logged level of the surroundings), u and v (logged input, and speed of the port that
+it drives), y (output without the effect) or p (parameter), besides t and the names that the law declares.
+Texts are expressions of the grammar of system files.
 """
 
 from __future__ import annotations

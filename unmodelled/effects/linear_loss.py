@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.balance import BalanceEffect
+from unmodelled.effects.balance import BalanceEffect, ToLoggedSurroundings
 from unmodelled.effects.law import Law, Shape, positive
 from unmodelled.effects.place import Site
 
@@ -15,6 +15,17 @@ class LinearLoss(BalanceEffect):
 
     def law(self, at: Site) -> Law:
         return Law("k*x", {"k": positive("x", at.effort / at["x"].rms)})
+
+
+class LossToInput(ToLoggedSurroundings):
+    """Exchange in proportion to the difference from an input, such as the ambient temperature."""
+
+    family = "linear_loss"
+    complexity = 1.0
+
+    def law(self, at: Site) -> Law:
+        far = max(at["x"].half, abs(at["x"].middle - at["u"].middle))
+        return Law("k*(x - u)", {"k": positive("(x - u)", at.effort / far)})
 
 
 class LossToSurroundings(BalanceEffect):

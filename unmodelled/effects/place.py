@@ -13,6 +13,7 @@ from unmodelled.effects.known_terms import driven_port, stiffness
 from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
+from unmodelled.effects.surroundings import surroundings
 from unmodelled.systems import units
 from unmodelled.systems.grammar import evaluate
 from unmodelled.systems.model import Input, Output, System, symbol
@@ -132,6 +133,9 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
     if port.name in scales.loads and (carried := load(system, port)) is not None:
         text, expression = carried
         found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
+    if (around := surroundings(system, port)) is not None:
+        spread = scales.of[around.name]
+        found["u"] = _quantity(system, around.name, symbol(around.name), around.unit, spread)
     if (spring := stiffness(system, port)) is not None:
         found["s"] = _stiffness(system, spring, effort, found["x"])
     if is_inertial(system, port):

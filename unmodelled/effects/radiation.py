@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.balance import BalanceEffect
+from unmodelled.effects.balance import BalanceEffect, ToLoggedSurroundings
 from unmodelled.effects.law import Law, Shape, positive
 from unmodelled.effects.place import Site
+
+
+class RadiationToInput(ToLoggedSurroundings):
+    """Heat that a body radiates to surroundings whose temperature is an input."""
+
+    family = "radiation"
+    complexity = 1.2
+    warm = True
+
+    def law(self, at: Site) -> Law:
+        far = max(at["x"].half, abs(at["x"].middle - at["u"].middle))
+        size = at.effort / max(at["x"].rms ** 3 * far, 1e-12)
+        return Law("k*(x**4 - u**4)", {"k": positive("(x**4 - u**4)", size)})
 
 
 class Radiation(BalanceEffect):

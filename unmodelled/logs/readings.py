@@ -25,8 +25,8 @@ class Reading:
         slope: True where the state is the time derivative of what the output shows.
         lag: time constant of a low-pass filter between the state and the output, in terms of parameters;
             default 0: there is no filter.
-        beside: what the output shows together with the state, in terms of parameters, constants and other
-            states. There, a state that an output shows stands for (output - offset)/gain. Default 0.
+        beside: summand that the output shows together with the state, in terms of parameters, constants and
+            other states. There, a state that an output shows stands for (output - offset)/gain. Default 0.
     """
 
     state: int

@@ -27,6 +27,7 @@ from unmodelled.effects.linear_loss import LinearLoss
 from unmodelled.effects.linear_spring import LinearSpring
 from unmodelled.effects.place import Place, Site
 from unmodelled.effects.quadratic_drag import QuadraticDrag
+from unmodelled.effects.scales import Scales
 from unmodelled.effects.viscous_friction import ViscousFriction
 from unmodelled.explanation.formula_candidates import HIGHEST_HARMONIC, HIGHEST_POWER, Motion, Term
 from unmodelled.systems.model import Port, System
@@ -35,6 +36,9 @@ Array = NDArray[np.float64]
 
 #: Terms of the longest formula, and largest power of a position that a damping is in proportion to.
 LONGEST, DAMPED_POWER = 3, 2
+#: Largest distance of zero from the middle of the logged positions, in halves of their range, at which powers
+#: of a position are tried: the fifth power of a temperature of 290 K to 300 K is no law.
+FARTHEST = 3.0
 #: Relative curvature that keeps terms which the logs cannot tell apart from cancelling each other.
 RIDGE = 1e-9
 
@@ -105,7 +109,7 @@ def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple
     """
     tangent, system = Tangent(parent, recording), parent.hypothesis.study.system
     for port in system.ports:
-        terms, place = _terms(system, port), Place("port", port.name)
+        terms, place = _terms(system, port, parent.hypothesis.study.scales), Place("port", port.name)
         added = parent.hypothesis.plus(DiscoveredLaw(terms), place)
         names = added.effects[-1].amplitudes
         amounts = [SCREENED_AMOUNT * added.effects[-1].scales[name] for name in names]
@@ -149,9 +153,11 @@ def _formulas(products: Products, shared: int) -> list[tuple[tuple[int, ...], Ar
     ]
 
 
-def _terms(system: System, port: Port) -> list[Term]:
-    """Terms in the coordinates of a port."""
+def _terms(system: System, port: Port, scales: Scales) -> list[Term]:
+    """Terms in the coordinates of a port; powers of a position only where the logs come near its zero."""
+    x = None if port.position is None else scales.of[port.position]
+    near = x is not None and abs(x.middle) <= FARTHEST * x.half
     angle = port.position in {state.name for state in system.states if state.unit == "rad"}
-    place = [*_SPRINGS, *(_WAVES if angle else ())] if port.position else []
-    both = _DAMPING if port.position and port.velocity else ()
+    both = _DAMPING if near and port.velocity else ()
+    place = [*(_SPRINGS if near else ()), *(_WAVES if angle else ())]
     return [Term(), *place, *both, *(_DRAG if port.velocity else ())]
