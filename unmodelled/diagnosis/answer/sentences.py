@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval, Remainder
 from unmodelled.effects.added import Added
 
@@ -56,20 +57,26 @@ def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
             others = ", ".join(named(added) for added in found.indistinguishable)
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
     if diagnosis.remainder is not None:
-        yield _remainder(diagnosis.remainder)
+        yield _remainder(diagnosis.remainder, diagnosis.augmented.gap)
 
 
-def _remainder(left: Remainder) -> str:
+def _remainder(left: Remainder, gap: Gap) -> str:
     at = (
         f"; the further effect that predicts best is at {left.place.channel}"
         if left.place is not None
         else ""
     )
-    predicts = f"{100.0 * left.predictable:.0f} % of the whole" if left.predictable > 0.0 else "no part of it"
+    predicts = f"{_percent(left.predictable)} of the whole" if left.predictable > 0.0 else "no part of it"
     return (
-        f"remainder: {100.0 * left.share:.0f} % of the squared error in experiments that were left out of "
-        f"the fit; a network in every port predicts {predicts}{at}"
+        f"remainder: {_percent(left.share)} of the squared error in experiments that were left out of the "
+        f"fit; the gap is {_percent(gap.value / gap.persistence)} of that of persistence; a network in every "
+        f"port predicts {predicts}{at}"
     )
+
+
+def _percent(share: float) -> str:
+    """In percent; a small share with one digit instead of none."""
+    return f"{100.0 * share:.0f} %" if share >= 0.005 else f"{100.0 * share:.1g} %"
 
 
 def named(added: Added) -> str:

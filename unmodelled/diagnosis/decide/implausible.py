@@ -131,7 +131,7 @@ def _effort(efforts: Efforts, added: Added) -> Iterator[Remark]:
     if not size > hypothesis.study.thresholds.effort_ratio * limit:
         return
     noun = _EFFORTS.get(parse_unit(port.unit).dimension, "effort")
-    part = f"{name} =" if single else f"a {noun} of up to"
+    part = f"{name} =" if single else f"{'an' if noun == 'effort' else 'a'} {noun} of up to"
     yield Remark(
         (name,) if single else added.amplitudes,
         "effort",
