@@ -9,7 +9,7 @@ from unmodelled.systems.units import ONE, parse_unit
 def surroundings(system: System, port: Port) -> Input | None:
     """Return the input that is the level of the surroundings of a port, or None if none or several may be.
 
-    An input may be if it has the unit of the port's level, which must have one. An input that the known physics
+    An input may be if it has the unit of the level, which must have one. An input that the known physics
     of this level does not use goes before those that it uses.
 
     Args:
