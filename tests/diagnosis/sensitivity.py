@@ -94,7 +94,7 @@ def decider(search: EffectSearch) -> Callable[[Thresholds], Decision]:
         named = candidates.named()
         if named not in networks:
             fitted = list(search.found.values())[named].fitted
-            networks[named] = search.left_out(fit_network(fitted, search.fitted, search.screened, 0))
+            networks[named] = LeftOut.of(fit_network(fitted, search.fitted, search.screened, 0))
         return decide(candidates, named, networks[named], judged_model("", candidates.fits[named]).gap)
 
     return decided

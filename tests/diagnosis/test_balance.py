@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +107,7 @@ def logs(
         x = [rng.uniform(*start) - below[run] * (np.arange(1 + stores) > 0)]
         around = rng.uniform(274.0, 280.0) + 5.0 * np.sin(0.03 * np.arange(SAMPLES) + run)
         inputs = np.column_stack([u, *([around] if ambient else [])])
-        for before, after in zip(inputs[:-1], inputs[1:], strict=True):
+        for before, after in pairwise(inputs):
             state = x[-1]
             for k in range(10):
                 now = [before[0], *(before[1:] + 0.1 * k * (after[1:] - before[1:]))]

@@ -15,7 +15,7 @@ from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.decide.decision import Decision, decide, indistinguishable
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut, parts
+from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates, Comparison
 from unmodelled.diagnosis.search.discovered import DiscoveredLaw
 from unmodelled.diagnosis.search.network import fit_network
@@ -31,11 +31,7 @@ ANY_CHANCE = {"level": 1e-9}
 def compared(hypotheses: Sequence[Hypothesis]) -> Candidates:
     """Fitted to all windows; with numbers of single experiments, experiments are predicted by halves."""
     fits = [fitted(hypothesis) for hypothesis in hypotheses]
-    return Candidates(tuple(_left_out(fit) for fit in fits))
-
-
-def _left_out(fit: FittedHypothesis) -> LeftOut:
-    return LeftOut.of(fit, parts(fit.recording, 2 * len(fit.recording.runs)) if fit.fit.own else None)
+    return Candidates(tuple(LeftOut.of(fit) for fit in fits))
 
 
 def candidates(found: Study) -> Candidates:

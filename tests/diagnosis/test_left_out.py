@@ -221,7 +221,7 @@ def test_numbers_of_single_experiments_are_predicted_from_the_other_half(scatter
 def test_a_number_that_no_other_half_knows_is_zero(scattered: LeftOut) -> None:
     """An experiment of one window has no other half."""
     found = scattered.fitted
-    together = LeftOut.of(found)
+    together = LeftOut.of(found, parts(found.recording))
     (own,) = (k for k, u in enumerate(found.unknowns.each) if u.own)
     for part in range(len(together.values)):
         mine = np.unique(found.unknowns.entry[together.part == part][:, own])

@@ -61,6 +61,11 @@ def friction_of_both(x: Array) -> tuple[float, float]:
     return 0.08 * float(np.tanh(x[1] / 0.05)), 0.15 * float(np.tanh(x[3] / 0.05))
 
 
+def friction_beside_damping(x: Array) -> tuple[float, float]:
+    torque = 0.06 * (x[1] - x[3])
+    return torque, 0.25 * float(np.tanh(x[3] / 0.05)) - torque
+
+
 def rates(x: Array, torque: float, effort: Effort) -> Array:
     one, two = effort(x)
     spring = 45.0 * (x[0] - x[2])
@@ -123,6 +128,18 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
     (number,) = effect.parameters.values()
     assert number["value"] == pytest.approx(0.12, rel=0.03)
     assert any("equal and opposite efforts" in note for note in answer.notes)
+
+
+def test_a_law_between_two_masses_is_named_beside_a_larger_one(tmp_path: Path) -> None:
+    """The friction of the load hides at first that equal and opposite torques are missing."""
+    found = lacking(tmp_path, friction_beside_damping)
+    assert opposite_ports(found) == ()
+    answer = diagnose(found.model.system, found.model.logs, HORIZON)
+    named = {(e.family, e.port): next(iter(e.parameters.values()))["value"] for e in answer.effects}
+    assert named == {
+        ("coulomb_friction", "load"): pytest.approx(0.25, rel=0.01),
+        ("viscous_friction", "motor_load"): pytest.approx(0.06, rel=0.01),
+    }
 
 
 @pytest.mark.parametrize("effort", [friction_of_the_load, friction_of_both])

@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.answer.confirmed import confirmed
 from unmodelled.diagnosis.data.duplicates import different
-from unmodelled.diagnosis.data.gap import Gap, shrink
-from unmodelled.diagnosis.data.remark import listed
+from unmodelled.diagnosis.data.gap import shrink
 from unmodelled.diagnosis.data.result import (
     Compared,
     DiagnosedEffect,
@@ -20,7 +20,6 @@ from unmodelled.diagnosis.data.result import (
     JudgedModel,
     LogFault,
 )
-from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, Signs, confidence
@@ -29,11 +28,9 @@ from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
-from unmodelled.diagnosis.search.effect_search import EffectSearch, Key
-from unmodelled.diagnosis.search.input_hold import begun
+from unmodelled.diagnosis.fitting.left_out import LeftOut
+from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import without_copies
-from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.diagnosis.where.opposite import comparable_ports, opposite_ports, with_ports_between
 from unmodelled.effects.added import Added
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -42,8 +39,6 @@ Array = NDArray[np.float64]
 
 #: Draws of the bootstrap.
 DRAWS = 2000
-#: Pairs of ports up to which a port is added between all of them where nothing else explains the gap.
-MOST_BETWEEN = 3
 #: Candidates that are listed.
 LISTED = 20
 
@@ -81,84 +76,19 @@ def diagnose_gap(
     if any(fault.decides for fault in faults):
         return _misread(Study.of(system, logs, horizon, seed, thresholds), seed, faults)
     study = Study.of(system, different(logs), horizon, seed, thresholds)
-    search, notes = _between_ports(begun(study, workers, progress), workers, progress)
-    key, reidentified = _named(search, progress)
-    if not key and not notes and not search.candidates.leaves_little(0):
-        search, notes = _between_all_ports(search, workers, progress)
-        key, reidentified = _named(search, progress) if notes else (key, reidentified)
-    given = known_model(study)
-    chosen = search.found[key]
-    path = _path(search, chosen.fitted)
-    steps = [reidentified, *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path)]
-    network, beside = search.network(search.base), search.network(chosen.fitted)
-    decision = decide(
-        search.candidates, list(search.found).index(key), search.left_out(beside), steps[-1].gap
-    )
-    models = [given, *steps, judged_model("neural", network)]
-    found = _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
-    return replace(found, notes=(*found.notes, *notes))
-
-
-def _between_ports(
-    search: EffectSearch, workers: int, progress: Callable[[str], None]
-) -> tuple[EffectSearch, Sequence[str]]:
-    """The search with a port between ports at which equal and opposite efforts are missing, and notes."""
-    study = search.study
-    if not comparable_ports(study.system):
-        return search, ()
-    physics = judged_model("re-identified", search.base)
-    learned = replace(physics, logs=physics.logs.among(study.learned))
-    pairs = opposite_ports(Corrections.of(learned, study.horizon, Sensors(learned.logs), study.thresholds))
-    if not pairs:
-        return search, ()
-    progress("add a port where equal and opposite efforts are missing")
-    system, names = with_ports_between(study.system, pairs)
-    notes = [
-        f"equal and opposite efforts are missing at {one.name} and {other.name}: effects between them were "
-        f"tried too, at the port {name}, whose coordinates are those of {one.name} less those of {other.name}"
-        for name, (one, other) in zip(names, pairs, strict=True)
+    named = confirmed(study, workers, progress)
+    search, chosen = named.search, named.chosen
+    path = _path(search, chosen)
+    steps = [
+        named.reidentified,
+        *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path),
     ]
-    return EffectSearch(replace(study, system=system), workers, progress), notes
-
-
-def _between_all_ports(
-    search: EffectSearch, workers: int, progress: Callable[[str], None]
-) -> tuple[EffectSearch, Sequence[str]]:
-    """The search with ports between all bodies or balances, if these are few, and a note."""
-    pairs = comparable_ports(search.study.system)
-    if not 0 < len(pairs) <= MOST_BETWEEN:
-        return search, ()
-    progress("add ports between ports, because no effect at one of them explains the gap")
-    system, names = with_ports_between(search.study.system, pairs)
-    note = f"no effect at one port explains the gap: effects between ports were tried too, at {listed(names)}"
-    return EffectSearch(replace(search.study, system=system), workers, progress), (note,)
-
-
-def _named(search: EffectSearch, progress: Callable[[str], None]) -> tuple[Key, JudgedModel]:
-    """The key of the best hypothesis that the held-out experiments confirm, and the model without effects."""
-    candidates = search.run()
-    progress("judge the models on the held-out experiments")
-    before = judged_model("re-identified", search.base)
-    return _confirmed(search, candidates.fits[candidates.named()], before.gap), before
-
-
-def _confirmed(search: EffectSearch, chosen: FittedHypothesis, before: Gap) -> Key:
-    """The key of `chosen` without effects that hardly lower the error of held-out experiments.
-
-    None stays if all of them together do not lower it by a material share; `before` is the gap without any.
-    """
-    thresholds = search.study.thresholds
-    least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
-    error = judged_model("", chosen).gap.value
-    while chosen.hypothesis.effects:
-        fewer = [search.without(chosen, effect) for effect in chosen.hypothesis.removable]
-        errors = [judged_model("", fitted).gap.value for fitted in fewer]
-        best = int(np.argmin(errors))
-        if least * errors[best] > error:
-            break
-        chosen, error = fewer[best], errors[best]
-    is_material = shrink(before.value, error, before.floor) >= material
-    return (chosen if is_material else search.base).hypothesis.key
+    network, beside = search.network(search.base), LeftOut.of(search.network(chosen))
+    candidates = search.candidates
+    decision = decide(candidates, candidates.fits.index(chosen), beside, steps[-1].gap)
+    models = [known_model(study), *steps, judged_model("neural", network)]
+    found = _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
+    return replace(found, notes=(*found.notes, *named.notes))
 
 
 def _path(search: EffectSearch, chosen: FittedHypothesis) -> list[tuple[Added, FittedHypothesis]]:

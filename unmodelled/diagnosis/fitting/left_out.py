@@ -26,6 +26,8 @@ Mask = NDArray[np.bool_]
 #: Smallest number of parts that are left out or compared; fewer experiments are divided. Every experiment is
 #: divided into as many blocks, of which a part has one, two, three or all.
 FEWEST_PARTS = 6
+#: Blocks of an experiment with numbers of its own: one is predicted with the numbers of the other.
+HALVES = 2
 #: Relative damping of the steps: numbers that only together are determined, such as the frictions of two
 #: similar laws, must not move apart and be cut at their bounds, nor a number that all experiments share and
 #: their own ones. Well determined numbers move 0.1 % less.
@@ -58,12 +60,15 @@ class LeftOut:
         Args:
             fitted: fitted hypothesis.
             part: number of the part of every window, shape (windows,), default `parts` of the recording; of
-                these, one that alone determines an amplitude is left out block by block.
+                these, one that alone determines an amplitude is left out block by block. An experiment with
+                numbers of its own is left out by halves.
 
         Returns:
             Predictions of all parts.
         """
         recording, fit, unknowns = fitted.recording, fitted.fit, fitted.unknowns
+        if part is None and fitted.is_own:
+            part = parts(recording, HALVES * len(recording.runs))
         part = _known_by_others(fitted, parts(recording)) if part is None else part
         z = fitted.vector(unknowns)
         values = _values(fitted, part, z)

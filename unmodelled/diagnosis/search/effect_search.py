@@ -11,45 +11,33 @@ import numpy as np
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.fitting.left_out import LeftOut, parts
+from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
-from unmodelled.diagnosis.search.containing import Containing, containing
+from unmodelled.diagnosis.search.containing import containing
 from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
+from unmodelled.diagnosis.search.scouting import BEGUN, SIMPLEST, Growth, Scouting, broad, promising
 from unmodelled.diagnosis.search.screen import Screened, screen
-from unmodelled.diagnosis.search.shared import Shared, at_best_ports, shared
+from unmodelled.diagnosis.search.shared import at_best_ports, shared
 from unmodelled.effects.added import DISCOVERED, Added
+from unmodelled.effects.place import Place
 
 Key = frozenset[object]
-#: What a fitted hypothesis may grow to: one effect more, one law at several places, or a law in place of one
-#: that it contains.
-Growth = Screened | Shared | Containing
 
 #: Simulated samples of a screen and of a fit, about: a budget of time.
 SCREENED, FITTED = 4000, 20_000
-#: Share of the windows over which the known physics is fitted first.
-BEGUN = 0.1
-#: Iterations of a fit that only ranks candidates: a budget.
-SCOUTING = 3
 #: Largest number of effects.
 MOST_EFFECTS = 5
 #: Number of effects up to which a further one is tried although fewer predict no better than none: of two
 #: effects of the same size, neither need predict better alone.
 FEWEST_TRIED = 1
-#: Candidates that an effect is added to; families and places of which two laws each are fitted on few windows
-#: (the first time: every effect at every place); candidates that are fitted fully then, and the first time.
-PARENTS, SCOUTED, FITTED_EACH, FITTED_FIRST = 2, 10, 5, 12
-#: Complexity of the laws that are always fitted on few windows: those with one number.
-SIMPLEST = 1.0
-#: Levels of factors that are fitted on few windows the first time.
-SCOUTED_LEVELS = 6
+#: Candidates that an effect is added to; candidates that are fitted fully then, and the first time.
+PARENTS, FITTED_EACH, FITTED_FIRST = 2, 5, 12
 #: Fits for each effect that is exchanged, and with numbers of single experiments.
 EXCHANGED, FITTED_OWN = 2, 3
 #: A shape with so many starting values has many optima; the best one is searched among these multiples.
 ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
-#: Blocks of an experiment with numbers of its own: one is predicted with the numbers of the other.
-HALVES = 2
 
 
 @dataclass
@@ -64,6 +52,7 @@ class EffectSearch:
         screens: screened candidates on top of a fitted hypothesis, by its key.
         grown: keys of the hypotheses that effects were added to.
         networks: fits with a network in every port, by the key of the hypothesis without.
+        refused: family, variant and place of effects that are neither named nor added any more.
     """
 
     study: Study
@@ -73,6 +62,7 @@ class EffectSearch:
     screens: dict[Key, list[Screened]] = field(default_factory=dict)
     grown: set[Key] = field(default_factory=set)
     networks: dict[Key, FittedHypothesis] = field(default_factory=dict)
+    refused: set[tuple[str, str, Place]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -92,12 +82,14 @@ class EffectSearch:
 
     @property
     def candidates(self) -> Candidates:
-        """Return all fits so far, on one scale."""
-        return Candidates(tuple(self.found.values()), self.study.thresholds)
+        """Return all fits so far without refused effects, on one scale."""
+        every = [p for key, p in self.found.items() if not key & self.refused]
+        return Candidates(tuple(every), self.study.thresholds)
 
     def run(self) -> Candidates:
         """Add effects as long as they predict left-out experiments better, exchange and remove effects.
 
+        Where effects were refused, the search goes on without them.
         Numbers of single experiments come last: they absorb any structure. Effects are added to the best
         ones and exchanged once more: what differs between experiments and what they have in common hide each
         other.
@@ -146,7 +138,7 @@ class EffectSearch:
         if key not in self.screens:
             self.progress(f"screen effects on top of {base.hypothesis}")
             self.screens[key] = screen(base, self.screened, self.workers)
-        return self.screens[key]
+        return [s for s in self.screens[key] if not s.key - key & self.refused]
 
     def _grow(self, parent: FittedHypothesis) -> None:
         if parent.hypothesis.key in self.grown:
@@ -156,10 +148,10 @@ class EffectSearch:
         every = [s for s in self.screen(parent) if not s.is_own]
         new = at_best_ports([s for s in every if s.key not in self.found], MOST_EFFECTS)
         single = containing(new)
-        chosen = _broad(single) if first else _promising(single, SCOUTED)
+        chosen = broad(single) if first else promising(single)
         alike = [one for one in shared(every, SIMPLEST) if one.key not in self.found]
         self.progress(f"fit effects on top of {parent.hypothesis}")
-        self.fit(self._scout([*chosen, *alike])[: FITTED_FIRST if first else FITTED_EACH])
+        self.fit(self._scouting.ranked([*chosen, *alike])[: FITTED_FIRST if first else FITTED_EACH])
         self._widen()
 
     def _own(self) -> None:
@@ -197,41 +189,9 @@ class EffectSearch:
         own = [s for s in self.screen(parent) if s.is_own and s.key not in self.found]
         self.fit([(s, s.starts[0]) for s in own[:FITTED_OWN]])
 
-    def _scout(self, chosen: Sequence[Growth]) -> list[tuple[Growth, Start]]:
-        """Rank candidates by the cost of short fits to few windows: left-out error and price of complexity.
-
-        The one with the lowest error comes first, whatever its price: it may explain what others leave. Of
-        the laws of a family at a place, the best and the simplest one stay.
-        """
-        with threads_of(self.workers) as pool:
-            scouts = list(pool.map(self._short, chosen))
-        scouted = Candidates((self._scouted, *scouts), self.study.thresholds)
-        best = int(np.argmin(scouted.remaining[1:])) if scouts else 0
-        order = sorted(range(len(scouts)), key=lambda k: (k != best, scouted.costs[1 + k]))
-        families: dict[object, list[int]] = {}
-        for k in order:
-            families.setdefault(_kind(chosen[k]), []).append(k)
-        kept = {
-            k
-            for laws in families.values()
-            for k in (laws[0], min(laws, key=lambda n: _complexity(chosen[n])))
-        }
-        return [(chosen[k], scouts[k].fitted.fit.every) for k in order if k in kept]
-
     @cached_property
-    def _scouted(self) -> LeftOut:
-        """The known physics, fitted like the scouts."""
-        start, substeps = dict(self.base.fit.values), self.base.fit.substeps
-        known = Hypothesis.known(self.study)
-        return self.left_out(FittedHypothesis.of(known, self.screened, [start], SCOUTING, substeps))
-
-    def _short(self, candidate: Growth) -> LeftOut:
-        substeps, larger, starts = candidate.base.fit.substeps, candidate.hypothesis, candidate.starts
-        if len(larger.effects) > len(candidate.base.hypothesis.effects) + 1:
-            # many numbers at once begin with short free runs, as the known physics does
-            begun = FittedHypothesis.of(larger, self.screened.shortened(BEGUN), starts, substeps=substeps)
-            starts = (begun.fit.every,)
-        return self.left_out(FittedHypothesis.of(larger, self.screened, starts, SCOUTING, substeps))
+    def _scouting(self) -> Scouting:
+        return Scouting(self.base, self.screened, self.workers)
 
     def fit(self, candidates: Iterable[tuple[Growth, Start]]) -> None:
         """Fit candidates; of two fits of one hypothesis, the better one is kept.
@@ -259,21 +219,10 @@ class EffectSearch:
         tried = FittedHypothesis.of(fitted.hypothesis, self.fitted, starts, substeps=fitted.fit.substeps)
         return tried if tried.fit.left.value < fitted.fit.left.value else fitted
 
-    def left_out(self, fitted: FittedHypothesis) -> LeftOut:
-        """Predict every experiment with numbers that were fitted without it.
-
-        An experiment with numbers of its own is predicted by halves.
-
-        Args:
-            fitted: fitted hypothesis.
-        """
-        runs = len(fitted.recording.runs)
-        return LeftOut.of(fitted, parts(fitted.recording, HALVES * runs) if fitted.is_own else None)
-
     def _keep(self, fitted: FittedHypothesis) -> None:
         key, known = fitted.hypothesis.key, self.found.get(fitted.hypothesis.key)
         if known is None or fitted.fit.left.value < known.fitted.fit.left.value:
-            self.found[key] = self.left_out(fitted)
+            self.found[key] = LeftOut.of(fitted)
 
     def _widen(self) -> None:
         """Repeat the fit of an effect in all experiments from the result of its fit at one level.
@@ -298,7 +247,7 @@ class EffectSearch:
         for gone in effects if len(named.together) > 1 else ():
             before = self.without(self.found[named.key].fitted, gone)
             found = [s for s in self.screen(before) if s.key not in self.found and not s.is_own]
-            self.fit(self._scout(_promising(found, SCOUTED))[:EXCHANGED])
+            self.fit(self._scouting.ranked(promising(found))[:EXCHANGED])
 
     def _remove(self) -> None:
         """Fit the named candidate without each of its effects: each must pay."""
@@ -367,43 +316,3 @@ class EffectSearch:
     def _fit_without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
         smaller, start = fitted.hypothesis.without(gone), fitted.fit.values
         return FittedHypothesis.of(smaller, self.fitted, [start], substeps=fitted.fit.substeps)
-
-
-def _broad(found: Sequence[Screened | Containing]) -> list[Screened | Containing]:
-    """Every effect at every place, and the most promising ones at levels of factors."""
-    local = [one for one in found if one.place.factor is not None and one.gain > 0.0]
-    return [*(one for one in found if one.place.factor is None), *local[:SCOUTED_LEVELS]]
-
-
-def _promising(found: Sequence[Screened | Containing], count: int) -> list[Screened | Containing]:
-    """The most promising families and places, so many and two laws of each: variants of one law are alike.
-
-    An effect at one level is compared with the same effect in all experiments. Delays and the simplest laws
-    come along whatever their gain: other numbers had to stand in for them and change by much, which no linear
-    prediction tells.
-    """
-    families: dict[object, list[Screened | Containing]] = {}
-    for one in found:
-        if one.gain > 0.0:
-            families.setdefault(_kind(one), []).append(one)
-    first = [one for laws in list(families.values())[:count] for one in laws[:2]]
-    local = {_everywhere(s) for s in first if s.place.factor is not None}
-    chosen = {one.key for one in first}
-    more = [s for s in found if s.place.factor is None and (_everywhere(s) in local or _is_usual(s))]
-    return [*first, *(one for one in more if one.key not in chosen)]
-
-
-def _is_usual(screened: Screened | Containing) -> bool:
-    return screened.is_delay or _complexity(screened) <= SIMPLEST
-
-
-def _complexity(screened: Growth) -> float:
-    return screened.effect.complexity
-
-
-def _kind(screened: Growth) -> tuple[str, object]:
-    return screened.effect.family, screened.place
-
-
-def _everywhere(screened: Screened | Containing) -> tuple[str, str, str]:
-    return screened.effect.family, screened.effect.variant, screened.place.channel

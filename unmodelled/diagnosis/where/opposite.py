@@ -25,24 +25,26 @@ def comparable_ports(system: System) -> Pairs:
     return tuple(pair for group in port_groups(system) for pair in combinations(group, 2))
 
 
-def opposite_ports(lacking: Corrections) -> Pairs:
+def opposite_ports(lacking: Corrections, rest: float | None = None) -> Pairs:
     """Return the pairs of ports between which an effort is missing.
 
     Of what two independent efforts explain, one effort that acts on both bodies in opposite directions must
     leave next to nothing in comparison with an effort at a single port.
 
     Args:
-        lacking: corrections of the physics without effects.
+        lacking: corrections of a model.
+        rest: share that it may leave, default `opposite_rest` of the thresholds.
     """
+    limit = lacking.thresholds.opposite_rest if rest is None else rest
     at = {place.name: k for k, place in enumerate(lacking.places) if place.kind == "port"}
     return tuple(
         (one, other)
         for one, other in comparable_ports(lacking.model.system)
-        if _is_opposite(lacking, at[one.name], at[other.name])
+        if _is_opposite(lacking, at[one.name], at[other.name], limit)
     )
 
 
-def _is_opposite(lacking: Corrections, one: int, other: int) -> bool:
+def _is_opposite(lacking: Corrections, one: int, other: int, limit: float) -> bool:
     pair = [one, other]
     curvature, gradient = lacking.curvature[:, pair][:, :, pair], lacking.gradient[:, pair]
     ways = np.array([[1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
@@ -54,9 +56,9 @@ def _is_opposite(lacking: Corrections, one: int, other: int) -> bool:
     opposite, *alone = np.sum((gradient[known] @ ways.T) ** 2 / weight[known] - 1.0, axis=0).tolist()
     step = np.linalg.solve(curvature[known], gradient[known, :, None])[:, :, 0]
     both = float(np.sum(gradient[known] * step) - 2.0 * known.sum())
-    rest = lacking.thresholds.opposite_rest
     left = both - max(alone)
-    return both > 0.0 and left > rest**2 * both and both - opposite <= rest * left
+    least = lacking.thresholds.opposite_rest**2
+    return both > 0.0 and left > least * both and both - opposite <= limit * left
 
 
 def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str, ...]]:

@@ -1,0 +1,66 @@
+"""Held-out experiments confirm what the others named, or the next best is judged by them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import study
+from unmodelled.diagnosis.answer import confirmed as module
+from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, confirmed
+from unmodelled.diagnosis.data.gap import Gap
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.effects.added import Added
+
+#: What the search says meanwhile.
+LINES: list[str] = []
+quiet = LINES.append
+
+
+def test_a_gain_of_the_fitted_experiments_alone_is_refused(tmp_path: Path) -> None:
+    """In the held-out experiments, the supply is that of the file."""
+    runs = 8
+    bare = study(tmp_path / "bare", Bench(runs=runs, samples=300))
+    supply = tuple(1.0 if k in bare.held_out else 0.7 for k in range(runs))
+    found = confirmed(study(tmp_path / "low", Bench(runs=runs, samples=300, supply=supply)), 1, quiet)
+    assert "actuator_gain" not in [e.family for e in found.chosen.hypothesis.effects]
+    refusal = "actuator_gain at actuator:torque predicts the fitted experiments better"
+    assert [note for note in found.notes if note.startswith(refusal)]
+    fitted = [e.family for f in found.search.candidates.fits for e in f.hypothesis.effects]
+    assert "actuator_gain" not in fitted
+
+
+def test_the_best_without_refused_effects_is_judged_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judged: list[str] = []
+
+    def refuse(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
+        judged.append(" ".join(e.family for e in named.hypothesis.effects))
+        return named.hypothesis.effects if len(judged) < 2 else ()
+
+    monkeypatch.setattr(module, "_refused", refuse)
+    found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
+    assert judged[0] == "coulomb_friction" != judged[1] and len(judged) == 2
+    assert [e.family for e in found.chosen.hypothesis.effects] == judged[1].split()
+    (note,) = found.notes
+    assert note.startswith(
+        "coulomb_friction at joint predicts the fitted experiments better, but not the held"
+    )
+
+
+def test_nothing_is_named_after_some_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    judged: list[FittedHypothesis] = []
+
+    def refuse(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
+        judged.append(named)
+        return named.hypothesis.effects
+
+    monkeypatch.setattr(module, "_refused", refuse)
+    found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
+    assert not found.chosen.hypothesis.effects and judged[-1] is found.chosen
+    assert MOST_REFUSED <= len(found.notes) == len(set(found.notes))

@@ -1,0 +1,150 @@
+"""What a search has found and the held-out experiments confirm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from unmodelled.diagnosis.data.gap import Gap, shrink
+from unmodelled.diagnosis.data.remark import listed
+from unmodelled.diagnosis.data.result import JudgedModel
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
+from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.diagnosis.search.input_hold import begun
+from unmodelled.diagnosis.where.corrections import Corrections
+from unmodelled.diagnosis.where.opposite import Pairs, comparable_ports, opposite_ports, with_ports_between
+from unmodelled.effects.added import Added
+
+#: Pairs of ports up to which a port is added between all of them where nothing else explains the gap.
+MOST_BETWEEN = 3
+#: Share that equal and opposite efforts beside named effects may leave of what only two efforts explain: the
+#: named effects leave errors of their own.
+BESIDE = 0.5
+#: Effects that held-out experiments refuse before the search goes on without them no more: each further one
+#: may pass by chance.
+MOST_REFUSED = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmed:
+    """A hypothesis that predicts left-out experiments best and that the held-out experiments confirm.
+
+    Attributes:
+        search: search with all fits.
+        chosen: hypothesis to name; without effects if none is confirmed.
+        reidentified: the physics without effects, judged on the held-out experiments.
+        notes: sentences on ports that were added and on effects that were refused.
+    """
+
+    search: EffectSearch
+    chosen: FittedHypothesis
+    reidentified: JudgedModel
+    notes: tuple[str, ...]
+
+
+def confirmed(study: Study, workers: int, progress: Callable[[str], None]) -> Confirmed:
+    """Search effects, and return what the held-out experiments confirm.
+
+    A port is added between ports at which equal and opposite efforts are missing, at first or beside what is
+    named, and between all ports of one kind if no effect at one of them explains the gap.
+
+    Args:
+        study: inputs of the diagnosis.
+        workers: number of threads.
+        progress: function that is called with a line of text at each step.
+    """
+    search = begun(study, workers, progress)
+    if pairs := _opposite(search.base):
+        return _with_ports(search, pairs)
+    found, pairs = _judged(search, ()), comparable_ports(study.system)
+    if found.chosen.hypothesis.effects:
+        pairs = _opposite(found.chosen, BESIDE)
+        return _with_ports(search, pairs) if pairs else found
+    if search.candidates.leaves_little(0) or not 0 < len(pairs) <= MOST_BETWEEN:
+        return found
+    progress("add ports between ports, because no effect at one of them explains the gap")
+    search, names = _between(search, pairs)
+    note = f"no effect at one port explains the gap: effects between ports were tried too, at {listed(names)}"
+    return _judged(search, [note])
+
+
+def _opposite(fitted: FittedHypothesis, rest: float | None = None) -> Pairs:
+    """Pairs of ports at which equal and opposite efforts are missing in the learned experiments."""
+    study = fitted.hypothesis.study
+    if not comparable_ports(study.system):
+        return ()
+    model = judged_model("", fitted)
+    learned = replace(model, logs=model.logs.among(study.learned))
+    lacking = Corrections.of(learned, study.horizon, Sensors(learned.logs), study.thresholds)
+    port = study.system.port
+    return tuple((port(one.name), port(other.name)) for one, other in opposite_ports(lacking, rest))
+
+
+def _with_ports(search: EffectSearch, pairs: Pairs) -> Confirmed:
+    """What is confirmed with ports between the ports of each pair."""
+    search.progress("add a port where equal and opposite efforts are missing")
+    larger, names = _between(search, pairs)
+    notes = [
+        f"equal and opposite efforts are missing at {one.name} and {other.name}: effects between them "
+        f"were tried too, at the port {name}, whose coordinates are those of {one.name} less those of "
+        f"{other.name}"
+        for name, (one, other) in zip(names, pairs, strict=True)
+    ]
+    return _judged(larger, notes)
+
+
+def _between(search: EffectSearch, pairs: Pairs) -> tuple[EffectSearch, tuple[str, ...]]:
+    """A search with a port between the ports of each pair, and the names of the new ports."""
+    system, names = with_ports_between(search.study.system, pairs)
+    return EffectSearch(replace(search.study, system=system), search.workers, search.progress), names
+
+
+def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
+    """The best candidate that the held-out experiments confirm.
+
+    An effect that they refuse may have hidden one that they confirm, such as a single delay the filters of
+    two sensors: the search goes on without it, some times.
+    """
+    before, refused = judged_model("re-identified", search.base), list[Added]()
+    while True:
+        candidates = search.run()
+        chosen = candidates.fits[candidates.named()]
+        search.progress("judge the models on the held-out experiments")
+        gone = _refused(search, chosen, before.gap)
+        if not gone or len(search.refused) >= MOST_REFUSED:
+            break
+        refused += gone
+        search.refused |= {e.key for e in gone}
+    while gone:
+        refused += gone
+        every = len(gone) == len(chosen.hypothesis.effects)
+        chosen = search.base if every else search.without(chosen, *gone)
+        gone = _refused(search, chosen, before.gap)
+    return Confirmed(search, chosen, before, (*notes, *_refusals(refused)))
+
+
+def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
+    """The effect without which the error of held-out experiments is lowest, if it hardly lowers this error.
+
+    All of them, if together they do not lower it by a material share; `before` is the gap without any.
+    """
+    effects, thresholds = named.hypothesis.removable, search.study.thresholds
+    least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
+    error = judged_model("", named).gap.value
+    errors = [judged_model("", search.without(named, effect)).gap.value for effect in effects]
+    if len(errors) > 1 and least * min(errors) <= error:
+        return [effects[int(np.argmin(errors))]]
+    return () if shrink(before.value, error, before.floor) >= material else named.hypothesis.effects
+
+
+def _refusals(refused: Iterable[Added]) -> list[str]:
+    each = dict.fromkeys(f"{e.family} at {e.place.channel}" for e in refused)
+    return [
+        f"{name} predicts the fitted experiments better, but not the held-out ones: it is not named"
+        for name in each
+    ]
