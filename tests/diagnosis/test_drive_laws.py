@@ -41,6 +41,12 @@ def limited_by_voltage(i: Array, w: Array, t: float) -> Array:
     return 0.52 * acting - 0.052 * w
 
 
+def limited_in_power(i: Array, w: Array, t: float) -> Array:
+    """The drive gives 2.5 A up to 4 rad/s, and a constant power above."""
+    most = 2.5 * 4.0 / np.maximum(np.abs(w), 4.0)
+    return 0.52 * np.clip(i, -most, most) - 0.052 * w
+
+
 def saturating_iron(i: Array, w: Array, t: float) -> Array:
     return 0.52 * i / (1.0 + 0.08 * np.abs(i)) - 0.052 * w
 
@@ -79,6 +85,15 @@ def test_the_limit_of_a_motor_falls_with_its_speed(tmp_path: Path) -> None:
     assert effect.parameters["u_0"]["value"] == pytest.approx(SUPPLY / RESISTANCE, rel=0.01)
     assert effect.parameters["v_0"]["value"] == pytest.approx(SUPPLY / BACK_EMF, rel=0.01)
     assert [effect.parameters[name]["unit"] for name in ("u_0", "v_0")] == ["A", "rad/s"]
+
+
+def test_the_power_of_a_drive_is_limited(tmp_path: Path) -> None:
+    answer = driven(tmp_path, limited_in_power)
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "actuator_saturation", "actuator:i")
+    assert effect.law == "clip(i, -u_0*v_b/max(abs(w), v_b), u_0*v_b/max(abs(w), v_b))"
+    assert effect.parameters["u_0"]["value"] == pytest.approx(2.5, rel=0.01)
+    assert effect.parameters["v_b"]["value"] == pytest.approx(4.0, rel=0.01)
 
 
 def test_the_torque_constant_falls_with_the_current(tmp_path: Path) -> None:

@@ -110,7 +110,7 @@ def test_a_torque_between_two_masses_gives_a_port_between_them(tmp_path: Path) -
     assert (between.effort, between.unit) == ("T1_T2", "N m")
     one, other = (grown.dynamics[k].diff(symbol("T1_T2")) for k in (1, 3))
     assert (one, other) == (-1 / symbol("J1"), 1 / symbol("J2"))
-    assert grown.signals["x_motor_load"] == symbol("q1") - symbol("q2")
+    assert grown.signals["q1_minus_q2"] == symbol("q1") - symbol("q2")
     # what is written to a file comes back
     write_system(grown, tmp_path / "grown.yaml")
     assert read_system(tmp_path / "grown.yaml").dynamics == grown.dynamics

@@ -15,9 +15,9 @@ from unmodelled.systems.model import System
 
 #: How many limits are tried, from this part of the largest input on.
 _LIMITS, _LEAST = 6, 0.15
-#: Of a limit that falls with speed: limits at rest, in largest inputs, speeds without an effort, in largest
-#: speeds, and how many of each are tried.
-_AT_REST, _FASTEST, _EACH = (0.3, 2.0), (0.7, 4.0), 4
+#: Of a limit that falls with speed: limits at rest, in largest inputs, and how many of them and of speeds are
+#: tried.
+_AT_REST, _EACH = (0.3, 2.0), 4
 #: Of the gain: the most that is lost at the largest input. With half of it the output still rises there.
 _LOST = 0.5
 
@@ -67,17 +67,17 @@ class SoftSaturation(_Saturation):
         return "u_max*tanh(u/u_max)", 4.0
 
 
-class SpeedLimit(DriveEffect):
-    """Saturation whose limit falls linearly with speed in the direction of motion, to zero at the speed v_0.
-
-    It is the torque-speed curve of a DC motor: the back electromotive force takes from the supply voltage
-    what drives the current (Hughes and Drury, Electric Motors and Drives, 2019, chapter 3). Against the
-    direction of motion the limit is that at rest. It is tried where the input drives a port.
-    """
+class _SpeedLimit(DriveEffect):
+    """Saturation whose limit falls with speed; it is tried where the input drives a port."""
 
     family = "actuator_saturation"
-    variant = "falling_with_speed"
     complexity = 3.0
+    #: Speeds where the limit begins or ends, in largest speeds.
+    speeds: ClassVar[tuple[float, float]]
+
+    @abstractmethod
+    def limited(self) -> tuple[str, str]:
+        """Return the limited input as an expression, and the name of the speed in it."""
 
     def places(self, system: System) -> tuple[Place, ...]:
         driving = {item.name for item in system.inputs if driven_port(system, item) is not None}
@@ -85,14 +85,44 @@ class SpeedLimit(DriveEffect):
 
     def law(self, at: Site) -> Law:
         u, v = _largest(at, "u"), _largest(at, "v")
-        limited = "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))"
+        limited, speed = self.limited()
         limits = geometric(_AT_REST[0] * u, _AT_REST[1] * u, _EACH)
-        speeds = geometric(_FASTEST[0] * v, _FASTEST[1] * v, _EACH)
+        speeds = geometric(self.speeds[0] * v, self.speeds[1] * v, _EACH)
         shapes = {
             "u_0": Shape("u", limits, (0.05 * u, 20.0 * u)),
-            "v_0": Shape("v", speeds, (0.1 * v, 50.0 * v)),
+            speed: Shape("v", speeds, (0.1 * v, 50.0 * v)),
         }
         return Law(limited, {"c_u": share(f"{limited} - u")}, shapes)
+
+
+class SpeedLimit(_SpeedLimit):
+    """Saturation whose limit falls linearly with speed in the direction of motion, to zero at the speed v_0.
+
+    It is the torque-speed curve of a DC motor: the back electromotive force takes from the supply voltage
+    what drives the current (Hughes and Drury, Electric Motors and Drives, 2019, chapter 3). Against the
+    direction of motion the limit is that at rest.
+    """
+
+    variant = "falling_with_speed"
+    speeds = (0.7, 4.0)
+
+    def limited(self) -> tuple[str, str]:
+        return "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))", "v_0"
+
+
+class PowerLimit(_SpeedLimit):
+    """Saturation at a constant force up to the speed v_b, and at a constant power above, driving and braking.
+
+    It is the range of field weakening of a vehicle's drive (Hughes and Drury, Electric Motors and Drives,
+    2019).
+    """
+
+    variant = "constant_power"
+    speeds = (0.2, 0.8)
+
+    def limited(self) -> tuple[str, str]:
+        limit = "u_0*v_b/max(abs(v), v_b)"
+        return f"clip(u, -{limit}, {limit})", "v_b"
 
 
 class FallingGain(DriveEffect):

@@ -39,8 +39,8 @@ Array = NDArray[np.float64]
 
 #: Draws of the bootstrap.
 DRAWS = 2000
-#: Candidates that are listed.
-LISTED = 20
+#: Candidates that are listed, and at least so many of them with further effects.
+LISTED, LARGER = 20, 5
 
 
 def diagnose_gap(
@@ -195,11 +195,13 @@ def _estimate(decision: Decision, name: str, unit: str, known: float) -> Estimat
 
 
 def _compared(decision: Decision) -> tuple[Compared, ...]:
-    """The named candidate and the best others; those that add effects to it say less and come last."""
+    """The named candidate, the best others, and some that add effects to it, which say less."""
     candidates, named = decision.candidates, decision.named
     scores, keys = candidates.scores.mean(1), [f.hypothesis.key for f in candidates.fits]
     others = [k for k in np.argsort(scores, kind="stable").tolist() if k != named]
-    listed = [named, *sorted(others, key=lambda k: keys[named] < keys[k])][:LISTED]
+    larger = [k for k in others if keys[named] < keys[k]]
+    rest = [k for k in others if k not in larger][: LISTED - 1 - len(larger[:LARGER])]
+    listed = [named, *larger, *rest] if len(rest) + len(larger) < LISTED else [named, *larger[:LARGER], *rest]
     found = []
     for k in sorted(listed, key=lambda k: float(scores[k])):
         worse = candidates.gain(k, named)
@@ -221,11 +223,14 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
         notes.append(f"inputs keep their values between samples (hold: true): {', '.join(held)}")
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
-        if abs(late) > 0.1 * period:
+        fit = chosen.fit
+        variance = float(fit.covariance[(fit.names.index(name),) * 2]) if name in fit.names else 0.0
+        if abs(late) > max(0.1 * period, 2.0 * variance**0.5):
+            most = "at least " if chosen.at_bound(name) else ""
             notes.append(
-                f"input {item} acts {abs(late):.2g} s {'later' if late > 0.0 else 'earlier'} than logged "
-                f"({abs(late) / period:.2g} sampling periods; zero-order hold alone is half of one): this "
-                "is not reported as a delay; give a known delay in the system file"
+                f"input {item} acts {most}{abs(late):.2g} s {'later' if late > 0.0 else 'earlier'} than "
+                f"logged ({abs(late) / period:.2g} sampling periods; zero-order hold alone is half of one): "
+                "this is not reported as a delay; give a known delay in the system file"
             )
     if chosen.fit.own:
         notes.append(

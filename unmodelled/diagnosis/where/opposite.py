@@ -89,7 +89,8 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str,
 def _with_port_between(system: System, one: Port, other: Port) -> tuple[System, str]:
     """The system with a port between two of its ports; and its name."""
     wanted = f"{one.name}_{other.name}"
-    words = [wanted, f"{one.effort}_{other.effort}", f"x_{wanted}", f"v_{wanted}"]
+    words = [wanted, f"{one.effort}_{other.effort}"]
+    words += [f"{one.position}_minus_{other.position}", f"{one.velocity}_minus_{other.velocity}"]
     words += [f"{port.effort}_acting" for port in (one, other)]
     name, effort, position, velocity, *acting = fresh(system, words, "between").values()
     placed, moved = (None not in (getattr(one, c), getattr(other, c)) for c in ("position", "velocity"))
