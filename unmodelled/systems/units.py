@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tokenize
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -230,8 +230,8 @@ def describe(dimension: Dimension) -> str:
         dimension: exponents of kg, m, s, A, K, mol and cd.
 
     Returns:
-        Named unit such as N if there is one, otherwise a product of base units; one
-        of three and more is written with a named unit and one base unit if it can be.
+        Named unit such as N if there is one, otherwise a product of base units; one of three and more is
+        written with a named unit and one base unit if it can be, or else with a named unit and two.
 
     Examples:
         >>> describe(parse_unit("kg m/s^2").dimension)
@@ -242,6 +242,8 @@ def describe(dimension: Dimension) -> str:
         'm^0.5/s'
         >>> describe(parse_unit("kg m^2/(s^3 K)").dimension)
         'W/K'
+        >>> describe(parse_unit("m^4 s/kg").dimension)
+        'm^3/(Pa s)'
     """
     if dimension == ONE:
         return "1"
@@ -249,12 +251,18 @@ def describe(dimension: Dimension) -> str:
     if dimension in exact:
         return exact[dimension]
     spelled = [dict(zip(_BASE, dimension, strict=True))]
-    if sum(e != 0 for e in dimension) > 2:
-        for name, e in product(_COMPOSED, (1, -1, 2, -2)):
-            rest = times(dimension, power(_dimension(name), Fraction(-e)))
-            if sum(e != 0 for e in rest) < 2:
-                spelled.append({name: Fraction(e), **dict(zip(_BASE, rest, strict=True))})
+    for names, most in ((_COMPOSED, 1), ((*_COMPOSED, "Pa"), 2)):
+        if len(spelled) == 1 and sum(e != 0 for e in dimension) > 2:
+            spelled += _composed(dimension, names, most)
     return _written(min(spelled, key=lambda exponents: sum(1 + abs(e) for e in exponents.values() if e)))
+
+
+def _composed(dimension: Dimension, names: Sequence[str], most: int) -> Iterator[dict[str, Fraction]]:
+    """Exponents of a named unit and of so many base units that give a dimension."""
+    for name, e in product(names, (1, -1, 2, -2)):
+        rest = times(dimension, power(_dimension(name), Fraction(-e)))
+        if sum(exponent != 0 for exponent in rest) <= most:
+            yield {name: Fraction(e), **dict(zip(_BASE, rest, strict=True))}
 
 
 def _written(exponents: Mapping[str, Fraction]) -> str:
