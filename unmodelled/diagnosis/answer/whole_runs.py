@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.systems.reader import read_system
@@ -68,7 +69,7 @@ def _extent(diagnosis: Diagnosis, found: DiagnosedEffect) -> Iterator[str]:
     for name, edges in found.added.extent.items():
         low, high = (values[edge].value for edge in edges)
         yield (
-            f"{found.added.law} was fitted for {name} from {low:.3g} to {high:.3g} {values[edges[0]].unit}; "
+            f"{found.added.law} was fitted for {name} from {low:.3g} to {quantity(high, values[edges[0]].unit)}; "
             "beyond, the exported file goes on straight, which no measurement supports: log more travel to "
             "use it there"
         )
