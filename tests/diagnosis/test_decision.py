@@ -16,7 +16,8 @@ from unmodelled.diagnosis.decide.decision import Decision, decide, indistinguish
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.fitting.left_out import FEWEST_PARTS, LeftOut
-from unmodelled.diagnosis.search.candidates import Candidates, Comparison
+from unmodelled.diagnosis.search.candidates import Candidates
+from unmodelled.diagnosis.search.comparison import Comparison
 from unmodelled.diagnosis.search.discovered import DiscoveredLaw
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.effects.place import Place

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
-from itertools import product
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from unmodelled.diagnosis.data.persistence import persistence
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut, divided, parts
+from unmodelled.diagnosis.search.comparison import Comparison
 from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
 
@@ -22,56 +22,8 @@ Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 
-#: Parts up to which all changes of signs are counted; of more parts, so many random ones.
-EXACT, DRAWN = 12, 4096
 #: Share of the difference of two candidates that the compared experiments hold at least.
 NEARLY_ALL = 0.95
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """The difference between the scores of two candidates over left-out parts.
-
-    Attributes:
-        mean: mean difference, nats; positive if the second candidate predicts better.
-        error: standard error of the mean.
-        chance: probability of so large a mean if the sign of every difference were chance (sign-flip test).
-            It does not ask for a normal distribution: a law that acts in some parts only has few large gains.
-    """
-
-    mean: float
-    error: float
-    chance: float
-
-    @classmethod
-    def of(cls, differences: Array) -> Comparison:
-        """Compare paired scores.
-
-        Args:
-            differences: difference of the scores of every part, shape (parts,).
-        """
-        count, total = len(differences), float(differences.sum())
-        error = float(differences.std(ddof=1) / np.sqrt(count)) if count > 1 else np.inf
-        flipped = _signs(count) @ differences
-        chance = float(np.mean(flipped >= total - 1e-9 * np.abs(differences).sum()))
-        return cls(total / count, error, chance)
-
-    def is_significant(self, level: float) -> bool:
-        """Return whether the difference is positive beyond chance.
-
-        Args:
-            level: probability that a difference by chance is not called positive.
-        """
-        return self.mean > 0.0 and self.chance <= 1.0 - level
-
-
-@cache
-def _signs(parts: int) -> Array:
-    """Signs (changes, parts) of differences, as measured first."""
-    if parts <= EXACT:
-        return np.array(list(product((1.0, -1.0), repeat=parts)))
-    drawn = np.random.default_rng(0).choice([1.0, -1.0], (DRAWN, parts))
-    return np.vstack([np.ones(parts), drawn])
 
 
 @dataclass(frozen=True, eq=False)

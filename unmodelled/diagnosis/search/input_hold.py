@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.search.candidates import Comparison
+from unmodelled.diagnosis.search.comparison import Comparison
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 
 
