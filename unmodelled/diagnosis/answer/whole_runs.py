@@ -70,6 +70,6 @@ def _extent(diagnosis: Diagnosis, found: DiagnosedEffect) -> Iterator[str]:
         low, high = (values[edge].value for edge in edges)
         farthest = quantity(high, values[edges[0]].unit)
         yield (
-            f"{found.added.law} was fitted for {name} from {low:.3g} to {farthest}; beyond, the exported file "
-            "goes on straight, which no measurement supports: log more travel to use it there"
+            f"{found.added.law} was fitted for {name} from {low:.3g} to {farthest}; beyond, the exported "
+            "file goes on straight, which no measurement supports: log more travel to use it there"
         )
