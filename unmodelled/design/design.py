@@ -23,6 +23,7 @@ from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.search.log_faults import without_copies
+from unmodelled.diagnosis.where.opposite import with_named_ports
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
 from unmodelled.report.headline import effect_names
@@ -105,9 +106,10 @@ def design(
     bounds = read_limits(limits, system, logs)
     horizon, study_seed = float(answer["gap"]["horizon"]), int(answer["seed"])
     system, logs, _ = without_copies(system, logs, horizon)
-    study = Study.of(system, different(logs), horizon, study_seed)
-    search = begun(study, os.cpu_count() or 1, progress)
     named: list[Entry] = answer["effects"]
+    said = {e["port"] for entry in named for e in (entry, *entry["indistinguishable"])}
+    study = Study.of(with_named_ports(system, said), different(logs), horizon, study_seed)
+    search = begun(study, os.cpu_count() or 1, progress)
     known = {k: v for entry in named for k, v in entry["parameters"].items()} | answer["parameters"]
     swaps = [(k, other) for k, entry in enumerate(named) for other in entry["indistinguishable"]]
     progress("fit the named effects and their alternatives")

@@ -84,8 +84,7 @@ def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, l
         except KeyError:
             raise BadInput(
                 f"answer: {entry['family']} at {entry['port']} cannot be added to "
-                f"{search.study.system.place}: use the system file of the diagnosis; "
-                "a port that the diagnosis added must stand in it"
+                f"{search.study.system.place}: use the system file of the diagnosis"
             ) from None
     values = {name: float(each.get("value", each.get("identified"))) for name, each in known.items()}
     free = {n: g for e in hypothesis.effects for n, g in e.shapes.items() if n not in values}

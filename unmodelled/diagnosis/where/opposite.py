@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from itertools import combinations
 
@@ -86,10 +87,33 @@ def with_ports_between(system: System, pairs: Pairs) -> tuple[System, tuple[str,
     return system, tuple(names)
 
 
+def with_named_ports(system: System, names: Collection[str]) -> System:
+    """Return the system with those ports between two of its ports that are named.
+
+    Args:
+        system: system of a diagnosis, as given.
+        names: names of ports, such as those in the answer; others are ignored.
+
+    Examples:
+        >>> from pathlib import Path
+        >>> from unmodelled.systems.reader import read_system
+        >>> arm = read_system(Path("systems/double_pendulum/friction_withheld.yaml"))
+        >>> [port.name for port in with_named_ports(arm, ["elbow", "shoulder_elbow"]).ports]
+        ['shoulder', 'elbow', 'shoulder_elbow']
+    """
+    known = {port.name for port in system.ports}
+    pairs = [pair for pair in comparable_ports(system) if _between(*pair) in set(names) - known]
+    return with_ports_between(system, tuple(pairs))[0]
+
+
+def _between(one: Port, other: Port) -> str:
+    """Name of a port between two ports."""
+    return f"{one.name}_{other.name}"
+
+
 def _with_port_between(system: System, one: Port, other: Port) -> tuple[System, str]:
     """The system with a port between two of its ports; and its name."""
-    wanted = f"{one.name}_{other.name}"
-    words = [wanted, f"{one.effort}_{other.effort}"]
+    words = [_between(one, other), f"{one.effort}_{other.effort}"]
     words += [f"{one.position}_minus_{other.position}", f"{one.velocity}_minus_{other.velocity}"]
     words += [f"{port.effort}_acting" for port in (one, other)]
     name, effort, position, velocity, *acting = fresh(system, words, "between").values()
