@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tests.diagnosis.run_folder import diagnosed, write_runs
 from unmodelled.api.diagnosis import Answer
 
+pytestmark = pytest.mark.long
 Array = NDArray[np.float64]
 #: Torque of all runs at a current (A), a speed (rad/s) and a time (s), in N m.
 Torque = Callable[[Array, Array, float], Array]

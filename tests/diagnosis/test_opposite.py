@@ -135,6 +135,7 @@ def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: 
     assert any("equal and opposite efforts" in note for note in answer.notes)
 
 
+@pytest.mark.long
 def test_a_law_between_two_masses_is_named_beside_a_larger_one(tmp_path: Path) -> None:
     """The friction of the load hides at first that equal and opposite torques are missing."""
     found = lacking(tmp_path, friction_beside_damping)
