@@ -53,6 +53,7 @@ class EffectSearch:
         grown: keys of the hypotheses that effects were added to.
         networks: fits with a network in every port, by the key of the hypothesis without.
         refused: family, variant and place of effects that are neither named nor added any more.
+        written: whether formulas were fitted already.
     """
 
     study: Study
@@ -63,6 +64,7 @@ class EffectSearch:
     grown: set[Key] = field(default_factory=set)
     networks: dict[Key, FittedHypothesis] = field(default_factory=dict)
     refused: set[tuple[str, str, Place]] = field(default_factory=set)
+    written: bool = False
 
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
@@ -292,8 +294,9 @@ class EffectSearch:
             Whether a law of the library is named now that was not before.
         """
         candidates, before = self.candidates, self._named().hypothesis.key
-        if candidates.leaves_little(candidates.named()):
+        if self.written or candidates.leaves_little(candidates.named()):
             return False
+        self.written = True
         self.progress("write down a law")
         substeps = self.base.fit.substeps
         for hypothesis, start in discovered(self.base, self.screened):
