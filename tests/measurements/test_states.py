@@ -89,10 +89,11 @@ def test_a_state_is_read_beside_one_that_inputs_alone_drive(tmp_path: Path) -> N
     assert logs.measured == (True, True, True, False)
 
 
-def test_a_position_and_its_speed_are_read_from_a_difference(tmp_path: Path) -> None:
-    """A sensor between two bodies, beside a sensor of one of them: a deflection of a spring."""
+@pytest.mark.parametrize("outputs", [[ANGLE], [ANGLE, SPEED]], ids=["position", "position and speed"])
+def test_a_position_and_its_speed_are_read_from_a_difference(tmp_path: Path, outputs: list[Output]) -> None:
+    """A sensor between two bodies, beside sensors of one of them: a deflection of a spring."""
     x, v = symbol("x"), symbol("v")
-    alone = motor([ANGLE, Output("d", "rad", "d", x - theta)])
+    alone = motor([*outputs, Output("d", "rad", "d", x - theta)])
     system = replace(
         alone,
         states=(*alone.states, State("x", "rad"), State("v", "rad/s")),

@@ -116,11 +116,11 @@ def _slope(system: System, shown: Reading, found: Mapping[int, Reading]) -> Read
     rate = system.dynamics[shown.state]
     if shown.slope or rate not in system.x or shown.offset.free_symbols & set(system.u):
         return None
-    others = {x: system.dynamics[system.x.index(x)] for x in shown.beside.free_symbols & set(system.x)}
-    slopes = {system.x[k] for k, r in found.items() if r.slope}
-    if not set(others.values()) <= slopes:
+    alone = {system.x[k]: system.dynamics[k] for k, r in found.items() if r.beside == 0}
+    others = shown.beside.free_symbols & set(system.x)
+    if not others <= set(alone) or not {alone[x] for x in others} <= set(alone):
         return None
-    beside = sp.Add(*(sp.diff(shown.beside, x) * v for x, v in others.items()))
+    beside = sp.Add(*(sp.diff(shown.beside, x) * alone[x] for x in others))
     return Reading(system.x.index(rate), shown.output, shown.gain, sp.S.Zero, True, shown.lag, beside)
 
 
