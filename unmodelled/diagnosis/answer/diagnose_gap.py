@@ -200,8 +200,8 @@ def _compared(decision: Decision) -> tuple[Compared, ...]:
     scores, keys = candidates.scores.mean(1), [f.hypothesis.key for f in candidates.fits]
     others = [k for k in np.argsort(scores, kind="stable").tolist() if k != named]
     larger = [k for k in others if keys[named] < keys[k]]
-    rest = [k for k in others if k not in larger][: LISTED - 1 - len(larger[:LARGER])]
-    listed = [named, *larger, *rest] if len(rest) + len(larger) < LISTED else [named, *larger[:LARGER], *rest]
+    rest = [k for k in others if k not in larger]
+    listed = [named, *larger[:LARGER], *rest, *larger[LARGER:]][:LISTED]
     found = []
     for k in sorted(listed, key=lambda k: float(scores[k])):
         worse = candidates.gain(k, named)
