@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
-from unmodelled.logs.readings import Reading, without_beside
+from unmodelled.logs.readings import Reading, hidden_states, without_beside
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -48,8 +48,7 @@ class Observer:
         Raises:
             BadInput: when the initial values of hidden states depend on each other in a circle.
         """
-        measured, states = {reading.state for reading in shown}, without_beside(system, shown)
-        hidden = [k for k in range(len(system.states)) if k not in measured]
+        hidden, states = hidden_states(system, shown), without_beside(system, shown)
         names = [system.x[k] for k in hidden]
         starts = [system.states[k].initial.xreplace(states) for k in hidden]
         for _ in hidden:

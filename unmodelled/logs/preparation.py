@@ -15,7 +15,7 @@ from unmodelled.logs.constants import part_name, with_constants
 from unmodelled.logs.differentiate import smooth_derivative
 from unmodelled.logs.logs import Logs, names
 from unmodelled.logs.observer import Observer
-from unmodelled.logs.readings import Reading, readings
+from unmodelled.logs.readings import Reading, hidden_states, readings
 from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 
@@ -153,7 +153,7 @@ def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[s
         for name, delay in held.items()
         if delay > 0.0
     ]
-    hidden = [k for k in range(x.shape[1]) if k not in found]
+    hidden = hidden_states(system, shown)
     if hidden:
         x[:, hidden] = _integrated(system, shown, logs, x)
         hidden_names = ", ".join(system.states[k].name for k in hidden)
@@ -211,7 +211,7 @@ def _integrated(system: System, shown: Sequence[Reading], logs: Logs, x: Array) 
         BadInput: when a state diverges, naming it, the experiment and the time.
     """
     n, lengths = len(logs), np.diff(logs.offsets)
-    hidden = np.delete(np.arange(x.shape[1]), [r.state for r in shown]).tolist()
+    hidden = hidden_states(system, shown)
     sample = np.arange(len(logs.t)) - logs.offsets[logs.owner]
     driven = np.concatenate([logs.u, np.delete(x, hidden, axis=1)], axis=1)
     none = np.zeros(1, np.int64)

@@ -83,6 +83,17 @@ def without_beside(system: System, found: Sequence[Reading]) -> dict[sp.Symbol, 
     return {system.x[r.state]: system.x[r.state] - r.beside for r in found if r.beside != 0}
 
 
+def hidden_states(system: System, found: Sequence[Reading]) -> list[int]:
+    """Return the indices of the states that no output shows.
+
+    Args:
+        system: system whose states are read.
+        found: readings of the system.
+    """
+    shown = {reading.state for reading in found}
+    return [k for k in range(len(system.states)) if k not in shown]
+
+
 def _reading(system: System, j: int, known: set[sp.Symbol], found: Mapping[int, Reading]) -> Reading | None:
     output = system.outputs[j]
     expression, lag = _unfiltered(system, output.expression)

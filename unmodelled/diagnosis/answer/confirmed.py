@@ -111,21 +111,23 @@ def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
     two sensors: the search goes on without it, some times.
     """
     before, refused = judged_model("re-identified", search.base), list[Added]()
-    while True:
-        candidates = search.run()
-        chosen = candidates.fits[candidates.named()]
-        search.progress("judge the models on the held-out experiments")
-        gone = _refused(search, chosen, before.gap)
-        if not gone or len(search.refused) >= MOST_REFUSED:
-            break
+    chosen = _best(search)
+    while gone := _refused(search, chosen, before.gap):
         refused += gone
-        search.refused |= {e.key for e in gone}
-    while gone:
-        refused += gone
-        every = len(gone) == len(chosen.hypothesis.effects)
-        chosen = search.base if every else search.without(chosen, *gone)
-        gone = _refused(search, chosen, before.gap)
+        if len(search.refused) < MOST_REFUSED:
+            search.refused |= {e.key for e in gone}
+            chosen = _best(search)
+        else:
+            every = len(gone) == len(chosen.hypothesis.effects)
+            chosen = search.base if every else search.without(chosen, *gone)
     return Confirmed(search, chosen, before, (*notes, *_refusals(refused)))
+
+
+def _best(search: EffectSearch) -> FittedHypothesis:
+    """The candidate that a search names; the held-out experiments judge it next."""
+    candidates = search.run()
+    search.progress("judge the models on the held-out experiments")
+    return candidates.fits[candidates.named()]
 
 
 def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:

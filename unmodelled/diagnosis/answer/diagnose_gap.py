@@ -223,9 +223,7 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
         notes.append(f"inputs keep their values between samples (hold: true): {', '.join(held)}")
     for name, item in chosen.hypothesis.timing.items():
         late = chosen.fit.values[name]
-        fit = chosen.fit
-        variance = float(fit.covariance[(fit.names.index(name),) * 2]) if name in fit.names else 0.0
-        if abs(late) > max(0.1 * period, 2.0 * variance**0.5):
+        if abs(late) > max(0.1 * period, 2.0 * chosen.fit.variance(name) ** 0.5):
             most = "at least " if chosen.at_bound(name) else ""
             notes.append(
                 f"input {item} acts {most}{abs(late):.2g} s {'later' if late > 0.0 else 'earlier'} than "

@@ -21,7 +21,7 @@ from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.engine.machine.javascript import as_data, as_text
 from unmodelled.engine.machine.program import Program
 from unmodelled.logs.observer import Observer
-from unmodelled.logs.readings import readings
+from unmodelled.logs.readings import hidden_states, readings
 from unmodelled.systems.model import TIME, System, symbol
 
 Array = NDArray[np.float64]
@@ -92,7 +92,7 @@ def _start(system: System) -> dict[str, Any]:
     """What gives the states at the start of a window: readings of outputs, and an observer of the others."""
     found = readings(system)
     expressions = [e for r in found for e in (r.gain, r.offset, r.lag)]
-    hidden = [k for k in range(len(system.states)) if k not in {r.state for r in found}]
+    hidden = hidden_states(system, found)
     observer = Observer.of(system, found) if hidden else None
     beside = [r.beside for r in found]
     moving = {TIME, *system.u} & set[object]().union(*(e.free_symbols for e in expressions))

@@ -147,8 +147,7 @@ class Determination:
             name: name of a number; of one that is not in `names`, only whether it has any influence is told.
         """
         if name not in self.names:
-            fit = self.fitted.fit
-            return name not in fit.names or bool(np.isfinite(fit.covariance[(fit.names.index(name),) * 2]))
+            return bool(np.isfinite(self.fitted.fit.variance(name)))
         relative = self.error(name) / self.size[self.names.index(name)]
         alone = bool(Z * relative < self.fitted.hypothesis.study.thresholds.undetermined_change)
         return alone and not any(name in moves for moves in self.combinations)

@@ -64,6 +64,14 @@ class Fit:
     converged: bool
     normal: NormalEquations
 
+    def variance(self, name: str) -> float:
+        """Return the variance of a number, SI; 0 if it was not fitted, inf if the data do not determine it.
+
+        Args:
+            name: name of the number.
+        """
+        return float(self.covariance[(self.names.index(name),) * 2]) if name in self.names else 0.0
+
     @property
     def every(self) -> Start:
         """Return all fitted numbers by name, own ones by name and id, SI."""

@@ -18,6 +18,7 @@ from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
 from unmodelled.logs.clock import EVERY
 from unmodelled.logs.observer import Observer
+from unmodelled.logs.readings import hidden_states
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -99,7 +100,7 @@ class Simulation:
         self.reader = WindowTableReader(system, self._delayed(inputs), self._delayed(outputs), self.c)
         shown = self.reader.readings
         self.measured = [reading.state for reading in shown]
-        self.hidden = [k for k in range(len(system.states)) if k not in self.measured]
+        self.hidden = hidden_states(system, shown)
         # of the states that no output shows, driven by the inputs and all other states
         self._observer = Observer.of(system, shown) if self.hidden else None
         beside = [reading.beside for reading in shown]
