@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pandas as pd
 import pytest
@@ -233,6 +234,66 @@ def test_other_files_and_dead_records_are_left_out_with_the_reason(tmp_path: Pat
     assert "# left out: dead.csv (theta does not change while time increases)" in text
     assert "# left out: other.csv (other columns)" in text and "# left out: notes.txt (row 1: no row" in text
     assert len(read_logs(logs, system)) == 4
+
+
+def write_groups(file: Path, place: str) -> Path:
+    """An HDF5 file with a group per log, in which drive and motion are groups of their own."""
+    with h5py.File(file, "w") as content:
+        for k, log in enumerate(LOGS):
+            run = content.create_group(f"{place}/run_{k}")
+            for name, columns in {
+                "motion": {"theta": "angle", "w": "speed"},
+                "drive": {"torque": "torque"},
+            }.items():
+                inner = run.create_group(name)
+                inner["t"] = log["t"]
+                for column, own in columns.items():
+                    inner[column] = log[own]
+    return file
+
+
+@pytest.mark.parametrize(("place", "pattern"), [("/", "*"), ("/data", "data/*")])
+def test_groups_of_a_file_are_experiments(tmp_path: Path, place: str, pattern: str) -> None:
+    mapping, system = drafted(write_groups(tmp_path / "campaign.h5", place))
+    assert mapping["files"] == "campaign.h5" and mapping["groups"] == pattern
+    assert mapping["signals"]["u"]["column"] == "drive.torque"
+    logs = read_logs(tmp_path, system)
+    assert logs.ids == ("run_0", "run_1", "run_2")
+    np.testing.assert_allclose(logs.y[:, 0], np.concatenate([log["angle"] for log in LOGS]), atol=1e-12)
+
+
+def test_groups_in_which_nothing_moves_are_left_out(tmp_path: Path) -> None:
+    file = write_groups(tmp_path / "campaign.h5", "/")
+    with h5py.File(file, "a") as content:
+        content["run_1/motion/theta"][:] = 0.0
+    mapping, system = drafted(file)
+    assert mapping["groups"] == ["run_0", "run_2"]
+    assert read_logs(tmp_path, system).ids == ("run_0", "run_2")
+
+
+def test_elements_of_a_list_have_one_unit(tmp_path: Path) -> None:
+    logs = tmp_path / "raw"
+    logs.mkdir()
+    for k in range(3):
+        wide, narrow = servo(k), servo(k + 10)
+        table = {
+            "t": wide["t"],
+            "q1": np.degrees(wide["q"]),
+            "q2": 0.1 * np.degrees(narrow["q"]),
+            "goal_pos1": np.degrees(wide["goal"]),
+            "goal_pos2": 0.1 * np.degrees(narrow["goal"]),
+        }
+        assert np.ptp(table["q2"]) < 40.0 < np.ptp(table["q1"])
+        pd.DataFrame(table).to_csv(logs / f"{k}.csv", index=False)
+    mapping, _ = drafted(logs)
+    assert [mapping["signals"][name]["unit"] for name in ("q1", "q2", "u1", "u2")] == ["deg"] * 4
+
+
+def test_a_file_as_the_folder_of_a_mapping_is_refused(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "torque": "torque"})
+    with pytest.raises(BadInput, match="must be a folder, in which mapping"):
+        init(logs, None, None, tmp_path / "mine.yaml")
+    assert not (tmp_path / "mine.yaml").exists()
 
 
 def test_files_may_be_written_elsewhere(tmp_path: Path) -> None:

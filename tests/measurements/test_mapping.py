@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from scipy.io import savemat
 
 from tests.measurements.systems import Array, motor, run, theta, write_folder
 from unmodelled.base.errors import BadInput
@@ -284,6 +285,23 @@ def test_a_folder_of_files_is_one_experiment(tmp_path: Path) -> None:
     signals = {"angle": "state.angle", "voltage": "voltage"}
     write(tmp_path, {}, files="fir*", signals=signals)
     assert_equal(read_logs(tmp_path, motor()), _tidy(tmp_path / "tidy", "first", log))
+
+
+def test_groups_of_files_are_experiments(tmp_path: Path) -> None:
+    for name in ("monday", "tuesday"):
+        runs = {f"run{k}": {**run(60, rate=5.0 + k), "note": "no number"} for k in range(2)}
+        savemat(tmp_path / f"{name}.mat", {**runs, "readme": {"by": np.ones(3)}})
+    place = write(tmp_path, {}, files="*.mat", groups=["run?"])
+    logs = read_logs(place, motor())
+    assert logs.ids == ("monday-run0", "monday-run1", "tuesday-run0", "tuesday-run1")
+    tidy = {name: run(60, rate=5.0 + k % 2) for k, name in enumerate(logs.ids)}
+    assert_equal(logs, read_logs(write_folder(tmp_path / "tidy", tidy), motor()))
+    assert "has no such group; it has 'run0', 'run1', 'readme'" in refused(
+        write(tmp_path, {}, files="*.mat", groups="test*")
+    )
+    assert "monday.mat:/run0 has no column 'amps'" in refused(
+        write(tmp_path, {}, files="*.mat", groups="run?", signals={**PLAIN["signals"], "angle": "amps"})
+    )
 
 
 def _tidy(folder: Path, name: str, log: Mapping[str, Array]) -> Logs:

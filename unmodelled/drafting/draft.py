@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from unmodelled.base.errors import BadInput
 from unmodelled.drafting.columns import Signal, Timing, signals_in, timing_of
-from unmodelled.drafting.files import Survey, patterns_of, survey
+from unmodelled.drafting.files import Survey, survey
 from unmodelled.drafting.joints import Joint, joints_of
 from unmodelled.drafting.names import Role, role_of
 from unmodelled.logs.clock import SHORTEST_LOG
@@ -107,7 +107,7 @@ def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[J
         raise BadInput(f"{next(iter(left_out))}: {next(iter(left_out.values()))}, and so it is in all files")
     if len(read) == len(found.read):
         return found
-    return replace(found, read=read, left_out=left_out, patterns=patterns_of(found.folder, list(read)))
+    return found.only(read, left_out)
 
 
 def _table_of(tables: Sequence[Table], address: str) -> Table:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput, Faults
@@ -12,6 +12,7 @@ from unmodelled.base.limits import check_file
 from unmodelled.logs.mapping import MAPPING
 from unmodelled.logs.readers.known import read_files, reader_of
 from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.record import in_groups, parts_of_name
 
 #: Endings of files that lie beside logs and are none.
 OTHERS = (
@@ -42,6 +43,7 @@ class Survey:
     Attributes:
         folder: folder to which `patterns` are relative.
         patterns: patterns of the paths of the experiments.
+        groups: patterns of groups inside a file that are the experiments; (): files are.
         read: tables of the experiments that were looked into, by path.
         left_out: files that are no such experiments, with the reason.
     """
@@ -50,6 +52,19 @@ class Survey:
     patterns: tuple[str, ...]
     read: dict[Path, list[Table]]
     left_out: dict[Path, str]
+    groups: tuple[str, ...] = ()
+
+    def only(self, read: dict[Path, list[Table]], left_out: dict[Path, str]) -> Survey:
+        """Return the survey of some of the experiments.
+
+        Args:
+            read: tables of the experiments that stay.
+            left_out: files or groups that are left out, with the reason.
+        """
+        if self.groups:
+            groups = tuple(str(place).rsplit(":/", 1)[1] for place in read)
+            return replace(self, read=read, left_out=left_out, groups=groups)
+        return replace(self, read=read, left_out=left_out, patterns=patterns_of(self.folder, list(read)))
 
 
 def survey(logs: Path) -> Survey:
@@ -67,6 +82,11 @@ def survey(logs: Path) -> Survey:
         faults = Faults()
         read = read_files([logs], None, faults)
         faults.check()
+        pattern = _groups(read[logs])
+        if pattern is not None:
+            inside = in_groups(read[logs], [pattern])
+            runs = {Path(f"{logs}:/{group}"): tables for group, tables in inside.items()}
+            return Survey(logs.parent, (logs.name,), runs, {}, (pattern,))
         return Survey(logs.parent, (logs.name,), read, {})
     places = _places(logs)
     if not places:
@@ -88,6 +108,18 @@ def survey(logs: Path) -> Survey:
     # what was not looked into is of the experiments, if it has the ending of one
     rest = [place for place in places[MOST:] if place.suffix in {kept_place.suffix for kept_place in kept}]
     return Survey(logs, patterns_of(logs, [*kept, *rest]), {place: read[place] for place in kept}, left_out)
+
+
+def _groups(tables: Sequence[Table]) -> str | None:
+    """A pattern of groups with equal columns, one for each experiment; None if a file has no such groups."""
+    names = [parts_of_name(table.name) for table in tables]
+    heads = {tuple(name[:k]) for name in names for k in range(len(name))}
+    for head in sorted(heads, key=lambda each: (len(each), each)):
+        pattern = "/".join((*map(glob.escape, head), "*"))
+        kinds = [_columns(inside) for inside in in_groups(tables, [pattern]).values()]
+        if len(kinds) > 1 and len(set(kinds)) == 1:
+            return pattern
+    return None
 
 
 def _places(folder: Path) -> list[Path]:

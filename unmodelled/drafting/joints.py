@@ -124,8 +124,7 @@ def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
     most = max((home.motion for home in homes.values()), default=0.0)
     moving = [home for home in homes.values() if home.moves(STILL * most if named else 0.0)]
     kept = _distinct(moving)[:MOST]
-    taken = {home.position.address for home in kept}
-    found = [_joint(home, taken) for home in kept]
+    found = [_joint(home, kept) for home in kept]
     return [_fitted(joint, experiments) for joint in _completed(found, kept)]
 
 
@@ -237,12 +236,15 @@ def _same(position: Signal, other: Signal) -> bool:
     return bool(number) and number == number_of(other.address)
 
 
-def _joint(home: _Home, taken: set[str]) -> Joint:
-    position, many = home.position, len(taken) > 1
+def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
+    position, many, taken = home.position, len(homes) > 1, {each.position.address for each in homes}
     free = [signal for signal in home.signals if signal.address not in taken]
     velocity = _velocity(home, free)
     free = [signal for signal in free if velocity is None or signal is not velocity.signal]
-    unit, certain = _position_unit(position, velocity)
+    # elements of one list have one unit
+    name = _without_number(position.address)
+    widest = max(each.motion for each in homes if _without_number(each.position.address) == name)
+    unit, certain = _position_unit(position, velocity, widest)
     here = Channel(position, unit, certain)
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
     efforts = [s for s in near if s.role in (Role.EFFORT, Role.CURRENT, Role.VOLTAGE)]
@@ -266,18 +268,23 @@ def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:
     return tuple(other for other in signals if other is not signal)
 
 
-def _position_unit(position: Signal, velocity: Channel | None) -> tuple[str, bool]:
+def _without_number(address: str) -> str:
+    return re.sub(r"\[\w+\]$|\d+", "", address)
+
+
+def _position_unit(position: Signal, velocity: Channel | None, widest: float) -> tuple[str, bool]:
+    """Unit of a position, and whether it is certain; `widest` is the largest motion of positions like it."""
     if position.unit is not None:
         return position.unit, True
     if velocity is not None:
         ratio = abs(_slope(position, velocity.signal)[1])
         for (own, other), factor in RATIOS.items():
             fits = other == velocity.unit and abs(np.log(max(ratio, 1e-9) / factor)) < 0.15
-            if fits and not (own == "rad" and np.ptp(position.values) > DEGREES and not velocity.certain):
+            if fits and not (own == "rad" and widest > DEGREES and not velocity.certain):
                 return own, velocity.certain
     if _LENGTHS & set(words_of(position.address)):
         return "m", False
-    return ("deg" if np.ptp(position.values) > DEGREES else "rad"), False
+    return ("deg" if widest > DEGREES else "rad"), False
 
 
 def _input(signal: Signal) -> Channel:

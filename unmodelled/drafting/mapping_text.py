@@ -24,6 +24,10 @@ def mapping_text(draft: Draft, folder: str) -> str:
     patterns = [_seen_from(folder, pattern) for pattern in draft.survey.patterns]
     lines = ["schema: mapping/1", "files:" if len(patterns) > 1 else f"files: {_quoted(patterns[0])}"]
     lines += [f"  - {_quoted(pattern)}" for pattern in patterns] if len(patterns) > 1 else []
+    groups = [_quoted(pattern) for pattern in draft.survey.groups]
+    lines += (
+        [f"groups: [{', '.join(groups)}]" if len(groups) > 1 else f"groups: {groups[0]}"] if groups else []
+    )
     left = [f"{path.name} ({reason})" for path, reason in draft.survey.left_out.items()]
     lines += [f"# left out: {one_line(each)}" for each in left[:NAMES]]
     lines += [f"# and {len(left) - NAMES} more files"] if len(left) > NAMES else []

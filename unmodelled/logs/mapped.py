@@ -18,8 +18,19 @@ from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.mapping import Column, LogMapping, mapping_of, read_mapping
 from unmodelled.logs.readers.known import read_files
-from unmodelled.logs.readers.reader import Array
-from unmodelled.logs.record import LATEST, Found, Record, Rows, check_coarse, from_start, in_order, parts_of
+from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.record import (
+    LATEST,
+    NAMES,
+    Found,
+    Record,
+    Rows,
+    check_coarse,
+    from_start,
+    in_groups,
+    in_order,
+    parts_of,
+)
 from unmodelled.logs.signals import Channel, channels_of
 from unmodelled.logs.table import Columns
 from unmodelled.systems.model import System
@@ -72,12 +83,16 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     _check_constants(mapping, system)
     faults, told = Faults(), Counter[str]()
     paths = mapping.paths()
-    read = read_files(list(paths.values()), _wanted(mapping, channels), faults)
-    found: list[_Experiment] = []
+    read = read_files(list(paths.values()), None if mapping.groups else _wanted(mapping, channels), faults)
+    records: dict[str, Record] = {}
     for name, file in paths.items():
         if file in read:
             with faults.collected():
-                found += _experiments(name, Record(file, read[file], mapping), channels, told, len(paths))
+                records |= _records(name, file, read[file], mapping, len(paths))
+    found: list[_Experiment] = []
+    for name, record in records.items():
+        with faults.collected():
+            found += _experiments(name, record, channels, told, len(records))
     logs: list[Columns] = []
     for experiment in found:
         with faults.collected():
@@ -94,6 +109,24 @@ def read_mapped(place: Path, system: System) -> Logs | None:
     logs_of = assembled(system, Path(f"{path}: experiments"), (header, rows), logs, origin, faults)
     notes = [f"{text}: {count}" if count else text for text, count in told.items()]
     return replace(logs_of, notes=(*notes, *logs_of.notes), source=str(place))
+
+
+def _records(
+    name: str, file: Path, tables: Sequence[Table], mapping: LogMapping, files: int
+) -> dict[str, Record]:
+    """The records in a file, by id: the file, or those of its groups that are experiments."""
+    if not mapping.groups:
+        return {name: Record(file, tables, mapping)}
+    groups = in_groups(tables, mapping.groups)
+    if not groups:
+        listed = ", ".join(dict.fromkeys(repr(table.name) for table in tables[:NAMES]))
+        raise mapping.node.entries()["groups"].wrong(f"{file} has no such group; it has {listed}")
+    short = [group.rsplit("/", 1)[-1] for group in groups]
+    ids = short if len(set(short)) == len(short) else [group.replace("/", "-") for group in groups]
+    return {
+        label if files == 1 else f"{name}-{label}": Record(Path(f"{file}:/{group}"), inside, mapping)
+        for label, (group, inside) in zip(ids, groups.items(), strict=True)
+    }
 
 
 def _check_constants(mapping: LogMapping, system: System) -> None:

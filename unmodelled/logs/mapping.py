@@ -74,6 +74,7 @@ class LogMapping:
     Attributes:
         path: path of the mapping.
         files: patterns of the paths of the files, relative to the folder of the mapping.
+        groups: patterns of groups (structs, folders) inside a file that are experiments; (): a file is one.
         signals: signal by the name of a column in the system file.
         time: clock; None: that of the format.
         split_by: column whose runs of equal values are the experiments; None: every file is one.
@@ -85,6 +86,7 @@ class LogMapping:
 
     path: Path
     files: tuple[str, ...]
+    groups: tuple[str, ...]
     signals: Mapping[str, Signal]
     time: Time | None
     split_by: Column | None
@@ -155,13 +157,14 @@ def read_mapping(path: Path) -> LogMapping:
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
-    keys = root.fields(("schema", "files", "signals"), ("time", "split_by", "cut", "constants"))
+    keys = root.fields(("schema", "files", "signals"), ("groups", "time", "split_by", "cut", "constants"))
     signals = {name: _signal(node) for name, node in keys["signals"].entries().items()}
     if not signals:
         raise keys["signals"].wrong("is empty: name a column for every input and output of the system file")
     return LogMapping(
         path=path,
-        files=_patterns(keys["files"]),
+        files=_patterns(keys["files"], '["*.csv"]'),
+        groups=_patterns(keys["groups"], '["run*"]') if "groups" in keys else (),
         signals=signals,
         time=_time(keys["time"]) if "time" in keys else None,
         split_by=Column(keys["split_by"].text(), keys["split_by"]) if "split_by" in keys else None,
@@ -174,11 +177,11 @@ def read_mapping(path: Path) -> LogMapping:
     )
 
 
-def _patterns(node: Node) -> tuple[str, ...]:
+def _patterns(node: Node, example: str) -> tuple[str, ...]:
     items = node.content if isinstance(node.content, list) else [node]
     found = tuple(item.text() for item in items)
     if not found:
-        raise node.wrong('is empty: write patterns such as ["*.csv"]')
+        raise node.wrong(f"is empty: write patterns such as {example}")
     return found
 
 

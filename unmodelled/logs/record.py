@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -157,6 +159,46 @@ def _in(table: Table, name: str, alone: bool) -> Found | None:
 
 def _addresses(table: Table) -> list[str]:
     return [table.address(name) for name in (*table.columns, *table.texts)]
+
+
+def parts_of_name(name: str) -> list[str]:
+    """Return the groups in which a table lies, from the outermost to the table itself.
+
+    Args:
+        name: name of the table, such as a path in an HDF5 file or a struct inside structs.
+
+    Examples:
+        >>> parts_of_name("data/demo_3/obs"), parts_of_name("runs[0].motor"), parts_of_name("")
+        (['data', 'demo_3', 'obs'], ['runs[0]', 'motor'], [])
+    """
+    return [part for part in re.split(r"[/.]", name) if part]
+
+
+def in_groups(tables: Sequence[Table], patterns: Sequence[str]) -> dict[str, list[Table]]:
+    """Return the tables of every group that a pattern matches, named as seen from that group.
+
+    Args:
+        tables: tables of a file.
+        patterns: patterns of groups, such as "data/demo_*".
+
+    Returns:
+        Tables by the path of their group, in the order of the file.
+
+    Examples:
+        >>> tables = [Table("run1", {"q": np.zeros(2)}), Table("run1/cmd", {"u": np.zeros(2)})]
+        >>> {group: [table.name for table in found] for group, found in in_groups(tables, ["run*"]).items()}
+        {'run1': ['', 'cmd']}
+    """
+    wanted = [pattern.strip("/").split("/") for pattern in patterns]
+    found: dict[str, list[Table]] = {}
+    for table in tables:
+        parts = parts_of_name(table.name)
+        for pattern in wanted:
+            head, rest = parts[: len(pattern)], parts[len(pattern) :]
+            if len(head) == len(pattern) and all(map(fnmatchcase, head, pattern)):
+                found.setdefault("/".join(head), []).append(replace(table, name="/".join(rest)))
+                break
+    return found
 
 
 def from_start(t: Array) -> Array:

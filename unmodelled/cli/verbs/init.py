@@ -38,6 +38,8 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
         BadInput: when no file can be read, no moving position is found, the folder is a log folder already,
             one of the files exists (no file is overwritten), or the robot file does not fit the logs.
     """
+    if out is not None and out.suffix in (".yaml", ".yml"):
+        raise BadInput(f"out={out}: must be a folder, in which {MAPPING} is written")
     folder = logs if logs.is_dir() else logs.parent
     place = out or folder
     mapping, file = place / MAPPING, system or place / "system.yaml"
