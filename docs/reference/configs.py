@@ -18,7 +18,8 @@ GROUPS = {
     "model": "The model to fit, and how to fit it. For any system: `hybrid`, and "
     "`physics training@model=multi_step`. For the slider-crank only, because they name its parameters or "
     "inputs: the other `hybrid_*`, `nnap*` and `black_box`. For the drivetrain of the cam-follower: `f_bb`, "
-    "`f_h1`, `f_h2`, `lls`, `motor`, `best`. For the jumps of the cam-follower: all others.",
+    "`f_h1`, `f_h2`, `lls`, `motor`, `best`, `narx`, `rnn`, `gp`. For the jumps of the cam-follower: all "
+    "others.",
     "training": "Settings that several models share. `training@model=shooting` chooses another file, "
     "`model.windows.epochs=50` changes one key.",
     "detachment": "Members of models of the follower's jumps: a model without the runs that it is fitted to.",

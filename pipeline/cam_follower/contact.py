@@ -67,8 +67,8 @@ class ContactForce:
         return lowest
 
 
-def _acceleration(model: Dynamics, q: Conditions, theta: Tensor, omega: Tensor) -> Tensor:
-    return model.acceleration(theta, omega, q)
+def _acceleration(model: Dynamics, memory: Tensor, q: Conditions, theta: Tensor, omega: Tensor) -> Tensor:
+    return model.react(memory, theta, omega, q)[0]
 
 
 @torch.no_grad()
@@ -95,7 +95,8 @@ def minimal_force(
     limit, seconds = theta + 4.0 * TURN, seconds.expand_as(theta)
     result = torch.full_like(theta, torch.inf)
     columns = torch.arange(theta.shape[1])
-    acceleration = model.acceleration(theta, omega, q)
+    memory = model.begin(theta, omega, q)
+    acceleration, after = model.react(memory, theta, omega, q)
     for i in range(int(torch.ceil(seconds.max() / h))):
         active = (i * h < seconds) & (theta < limit)
         if i % PRUNE == 0:
@@ -104,12 +105,13 @@ def minimal_force(
             if not bool(keep.any()):
                 break
             columns, q = columns[keep], q[keep]
-            theta, omega, acceleration, limit, seconds, active = (
-                x[:, keep] for x in (theta, omega, acceleration, limit, seconds, active)
+            theta, omega, acceleration, limit, seconds, active, memory, after = (
+                x[:, keep] for x in (theta, omega, acceleration, limit, seconds, active, memory, after)
             )
-        a, w, _ = step(partial(_acceleration, model, q), theta, omega, h, model.method)
-        w = limited(w)
-        k = model.acceleration(a, w, q)
+        react = partial(_acceleration, model, memory, q)
+        a, w = step(react, acceleration, theta, omega, h, model.method)
+        w, memory = limited(w), after
+        k, after = model.react(memory, a, w, q)
         force = contact.minimum((theta, omega, acceleration), (a, w, k), h, q)
         result[:, columns] = torch.where(active, torch.minimum(result[:, columns], force), result[:, columns])
         theta, omega, acceleration = a, w, k

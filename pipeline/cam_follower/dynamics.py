@@ -45,6 +45,33 @@ class Dynamics(nn.Module, ABC):
             Acceleration, rad/s^2, shape (batch, runs).
         """
 
+    def begin(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the memory at the start of a run; empty for a model without one.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Memory, shape (batch, runs, numbers).
+        """
+        return theta.new_zeros((*theta.shape, 0))
+
+    def react(self, memory: Tensor, theta: Tensor, omega: Tensor, q: Conditions) -> tuple[Tensor, Tensor]:
+        """Return the acceleration at a sample, and the memory for the next one.
+
+        Args:
+            memory: memory of the samples before, shape (batch, runs, numbers).
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Acceleration, rad/s^2, shape (batch, runs), and memory.
+        """
+        return self.acceleration(theta, omega, q), memory
+
     @torch.no_grad()
     def simulate(
         self, theta: Tensor, omega: Tensor, q: Conditions, steps: int, period: float
@@ -63,7 +90,8 @@ class Dynamics(nn.Module, ABC):
             steps + 1).
         """
         result = rollout(
-            lambda a, w: self.acceleration(a, w, q),
+            lambda memory, a, w: self.react(memory, a, w, q),
+            self.begin(theta, omega, q),
             theta,
             omega,
             steps * self.substeps,

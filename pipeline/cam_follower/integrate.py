@@ -10,30 +10,30 @@ from torch import Tensor
 
 Method = Literal["euler", "rk4"]
 Acceleration = Callable[[Tensor, Tensor], Tensor]  # (angle, speed) -> acceleration, all of one shape
+Reaction = Callable[[Tensor, Tensor, Tensor], tuple[Tensor, Tensor]]  # with a memory before and after
 
 #: A diverging simulation is held at this speed, rad/s: far beyond any machine, finite for every metric.
 SPEED_LIMIT = 200.0
 
 
 def step(
-    acceleration: Acceleration, angle: Tensor, speed: Tensor, period: float, method: Method
-) -> tuple[Tensor, Tensor, Tensor]:
+    acceleration: Acceleration, k1: Tensor, angle: Tensor, speed: Tensor, period: float, method: Method
+) -> tuple[Tensor, Tensor]:
     """Integrate one step.
 
     Args:
         acceleration: function from angle (rad) and speed (rad/s) to acceleration (rad/s^2), all of one shape.
-        angle: angle, rad, any shape.
+        k1: acceleration at the start of the step, rad/s^2, any shape.
+        angle: angle, rad, same shape.
         speed: speed, rad/s, same shape.
         period: length of the step, s.
         method: "euler" (eq. 6.15) or "rk4".
 
     Returns:
-        New angle (rad), new speed (rad/s), and the acceleration at the start of the step (rad/s^2), all of
-        the same shape.
+        New angle (rad) and new speed (rad/s), of the same shape.
     """
-    k1 = acceleration(angle, speed)
     if method == "euler":
-        return angle + period * speed, speed + period * k1, k1
+        return angle + period * speed, speed + period * k1
     half = 0.5 * period
     v2 = speed + half * k1
     k2 = acceleration(angle + half * speed, v2)
@@ -42,11 +42,7 @@ def step(
     v4 = speed + period * k3
     k4 = acceleration(angle + period * v3, v4)
     sixth = period / 6.0
-    return (
-        angle + sixth * (speed + 2.0 * (v2 + v3) + v4),
-        speed + sixth * (k1 + 2.0 * (k2 + k3) + k4),
-        k1,
-    )
+    return angle + sixth * (speed + 2.0 * (v2 + v3) + v4), speed + sixth * (k1 + 2.0 * (k2 + k3) + k4)
 
 
 def limited(speed: Tensor) -> Tensor:
@@ -62,12 +58,13 @@ def limited(speed: Tensor) -> Tensor:
 
 
 def rollout(
-    acceleration: Acceleration, angle: Tensor, speed: Tensor, steps: int, period: float, method: Method
+    react: Reaction, memory: Tensor, angle: Tensor, speed: Tensor, steps: int, period: float, method: Method
 ) -> tuple[Tensor, Tensor, Tensor]:
     """Simulate a free run from an initial state.
 
     Args:
-        acceleration: function from angle (rad) and speed (rad/s) to acceleration (rad/s^2), all of one shape.
+        react: function from memory, angle (rad) and speed (rad/s) to acceleration (rad/s^2) and memory.
+        memory: memory at the start, any shape.
         angle: initial angle, rad, any shape.
         speed: initial speed, rad/s, same shape.
         steps: number of steps.
@@ -79,10 +76,11 @@ def rollout(
     """
     angles, speeds, accelerations = [angle], [speed], []
     for _ in range(steps):
-        angle, speed, k = step(acceleration, angle, speed, period, method)
-        speed = limited(speed)
+        k, after = react(memory, angle, speed)
+        angle, speed = step(lambda a, w, m=memory: react(m, a, w)[0], k, angle, speed, period, method)  # type: ignore[misc]
+        speed, memory = limited(speed), after
         angles.append(angle)
         speeds.append(speed)
         accelerations.append(k)
-    accelerations.append(acceleration(angle, speed))
+    accelerations.append(react(memory, angle, speed)[0])
     return torch.stack(angles, -1), torch.stack(speeds, -1), torch.stack(accelerations, -1)

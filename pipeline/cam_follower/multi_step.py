@@ -48,8 +48,9 @@ def window_error(model: MotorHybrid, dataset: Dataset, runs: Tensor, first: Tens
     theta, omega = dataset.theta[first], dataset.omega[first]
     total = torch.zeros_like(omega)
     for k in range(1, horizon + 1):
-        theta, omega, _ = step(
-            lambda a, w: model.acceleration(a, w, q), theta, omega, dataset.period, model.method
+        k1 = model.acceleration(theta, omega, q)
+        theta, omega = step(
+            lambda a, w: model.acceleration(a, w, q), k1, theta, omega, dataset.period, model.method
         )
         total = total + (omega - dataset.omega[first + k]).square()
     return total / horizon

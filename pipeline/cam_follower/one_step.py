@@ -46,8 +46,13 @@ def fit(
     learning_rate: float,
     batch: int,
     group: int,
+    warm_up: int = 0,
+    horizon: int = 1,
 ) -> Dynamics:
     """Train a stack of models with Adam on mini-batches of one-step predictions.
+
+    A model with a memory is led along windows of the measured trajectories, and its predictions of the next
+    sample count after a warm-up (backpropagation through time).
 
     Args:
         build: constructor of the stack of models.
@@ -59,6 +64,8 @@ def fit(
         batch: number of samples per mini-batch and model.
         group: number of models that are trained side by side; larger groups share operator calls but exceed
             the cache.
+        warm_up: number of samples at the start of a window that only fill the memory; default 0.
+        horizon: number of predictions of a window that count; default 1.
 
     Returns:
         The trained stack.
@@ -75,7 +82,7 @@ def fit(
             optimiser = Adam(model.parameters(), lr=learning_rate)
             schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
             for k in range(steps):
-                _step(model, dataset, sampler, optimiser, batch)
+                _step(model, dataset, sampler.draw(batch, warm_up + horizon), optimiser, warm_up, horizon)
                 schedule.step()
                 counter.update(done * steps + k + 1)
             states.append(model.state_dict())
@@ -85,12 +92,23 @@ def fit(
 
 
 def _step(
-    model: Dynamics, dataset: Dataset, sampler: Sampler, optimiser: torch.optim.Optimizer, batch: int
+    model: Dynamics,
+    dataset: Dataset,
+    drawn: tuple[Tensor, Tensor],
+    optimiser: torch.optim.Optimizer,
+    warm_up: int,
+    horizon: int,
 ) -> None:
-    runs, now = sampler.draw(batch)
-    acceleration = model.acceleration(dataset.theta[now], dataset.omega[now], dataset.conditions[runs])
-    error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
+    runs, now = drawn
+    q = dataset.conditions[runs]
+    memory = model.begin(dataset.theta[now], dataset.omega[now], q)
+    loss = torch.zeros(len(now))
+    for k in range(warm_up + horizon):
+        acceleration, memory = model.react(memory, dataset.theta[now], dataset.omega[now], q)
+        error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
+        loss = loss + error.square().mean(1) if k >= warm_up else loss
+        now = now + 1
     optimiser.zero_grad(set_to_none=True)
     # the models share nothing, so that the sum trains each of them on its own mean
-    error.square().mean(1).sum().backward()  # type: ignore[no-untyped-call]
+    (loss.sum() / horizon).backward()  # type: ignore[no-untyped-call]
     optimiser.step()

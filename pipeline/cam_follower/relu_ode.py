@@ -29,9 +29,9 @@ class ReluNetwork(nn.Module):
         super().__init__()
         batch, inputs = scale.shape
         self.register_buffer("scale", 1.0 / scale[:, None, :])
-        self.W_h = nn.Parameter(_glorot(batch, inputs, hidden, generator))
+        self.W_h = nn.Parameter(glorot(batch, inputs, hidden, generator))
         self.b_h = nn.Parameter(torch.zeros(batch, 1, hidden))
-        self.W_o = nn.Parameter(_glorot(batch, hidden, 1, generator))
+        self.W_o = nn.Parameter(glorot(batch, hidden, 1, generator))
         self.b_o = nn.Parameter(torch.zeros(batch, 1, 1))
 
     def forward(self, d: Tensor) -> Tensor:
@@ -47,7 +47,18 @@ class ReluNetwork(nn.Module):
         return torch.baddbmm(self.b_o, hidden, self.W_o)[..., 0]
 
 
-def _glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
+def glorot(batch: int, rows: int, columns: int, generator: Generator) -> Tensor:
+    """Return random weights by Glorot's uniform rule.
+
+    Args:
+        batch: number of models.
+        rows: number of inputs.
+        columns: number of outputs.
+        generator: random generator.
+
+    Returns:
+        Weights, shape (batch, rows, columns).
+    """
     limit = math.sqrt(6.0 / (rows + columns))
     return (torch.rand(batch, rows, columns, generator=generator) * 2.0 - 1.0) * limit
 

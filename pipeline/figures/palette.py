@@ -20,6 +20,9 @@ LOOKS = {
     "f_h2": Look("$f_{H2}$ hybrid", "#332288", "^"),
     "motor": Look("DC motor", GREEN, "D"),
     "best": Look("DC motor + network", "#882255", "P"),
+    "narx": Look("NARX", "#999933", "<"),
+    "rnn": Look("recurrent network", "#cc6677", ">"),
+    "gp": Look("Gaussian process", "#44aa99", "h"),
     "direct": Look("direct extrapolation", "#777777", "X", "--"),
     "measured": Look("measured", BLACK, ".", width=3.0),
 }

@@ -119,8 +119,9 @@ PAGES = (
         "Beyond nominal operation",
         summary="Models see the most stable contact runs only and simulate the rest: at which voltage Q does "
         "the follower start to jump? f_bb is a black box, f_h1 the soft hybrid, f_h2 the hybrid, lls a "
-        "linear model, motor an identified DC motor, best the same motor with a network. I1 to I10 are the "
-        "contact runs in tenths, the most stable first.",
+        "linear model, motor an identified DC motor, best the same motor with a network. narx (a network "
+        "that also reads the last samples), rnn (a recurrent network) and gp (a Gaussian process) are black "
+        "boxes of chapter 2's overview. I1 to I10 are the contact runs in tenths, the most stable first.",
         chapter=6,
         campaign="cam_follower",
     ),

@@ -56,7 +56,7 @@ def test_every_result_exists(project: Path) -> None:
     assert sum(labels[k]["value"] for k in ("stall", "jump", "contact")) == 40
     assert labels["table_5_1"]["cells_equal"]["value"] == 40
     chapter = json.loads((project / "reports/metrics/chapter6.json").read_text())
-    models = {"f_bb", "f_h1", "f_h2", "lls", "motor", "best"}
+    models = {"f_bb", "f_h1", "f_h2", "lls", "motor", "best", "narx", "rnn", "gp"}
     assert set(chapter["interpolation"]) == models == set(chapter["f_min"]) - {"direct"}
     assert set(chapter["extrapolation"]) == {str(k) for k in range(1, 9)} == set(chapter["boundary"])
     assert set(chapter["boundary"]["1"]) == models | {"direct"}

@@ -45,7 +45,9 @@ def test_order_of_convergence(method: str, order: int) -> None:
 
     def error(steps: int) -> float:
         start = torch.ones(1, dtype=torch.float64), torch.zeros(1, dtype=torch.float64)
-        angle, _, _ = rollout(lambda a, w: -4.0 * a, *start, steps, 1.0 / steps, method)  # type: ignore[arg-type]
+        angle, _, _ = rollout(
+            lambda memory, a, w: (-4.0 * a, memory), torch.empty(0), *start, steps, 1.0 / steps, method
+        )  # type: ignore[arg-type]
         return abs(float(angle[0, -1]) - float(np.cos(2.0)))
 
     rate = np.log2(error(100) / error(200))
@@ -54,6 +56,6 @@ def test_order_of_convergence(method: str, order: int) -> None:
 
 def test_divergence_stays_finite() -> None:
     start = torch.ones(2), torch.ones(2)
-    _, omega, _ = rollout(lambda a, w: w**3, *start, 200, 0.1, "euler")
+    _, omega, _ = rollout(lambda memory, a, w: (w**3, memory), torch.empty(0), *start, 200, 0.1, "euler")
     assert torch.isfinite(omega).all()
     assert float(omega.abs().max()) <= SPEED_LIMIT

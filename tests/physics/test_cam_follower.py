@@ -54,7 +54,9 @@ def test_energy_is_conserved_without_dissipation() -> None:
         return equation(torch.zeros_like(omega), omega, dh, d2h, m, J, 9.81, 0.0, 0.0)
 
     start = torch.zeros(1, dtype=torch.float64), torch.full((1,), 20.0, dtype=torch.float64)
-    theta, omega, _ = rollout(acceleration, *start, 2000, 5e-4, "rk4")
+    theta, omega, _ = rollout(
+        lambda memory, a, w: (acceleration(a, w), memory), torch.empty(0), *start, 2000, 5e-4, "rk4"
+    )
     h, dh, _ = curve(theta)
     energy = 0.5 * (J + m * dh**2) * omega**2 + m * 9.81 * h
     np.testing.assert_allclose(energy.numpy(), float(energy[0, 0]), rtol=1e-7)
