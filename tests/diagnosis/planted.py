@@ -71,6 +71,8 @@ parameters:
 ports: {air: {effort: q, unit: W, position: T}}
 dynamics: {T: (P_0 + P - k*T - q)/C}
 """
+#: Its equations use neither the fan nor the temperature outdoors.
+BED = ROOM.replace("inputs: {P: {unit: W}}", "inputs: {P: {unit: W}, fan: {unit: '1'}, T_out: {unit: K}}")
 COIL = """
 schema: system/1
 name: coil
@@ -119,7 +121,7 @@ def plant(
         ids: ids of the experiments.
         numbers: values of some numbers of the law; default: a size that can be seen of every number.
     """
-    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL, COUPLING))
+    machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL, COUPLING, BED))
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
     _write(folder / "logs", known, {}, ids, rates)
@@ -154,14 +156,18 @@ def _write(
     t = PERIOD * np.arange(SAMPLES)
     rate, phase = np.linspace(*rates, RUNS), rng.uniform(0.0, 6.0, (2, RUNS))
     u = 0.9 * np.sin(rate * t[:, None] + phase[0]) + 0.5 * np.sin(2.3 * rate * t[:, None] + phase[1])
+    # a further input moves more slowly
+    others = [np.sin(0.6 * rate * t[:, None] + phase[1] + k) for k in range(1, len(true.inputs))]
+    u = np.stack([u, *others], axis=-1)
     c = np.column_stack([own[constant.name] for constant in true.operating_point] or [np.empty((RUNS, 0))])
     held = true.inputs[0].delay / PERIOD
-    acting = np.stack([np.interp(np.arange(SAMPLES) - held, np.arange(SAMPLES), one) for one in u.T], axis=1)
+    # (samples, runs, inputs)
+    acting = _at(np.arange(SAMPLES) - held, u)
     x = _path(true, acting, c)
     show = numpy_system_function(true, [o.expression for o in true.outputs], efforts_zero=True)
     y = np.stack(
         [
-            show(s, state, v[:, None], np.empty(0), np.array(true.values), c)
+            show(s, state, v, np.empty(0), np.array(true.values), c)
             for s, state, v in zip(t, x, acting, strict=True)
         ]
     )
@@ -171,11 +177,17 @@ def _write(
             o.name: np.interp(t - o.delay, t, y[:, k, j]) + NOISE[j] * rng.standard_normal(SAMPLES)
             for j, o in enumerate(true.outputs)
         }
-        pd.DataFrame({"t": t, **shown, true.inputs[0].name: u[:, k]}).to_csv(
-            folder / f"run{k}.csv", index=False
-        )
+        given = {item.name: u[:, k, j] for j, item in enumerate(true.inputs)}
+        pd.DataFrame({"t": t, **shown, **given}).to_csv(folder / f"run{k}.csv", index=False)
     table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(RUNS)]})
     table.to_csv(folder / "experiments.csv", index=False)
+
+
+def _at(samples: Array, u: Array) -> Array:
+    """Inputs (samples, runs, inputs) at other instants, in samples; straight lines between them."""
+    known = np.arange(len(u))
+    columns = [np.interp(samples, known, column) for column in u.reshape(len(u), -1).T]
+    return np.stack(columns, axis=1).reshape(len(samples), *u.shape[1:])
 
 
 def _path(system: System, u: Array, c: Array) -> Array:
@@ -184,7 +196,7 @@ def _path(system: System, u: Array, c: Array) -> Array:
     p, h = np.array(system.values), 1.0 / SUBSTEPS
     # in samples, where the inputs are straight from one to the next
     fine = np.arange((SAMPLES - 1) * 2 * SUBSTEPS + 1) / (2 * SUBSTEPS)
-    torque = np.stack([np.interp(fine, np.arange(SAMPLES), one) for one in u.T], axis=1)[..., None]
+    torque = _at(fine, u)
 
     def slope(k: int, x: Array) -> Array:
         return PERIOD * np.asarray(rates(PERIOD * fine[k], x, torque[k], np.empty(0), p, c))

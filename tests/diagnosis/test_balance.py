@@ -148,6 +148,28 @@ def test_the_heat_that_a_house_loses_to_a_logged_temperature(tmp_path: Path) -> 
     assert effect.parameters["k"]["value"] == pytest.approx(120.0, rel=0.02)
 
 
+def test_a_loss_that_grows_with_a_fan_of_which_the_equations_know_nothing(tmp_path: Path) -> None:
+    """The column has the name and the numbers of a fan's speed, 1/min."""
+    cooled = HOUSE.replace("P: {unit: W}", "P: {unit: W}\n  fan: {unit: 1/min, commanded: false}").replace(
+        "(P - q)/C", "(P - G*(T - 280) - q)/C"
+    )
+    cooled = cooled.replace(
+        "ports:", "  G: {value: 90, unit: W/K, identify: true, bounds: [10, 500]}\nports:"
+    )
+    recorded = logs(
+        *(tmp_path / "logs", ("P", "T"), 120.0, [0.0, 1500.0, 3000.0, 4500.0], (285.0, 297.0)),
+        lambda T, P, fan: [(P - (80.0 + 5.0 * (fan - 270.0)) * (T - 280.0)) / 2.0e6],
+        0.02,
+        ambient="fan",
+    )
+    answer = diagnosed(tmp_path, cooled, recorded)
+    (effect,) = answer.effects
+    assert (answer.verdict, effect.family, effect.port) == ("effect", "input_dependence", "air")
+    (slope,) = effect.parameters.values()
+    assert slope["value"] == pytest.approx(5.0, rel=0.02)
+    assert effect.law.startswith("G + G_per_fan*(fan - ")
+
+
 def test_the_overflow_of_a_tank(tmp_path: Path) -> None:
     recorded = logs(
         *(tmp_path / "logs", ("q_in", "h"), 1.0, [0.0, 0.01, 0.02, 0.03, 0.05], (0.3, 1.0)),

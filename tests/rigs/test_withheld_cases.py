@@ -27,7 +27,9 @@ from unmodelled.effects.library import effects
 #: Families of the library that no machine plants, so that no number tells how often they are found.
 BALANCES = ("linear_loss", "root_outflow", "overflow", "radiation", "nonlinear_loss", "storage")
 ELECTRICAL = ("inductance_saturation", "rc_branch", "self_heating")
-UNPLANTED = frozenset({*BALANCES, *ELECTRICAL})
+#: Logged inputs that a file does not use; no withheld machine has one.
+UNUSED_INPUTS = ("input_dependence",)
+UNPLANTED = frozenset({*BALANCES, *ELECTRICAL, *UNUSED_INPUTS})
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

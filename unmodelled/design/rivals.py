@@ -40,13 +40,13 @@ def place_of(entry: Entry) -> Place:
     """Return the place of an effect in diagnosis.json.
 
     Args:
-        entry: effect with `port` and, where they apply, `parameter`, `factor` and `level`.
+        entry: effect with `port` and, where they apply, `parameter`, `factor`, `level` and `signal`.
 
     Examples:
         >>> place_of({"family": "actuator_offset", "port": "actuator:torque"}).name
         'torque'
     """
-    local = entry.get("factor"), entry.get("level")
+    local = entry.get("factor"), entry.get("level"), entry.get("signal")
     if "parameter" in entry:
         return Place("parameter", entry["parameter"], *local)
     kind, _, name = entry["port"].rpartition(":")

@@ -15,9 +15,8 @@ from unmodelled.systems.model import System
 
 #: How many limits are tried, from this part of the largest input on.
 _LIMITS, _LEAST = 6, 0.15
-#: Of a limit that falls with speed: limits at rest, in largest inputs, and how many of them and of speeds are
-#: tried.
-_AT_REST, _EACH = (0.3, 2.0), 4
+#: How many limits at rest and speeds are tried of a limit that falls with speed.
+_EACH = 4
 #: Of the gain: the most that is lost at the largest input. With half of it the output still rises there.
 _LOST = 0.5
 
@@ -72,7 +71,8 @@ class _SpeedLimit(DriveEffect):
 
     family = "actuator_saturation"
     complexity = 3.0
-    #: Speeds where the limit begins or ends, in largest speeds.
+    #: Limits at rest, in largest inputs, and speeds where the limit begins or ends, in largest speeds.
+    at_rest: ClassVar[tuple[float, float]]
     speeds: ClassVar[tuple[float, float]]
 
     @abstractmethod
@@ -86,7 +86,7 @@ class _SpeedLimit(DriveEffect):
     def law(self, at: Site) -> Law:
         u, v = _largest(at, "u"), _largest(at, "v")
         limited, speed = self.limited()
-        limits = geometric(_AT_REST[0] * u, _AT_REST[1] * u, _EACH)
+        limits = geometric(self.at_rest[0] * u, self.at_rest[1] * u, _EACH)
         speeds = geometric(self.speeds[0] * v, self.speeds[1] * v, _EACH)
         shapes = {
             "u_0": Shape("u", limits, (0.05 * u, 20.0 * u)),
@@ -104,7 +104,7 @@ class SpeedLimit(_SpeedLimit):
     """
 
     variant = "falling_with_speed"
-    speeds = (0.7, 4.0)
+    at_rest, speeds = (0.3, 2.0), (0.7, 4.0)
 
     def limited(self) -> tuple[str, str]:
         return "clip(u, -u_0*clip(1 + v/v_0, 0, 1), u_0*clip(1 - v/v_0, 0, 1))", "v_0"
@@ -118,7 +118,7 @@ class PowerLimit(_SpeedLimit):
     """
 
     variant = "constant_power"
-    speeds = (0.2, 0.8)
+    at_rest, speeds = (0.2, 1.0), (0.2, 0.8)
 
     def limited(self) -> tuple[str, str]:
         limit = "u_0*v_b/max(abs(v), v_b)"

@@ -80,11 +80,11 @@ def _times(at: Site) -> tuple[float, float]:
 
 
 class LoadDrift(PortEffect):
-    """Load that grows linearly in time along every experiment."""
+    """Load that grows linearly in time along every experiment; laws that give a reason are simpler."""
 
     family = "drift"
     variant = "load"
-    complexity = 2.4
+    complexity = 3.2
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
@@ -96,7 +96,7 @@ class LoadDriftByOrder(PortEffect):
 
     family = "drift"
     variant = "load_by_order"
-    complexity = 2.6
+    complexity = 3.4
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:

@@ -35,12 +35,14 @@ class Place:
         factor: name of a constant of the operating point, or of a column of experiments.csv such as `group`,
             that limits the effect to some experiments; default None: all experiments.
         level: value of `factor` in the experiments where the effect acts; default None.
+        signal: name of another input that the law reads; default None.
     """
 
     kind: Kind
     name: str
     factor: str | None = None
     level: float | str | None = None
+    signal: str | None = None
 
     @property
     def channel(self) -> str:
@@ -118,7 +120,12 @@ def site(system: System, place: Place, scales: Scales) -> Site:
         KeyError: if the system has no such place.
     """
     makers = {"port": _port, "actuator": _input, "sensor": _output, "parameter": _parameter}
-    return makers[place.kind](system, place, scales)
+    found = makers[place.kind](system, place, scales)
+    if place.signal is None:
+        return found
+    (item,) = (item for item in system.inputs if item.name == place.signal)
+    read = _quantity(system, item.name, symbol(item.name), item.unit, scales.of[item.name])
+    return replace(found, quantities={**found.quantities, "w": read})
 
 
 def _port(system: System, place: Place, scales: Scales) -> Site:

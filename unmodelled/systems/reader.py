@@ -255,7 +255,7 @@ class _Equations:
             return state
         if written.is_number:
             return replace(state, initial=sp.Float(written.number()))
-        known = self._evaluated(written, self._without_efforts(), self.declared.units[state.name])
+        known = self._evaluated(written, {}, self.declared.units[state.name])
         return replace(state, initial=known.expression)
 
     def _output(self, output: Output) -> Output:
@@ -265,7 +265,7 @@ class _Equations:
             self._check_unit(node, self.values[output.name], unit)
             return output
         written = node.entries()["expression"]
-        return replace(output, expression=self._evaluated(written, self._without_efforts(), unit).expression)
+        return replace(output, expression=self._evaluated(written, {}, unit).expression)
 
     def _port(self, port: Port, dynamics: tuple[sp.Expr, ...]) -> Port:
         node = self._entries("ports")[port.name]

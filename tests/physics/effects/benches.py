@@ -33,6 +33,7 @@ FILES = {
     "room": Path(__file__).with_name("room.yaml"),
     "coil": Path(__file__).with_name("coil.yaml"),
     "cell": Path(__file__).with_name("cell.yaml"),
+    "bed": Path(__file__).with_name("bed.yaml"),
     "coupling": SYSTEMS / "coupling.yaml",
 }
 #: Parameters of a system that effects on parameters are tried on.

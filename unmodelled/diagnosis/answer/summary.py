@@ -94,6 +94,8 @@ def _named(added: Added, ports: Ports) -> dict[str, Any]:
         named["variant"] = added.variant
     if place.factor is not None:
         named |= {"factor": place.factor, "level": place.level}
+    if place.signal is not None:
+        named["signal"] = place.signal
     return named
 
 

@@ -9,7 +9,7 @@ not differentiate measurements, and treats ports, actuators, sensors and effects
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -172,7 +172,8 @@ class _Look:
             return
         yield self._screened(effect, place, points, None)
         for factor, level, members in self.levels if place.kind == "port" else ():
-            yield self._screened(effect, Place("port", place.name, factor, level), points, members)
+            local = replace(place, factor=factor, level=level)
+            yield self._screened(effect, local, points, members)
 
     def _screened(
         self, effect: Effect, place: Place, points: Sequence[Point], members: Indices | None
