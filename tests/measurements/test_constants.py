@@ -15,6 +15,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Constant, State, System
+from unmodelled.systems.reader import read_system
+from unmodelled.systems.writer import write_system
 
 WEAR = Constant("wear", "1", {"a": 0.25, "b": -0.5, "elsewhere": 9.0})
 
@@ -40,6 +42,31 @@ def test_they_take_the_place_of_a_column(folder: Path) -> None:
     write_folder(folder, {"a": run(), "b": run(100)}, wear=["new", "old"])
     logs = read_logs(folder, given(WEAR))
     assert logs.c.tolist() == [[0.25], [-0.5]]
+
+
+ROOM = """
+schema: system/1
+name: room
+states: {T: {unit: K}}
+inputs: {P: {unit: W}}
+outputs: {T: {unit: degC}}
+operating_point: {T_out: {unit: degC}, T_wall: {unit: degC, values: {a: 10}, other: 20}}
+parameters: {C: {value: 2000, unit: J/K}, k: {value: 3, unit: W/K}}
+dynamics: {T: (P - k*(T - T_out) - k*(T - T_wall))/C}
+"""
+
+
+def test_a_constant_may_have_the_unit_of_its_column(tmp_path: Path) -> None:
+    (tmp_path / "room.yaml").write_text(ROOM)
+    system = read_system(tmp_path / "room.yaml")
+    log = {"t": np.arange(60) * 10.0, "P": np.sin(np.arange(60)), "T": 20.0 + np.cos(np.arange(60))}
+    logs = read_logs(write_folder(tmp_path / "logs", {"a": log, "b": log}, T_out=[5.0, -3.0]), system)
+    np.testing.assert_allclose(logs.c, [[278.15, 283.15], [270.15, 293.15]])
+    logs.to_hdf5(tmp_path / "logs.h5", system)
+    np.testing.assert_allclose(read_logs(tmp_path / "logs.h5", system).c, logs.c)
+    write_system(system, tmp_path / "again.yaml")
+    again = read_system(tmp_path / "again.yaml")
+    np.testing.assert_allclose(read_logs(tmp_path / "logs", again).c, logs.c)
 
 
 def test_an_experiment_that_the_file_does_not_name_has_the_other_value(folder: Path) -> None:

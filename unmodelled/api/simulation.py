@@ -149,7 +149,7 @@ class Simulation:
             f"noise floor: {self.floor:.3g}, the gap that sensor noise alone causes",
             f"persistence: {self.persistence:.3g}, the error if every output kept its value or its speed",
             f"worst experiment: {name}, {each[name]:.3g}",
-            *(f"note: {note}" for note in self.gap.notes),
+            *(f"note: {note}" for note in dict.fromkeys([*self.logs.notes, *self.gap.notes])),
         ]
         return "\n".join(lines)
 
@@ -223,6 +223,7 @@ def simulate(
         noise floor: 0.00141, the gap that sensor noise alone causes
         persistence: 0.506, the error if every output kept its value or its speed
         worst experiment: run2, 0.05
+        note: omega was estimated from theta by smoothing differentiation over 21 samples
         >>> gap.units.round(3)
           output unit  at_horizon  whole_run
         0  theta  rad       0.052      0.201

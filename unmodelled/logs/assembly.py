@@ -164,6 +164,7 @@ def _check_alive(log: Columns, column: str) -> None:
 def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> pd.DataFrame:
     """The table, with the numbers of its rows in the file as index."""
     constants, faults = logged(system), Faults()
+    units = {constant.name: constant.logged for constant in system.operating_point}
     if not rows:
         raise BadInput(f"{path}: row 1: column id: no experiments below it")
     with faults.collected():
@@ -174,7 +175,8 @@ def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> p
         _check_ids(path, [row for row, _ in rows], table["id"])
     for name in [name for name in constants if name in at]:
         with faults.collected():
-            table[name] = list(numbers(path, name, rows, at[name]))
+            values, unit = np.array(numbers(path, name, rows, at[name])), units.get(name)
+            table[name] = list(values if unit is None else unit.to_si(values))
     faults.check()
     if "group" in table:  # an experiment without a group is one of its own
         table["group"] = [group or name for group, name in zip(table["group"], table["id"], strict=True)]

@@ -18,7 +18,7 @@ from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
-from unmodelled.systems.model import Input, Output, System
+from unmodelled.systems.model import Constant, Input, Output, System
 
 Array = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -211,7 +211,8 @@ class Logs:
         units = {o.column: o.column_unit for o in system.outputs}
         units |= {i.column: i.column_unit for i in system.inputs}
         samples = [{name: values[self.rows(i)] for name, values in columns.items()} for i in range(len(self))]
-        write_hdf5(path, self.experiments, samples, {"t": "s", **units}, self.provenance)
+        given = {c.name: as_logged(c, self.experiments[c.name].to_numpy()) for c in system.operating_point}
+        write_hdf5(path, self.experiments.assign(**given), samples, {"t": "s", **units}, self.provenance)
 
     @classmethod
     def read(cls, folder: Path, system: System) -> Logs:
@@ -340,7 +341,7 @@ def names(system: System) -> tuple[Names, Names, Names, Names]:
     )
 
 
-def as_logged(item: Input | Output, values: Array) -> Array:
+def as_logged(item: Input | Output | Constant, values: Array) -> Array:
     """Return values of a signal in the unit of its column.
 
     Args:

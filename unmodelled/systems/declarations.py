@@ -166,6 +166,11 @@ def _logged_unit(node: Node) -> tuple[Unit, units.LoggedUnit | None]:
         raise node.wrong(str(error)) from None
 
 
+def _in_si(node: Node, logged: units.LoggedUnit | None) -> float:
+    value = node.number()
+    return value if logged is None else logged.offset + logged.factor * value
+
+
 def _delay(entries: dict[str, Node]) -> float:
     return entries["delay"].number() if "delay" in entries else 0.0
 
@@ -230,16 +235,20 @@ def _constant(found: Declarations, name: str, node: Node) -> None:
             f"the name {shown(name)} is a column of its own in experiments.csv: choose another name"
         )
     found.names.add(name, "operating point", node)
-    unit = found.units[name] = _unit(entries["unit"])
+    unit, logged = _logged_unit(entries["unit"])
+    found.units[name] = unit
     given = entries["values"].entries() if "values" in entries else None
-    other = entries["other"].number() if "other" in entries else None
+    other = _in_si(entries["other"], logged) if "other" in entries else None
     if given is None and other is not None:
         raise entries["other"].wrong(
             "must have values beside it: without them the constant is a column of experiments.csv"
         )
     if given is not None and not given and other is None:
         raise entries["values"].wrong("must have at least one value, or other")
-    values = None if given is None else {key: value.number() for key, value in given.items()}
+    if given is None:
+        found.operating_point.append(Constant(name, unit.text, logged=logged))
+        return
+    values = {key: _in_si(value, logged) for key, value in given.items()}
     found.operating_point.append(Constant(name, unit.text, values, other))
 
 

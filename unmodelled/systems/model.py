@@ -117,12 +117,19 @@ class Constant:
         unit: SI unit, as written.
         values: value by id of the experiment, in `unit`; None (default) if it is a column of experiments.csv.
         other: value for all experiments that `values` does not list; default None: unknown.
+        logged: unit of the column of experiments.csv, where it is not `unit`; default None.
     """
 
     name: str
     unit: str
     values: Mapping[str, float] | None = None
     other: float | None = None
+    logged: LoggedUnit | None = None
+
+    @property
+    def column_unit(self) -> str:
+        """Return the unit of the column, as written."""
+        return self.unit if self.logged is None else self.logged.text
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ _REQUIRED = ("schema", "name", "states", "outputs", "dynamics")
 _OPTIONAL = ("inputs", "operating_point", "parameters", "signals", "ports", "tables", "events")
 _OF_ROBOTS = ("model", "locked", "identify")
 _LARGEST = 100_000
+_KELVIN = units.parse_unit("K").dimension
 
 
 def read_system(path: Path | str) -> System:
@@ -172,7 +173,8 @@ class _Equations:
         if got is None or self.declared.without_units or got == dimension:
             return
         wanted = unit.text if isinstance(unit, Unit) and unit.text else units.describe(dimension)
-        raise node.wrong(f"unit must be {wanted}, got {units.describe(got)}")
+        celsius = ": C is coulomb; degrees Celsius are degC" if wanted == "C" and got == _KELVIN else ""
+        raise node.wrong(f"unit must be {wanted}, got {units.describe(got)}{celsius}")
 
     def _signals(self) -> dict[str, sp.Expr]:
         entries = self._entries("signals")

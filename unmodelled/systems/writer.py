@@ -178,7 +178,7 @@ def _input(item: Input) -> dict[str, str]:
 
 
 def _constant(constant: Constant) -> dict[str, str]:
-    entries = {"unit": _quoted(constant.unit)}
+    entries = {"unit": _quoted(constant.column_unit)}
     if constant.values is not None:
         given = {_quoted(name): repr(float(value)) for name, value in constant.values.items()}
         entries["values"] = _braces(given)
