@@ -147,7 +147,9 @@ class Thresholds:
     fewest_per_level: int = _threshold(2, "experiments", _JUDGEMENT, _UNMEASURED)
 
     # Complexity of a candidate
-    local_complexity: float = _threshold(1.5, "units of complexity", _DEVELOPMENT, _NO_DECISION)
+    local_complexity: float = _threshold(
+        1.5, "units of complexity", _DEVELOPMENT, "half: verdict of 1 of 24 answers; twice: none"
+    )
     known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _NO_DECISION)
 
     # Comparison of candidates
@@ -155,19 +157,19 @@ class Thresholds:
         0.95,
         "probability",
         "usual level of tests and intervals",
-        "0.475 and 0.975: as many of 24 answers are right",
+        "0.475: 17 instead of 16 of 24 answers are right; 0.975: as many",
     )
     material_share: float = _threshold(
         0.05,
         "share of the gap per unit of complexity",
         "measured machines (rule_changes.md)",
-        "half: as many of 24 answers are right (one more, one less); twice: 15 instead of 16",
+        "half: 15 instead of 16 of 24 answers are right; twice: as many",
     )
     further_rest: float = _threshold(
         0.3,
         "share of the error",
         "half of the squared error",
-        "half: as many of 24 answers are right; twice: 14 instead of 16, both without fault",
+        "half: as many of 24 answers are right; twice: 15 instead of 16",
     )
     exchanged_rest: float = _threshold(
         0.1,
@@ -179,20 +181,20 @@ class Thresholds:
         0.01,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: none of 24 answers; twice: 15 instead of 16 are right",
+        "half: none of 24 answers; twice: verdict of 1, as many are right",
     )
     unexplained_gap: float = _threshold(
         0.1,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: verdict of 2 of 24 answers; twice: of 1; as many are right",
+        "half and twice: verdict of 2 of 24 answers; 17 instead of 16 are right",
     )
     least_gain: float = _threshold(0.02, "nats", _JUDGEMENT, _NO_DECISION)
     alike_errors: float = _threshold(
         2.0,
         "standard errors",
         "about 95 %",
-        "half: 15 instead of 16 of 24 answers are right; twice: 17, with more indistinguishable effects",
+        "half: 15 instead of 16 of 24 answers are right; twice: as many, with longer lists",
     )
 
     # Effects that cannot be told apart
@@ -200,13 +202,13 @@ class Thresholds:
         0.6,
         "units of complexity",
         _DEVELOPMENT,
-        "half: none of 24 answers; twice: more indistinguishable effects in 4",
+        "half: none of 24 answers; twice: more indistinguishable effects in 5",
     )
     most_equal: int = _threshold(
         3,
         "candidates",
         _JUDGEMENT,
-        "half: fewer indistinguishable effects in 5 of 24 answers; twice: none",
+        "half: 15 instead of 16 of 24 answers are right; twice: other lists in 2",
     )
 
     # Numbers that make no sense, and numbers that the logs do not determine
