@@ -85,26 +85,33 @@ def gap(simulation: Simulation, values: Array, substeps: int = 1) -> Deviation:
     return Deviation.of(simulation.recording, found**2)
 
 
-def substeps_needed(simulation: Simulation, values: Array, most: int = 32) -> tuple[int, str]:
+def substeps_needed(
+    simulation: Simulation, values: Array, most: int = 32, of_error: float = 0.0
+) -> tuple[int, str]:
     """Find the smallest number of integration steps whose error is small against the sensor noise.
 
     With this number, halving the steps changes no output by more than a tenth of its noise (root mean
-    square).
+    square), or than a share of the error of the model.
 
     Args:
         simulation: system and windows.
         values: parameter set, shape (experiments or 1, 1, numbers), SI.
         most: largest number of steps per sample that is tried, default 32.
+        of_error: share of the error of the model that the integration may add, default 0.
 
     Returns:
         Number of steps per sample, and a note; the note is empty unless `most` steps are too few.
     """
     recording = simulation.recording
-    enough = np.maximum(SHARE * recording.noise / recording.scale, ENOUGH)
+    enough = noise = np.maximum(SHARE * recording.noise / recording.scale, ENOUGH)
     tried = [n for n in SUBSTEPS if n <= most]
     coarse = simulation(values, substeps=tried[0]).y[:, 0]
     for substeps, more in pairwise(tried):
-        fine = simulation(values, substeps=more).y[:, 0]
+        runs = simulation(values, substeps=more)
+        fine = runs.y[:, 0]
+        if of_error > 0.0:
+            error = errors(runs, recording.scale)[recording.counted]
+            enough = np.maximum(noise, of_error * np.sqrt(np.mean(error**2, axis=0)))
         with np.errstate(all="ignore"):
             change = np.abs(coarse - fine)[recording.counted] / recording.scale
         change = np.where(change <= LARGEST_ERROR, change, LARGEST_ERROR)

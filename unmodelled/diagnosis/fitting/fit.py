@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 #: Iterations of every start before the best one is continued; least samples and windows on which starts are
 #: compared.
 SCOUTING, SCOUTED_SAMPLES, SCOUTED_WINDOWS = 2, 2000, 8
+#: Share of a model's error that the integration may add during a search: more accuracy changes no comparison.
+OF_ERROR = 0.01
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def fit_parameters(
     every = Unknowns(simulation, chosen)
 
     def needed(z: Array) -> int:
-        return substeps_needed(simulation, every.numbers(z[None]))[0]
+        return substeps_needed(simulation, every.numbers(z[None]), of_error=OF_ERROR)[0]
 
     steps = needed(every.vector(starts[0])) if substeps is None else substeps
     first, simulations = _start(simulation, chosen, starts, steps)
