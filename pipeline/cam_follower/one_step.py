@@ -51,8 +51,8 @@ def fit(
 ) -> Dynamics:
     """Train a stack of models with Adam on mini-batches of one-step predictions.
 
-    A model with a memory is led along windows of the measured trajectories, and its predictions of the next
-    sample count after a warm-up (backpropagation through time).
+    A model with a memory is led along the first samples of measured windows and then runs freely
+    (backpropagation through time).
 
     Args:
         build: constructor of the stack of models.
@@ -64,8 +64,8 @@ def fit(
         batch: number of samples per mini-batch and model.
         group: number of models that are trained side by side; larger groups share operator calls but exceed
             the cache.
-        warm_up: number of samples at the start of a window that only fill the memory; default 0.
-        horizon: number of predictions of a window that count; default 1.
+        warm_up: number of measured samples at the start of a window that only fill the memory; default 0.
+        horizon: number of samples that are predicted after it, each from the prediction before; default 1.
 
     Returns:
         The trained stack.
@@ -101,13 +101,15 @@ def _step(
 ) -> None:
     runs, now = drawn
     q = dataset.conditions[runs]
-    memory = model.begin(dataset.theta[now], dataset.omega[now], q)
-    loss = torch.zeros(len(now))
+    theta, omega = dataset.theta[now], dataset.omega[now]
+    memory, loss = model.begin(theta, omega, q), torch.zeros(len(now))
     for k in range(warm_up + horizon):
-        acceleration, memory = model.react(memory, dataset.theta[now], dataset.omega[now], q)
-        error = dataset.omega[now] + dataset.period * acceleration - dataset.omega[now + 1]
-        loss = loss + error.square().mean(1) if k >= warm_up else loss
-        now = now + 1
+        acceleration, memory = model.react(memory, theta, omega, q)
+        if k < warm_up:
+            theta, omega = dataset.theta[now + k + 1], dataset.omega[now + k + 1]
+            continue
+        theta, omega = theta + dataset.period * omega, omega + dataset.period * acceleration
+        loss = loss + (omega - dataset.omega[now + k + 1]).square().mean(1)
     optimiser.zero_grad(set_to_none=True)
     # the models share nothing, so that the sum trains each of them on its own mean
     (loss.sum() / horizon).backward()  # type: ignore[no-untyped-call]
