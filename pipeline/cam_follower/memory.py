@@ -15,7 +15,27 @@ from pipeline.cam_follower.relu_ode import BlackBox, ReluNetwork, glorot, raw_in
 CHANGING = 3
 
 
-class Narx(Dynamics):
+class Remembering(Dynamics):
+    """A model that reads the inputs of f_BB and a memory of the samples before."""
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the inputs of f_BB, which the network reads beside its memory.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, 7).
+        """
+        return raw_inputs(theta, omega, q)
+
+    def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        return self.react(self.begin(theta, omega, q), theta, omega, q)[0]
+
+
+class Narx(Remembering):
     """NARX: the network also reads angle and speed at earlier samples, eq. 2.9.
 
     Before the start of a run, the machine is taken to have been in its first state.
@@ -34,19 +54,6 @@ class Narx(Dynamics):
         changing = scale[:, :CHANGING].repeat(1, lags - 1)
         self.network = ReluNetwork(torch.cat([_own(scale), changing], 1), hidden, generator)
 
-    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of f_BB, which the network reads beside its memory.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, 7).
-        """
-        return raw_inputs(theta, omega, q)
-
     def begin(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         return self.inputs(theta, omega, q)[..., :CHANGING].repeat(1, 1, self.lags - 1)
 
@@ -55,9 +62,6 @@ class Narx(Dynamics):
         output: Tensor = self.network(torch.cat([now, memory], -1))
         latest = torch.cat([now[..., :CHANGING], memory], -1)[..., : memory.shape[-1]]
         return output * BlackBox.OUTPUT, latest
-
-    def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        return self.react(self.begin(theta, omega, q), theta, omega, q)[0]
 
 
 class RecurrentNetwork(nn.Module):
@@ -95,7 +99,7 @@ class RecurrentNetwork(nn.Module):
         return torch.baddbmm(self.b_o, state, self.W_o)[..., 0], state
 
 
-class Recurrent(Dynamics):
+class Recurrent(Remembering):
     """Vanilla recurrent network: a state h that nothing measures is carried along a run, from h = 0.
 
     Args:
@@ -110,28 +114,12 @@ class Recurrent(Dynamics):
         self.hidden = hidden
         self.network = RecurrentNetwork(_own(scale), hidden, generator)
 
-    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of the network: those of f_BB.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, 7).
-        """
-        return raw_inputs(theta, omega, q)
-
     def begin(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         return theta.new_zeros((*theta.shape, self.hidden))
 
     def react(self, memory: Tensor, theta: Tensor, omega: Tensor, q: Conditions) -> tuple[Tensor, Tensor]:
         output, state = self.network(self.inputs(theta, omega, q), memory)
         return output * BlackBox.OUTPUT, state
-
-    def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        return self.react(self.begin(theta, omega, q), theta, omega, q)[0]
 
 
 def _own(scale: Tensor) -> Tensor:
