@@ -166,7 +166,7 @@ def test_a_loss_that_grows_with_a_fan_of_which_the_equations_know_nothing(tmp_pa
     (effect,) = answer.effects
     assert (answer.verdict, effect.family, effect.port) == ("effect", "input_dependence", "air")
     (slope,) = effect.parameters.values()
-    assert slope["value"] == pytest.approx(5.0, rel=0.02)
+    assert slope["value"] == pytest.approx(5.0 * 60.0, rel=0.02)  # per 1/s
     assert effect.law.startswith("G + G_per_fan*(fan - ")
 
 

@@ -88,7 +88,8 @@ def test_of_the_held_out_experiments(
         check_simulated(read_json(tmp_path / file / "simulation.json"), model)
     assert found.effects and found.floor == found.augmented.gap.floor
     # the terminals say the same
-    simulated = capsys.readouterr().out.split("with the effects")[-1].splitlines()
+    printed = capsys.readouterr().out.split("with the effects")[-1].splitlines()
+    simulated = [line for line in printed if not line.startswith("note: ")]
     told = "\n".join(sentences(found))
     assert f"augmented {simulated[-4].split()[1]}, " in told
     assert f"noise floor {simulated[-3].split()[2]} "[:-2] in told
