@@ -145,7 +145,17 @@ def effect_name(entry: Mapping[str, Any]) -> str:
 
     Args:
         entry: effect of diagnosis.json.
+
+    Examples:
+        >>> effect_name({"family": "drift", "variant": "load", "port": "rail"})
+        'drift (load) at rail'
+        >>> about = {"port": "bed", "parameter": "G", "signal": "fan"}
+        >>> effect_name({"family": "input_dependence", "variant": "parameter", **about})
+        'dependence of G on fan'
     """
+    if "signal" in entry:
+        what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
+        return f"dependence of {what} on {entry['signal']}"
     family = str(entry["family"]).replace("_", " ")
     for name in NAMES:
         family = family.replace(name.lower(), name)
