@@ -8,28 +8,14 @@ import torch
 from torch import Generator, Tensor, nn
 
 from pipeline.cam_follower.conditions import Bench, Conditions
-from pipeline.cam_follower.dynamics import Dynamics
-from pipeline.cam_follower.relu_ode import BlackBox, ReluNetwork, glorot, raw_inputs
+from pipeline.cam_follower.relu_ode import BlackBox, OfSettings, ReluNetwork, glorot
 
 #: Of the inputs of f_BB, those that change during a run: sine and cosine of the angle, and the speed.
 CHANGING = 3
 
 
-class Remembering(Dynamics):
+class Remembering(OfSettings):
     """A model that reads the inputs of f_BB and a memory of the samples before."""
-
-    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of f_BB, which the network reads beside its memory.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, 7).
-        """
-        return raw_inputs(theta, omega, q)
 
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         return self.react(self.begin(theta, omega, q), theta, omega, q)[0]

@@ -94,7 +94,24 @@ def cam_inputs(dh: Tensor, d2h: Tensor, omega: Tensor, q: Conditions) -> Tensor:
     return torch.stack([dh, d2h, omega, q.V.expand_as(dh), q.m.expand_as(dh)], -1)
 
 
-class BlackBox(Dynamics):
+class OfSettings(Dynamics):
+    """A model that reads angle, speed and settings: the inputs of f_BB."""
+
+    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
+        """Return the inputs of the network.
+
+        Args:
+            theta: angle of the cam, rad, shape (batch, runs).
+            omega: speed of the cam, rad/s, shape (batch, runs).
+            q: operating points, each of shape (runs,) or (batch, runs).
+
+        Returns:
+            Inputs, shape (batch, runs, inputs).
+        """
+        return raw_inputs(theta, omega, q)
+
+
+class BlackBox(OfSettings):
     """Model f_BB: the network maps angle, speed and settings to the acceleration (section 6.4.3).
 
     Args:
@@ -113,19 +130,6 @@ class BlackBox(Dynamics):
     ) -> None:
         super().__init__(bench, len(scale), curve)
         self.network = ReluNetwork(scale, hidden, generator)
-
-    def inputs(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
-        """Return the inputs of the network.
-
-        Args:
-            theta: angle of the cam, rad, shape (batch, runs).
-            omega: speed of the cam, rad/s, shape (batch, runs).
-            q: operating points, each of shape (runs,) or (batch, runs).
-
-        Returns:
-            Inputs, shape (batch, runs, inputs).
-        """
-        return raw_inputs(theta, omega, q)
 
     def acceleration(self, theta: Tensor, omega: Tensor, q: Conditions) -> Tensor:
         output: Tensor = self.network(self.inputs(theta, omega, q))

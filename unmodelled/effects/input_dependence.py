@@ -67,6 +67,5 @@ class LoadByInput(PortEffect):
 
 
 def _with_signals(system: System, places: tuple[Place, ...]) -> tuple[Place, ...]:
-    return tuple(
-        Place(place.kind, place.name, signal=name) for place in places for name in unused_inputs(system)
-    )
+    names = unused_inputs(system)
+    return tuple(Place(place.kind, place.name, signal=name) for place in places for name in names)

@@ -18,7 +18,7 @@ from unmodelled.base.shapes import check_shape
 from unmodelled.logs.constants import logged, with_constants
 from unmodelled.logs.hdf5 import write_hdf5
 from unmodelled.logs.table import check_texts
-from unmodelled.systems.model import Constant, Input, Output, System
+from unmodelled.systems.model import Logged, System
 
 Array = NDArray[np.float64]
 Names = tuple[str, ...]
@@ -341,11 +341,11 @@ def names(system: System) -> tuple[Names, Names, Names, Names]:
     )
 
 
-def as_logged(item: Input | Output | Constant, values: Array) -> Array:
+def as_logged(item: Logged, values: Array) -> Array:
     """Return values of a signal in the unit of its column.
 
     Args:
-        item: input or output.
+        item: input, output or constant.
         values: values, any shape, in the unit of the system file, which is SI.
 
     Returns:

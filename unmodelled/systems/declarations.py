@@ -6,6 +6,8 @@ import keyword
 import re
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from unmodelled.base.errors import Faults
 from unmodelled.systems import units
 from unmodelled.systems.characteristics import read_table
@@ -168,7 +170,7 @@ def _logged_unit(node: Node) -> tuple[Unit, units.LoggedUnit | None]:
 
 def _in_si(node: Node, logged: units.LoggedUnit | None) -> float:
     value = node.number()
-    return value if logged is None else logged.offset + logged.factor * value
+    return value if logged is None else float(logged.to_si(np.asarray(value)))
 
 
 def _delay(entries: dict[str, Node]) -> float:

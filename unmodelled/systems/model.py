@@ -48,8 +48,25 @@ class State:
     initial: sp.Expr = sp.S.Zero
 
 
+class Logged:
+    """Column of a log or of experiments.csv, in a unit of its own.
+
+    Attributes:
+        unit: SI unit, as written.
+        logged: unit of the column, where it is not `unit`.
+    """
+
+    unit: str
+    logged: LoggedUnit | None
+
+    @property
+    def column_unit(self) -> str:
+        """Return the unit of the column, as written."""
+        return self.unit if self.logged is None else self.logged.text
+
+
 @dataclass(frozen=True)
-class Input:
+class Input(Logged):
     """Logged input of a system.
 
     Attributes:
@@ -76,14 +93,9 @@ class Input:
         """Return the course between samples, see `Integration.hold`: 0 if the value is held, else 1."""
         return 0.0 if self.hold else 1.0
 
-    @property
-    def column_unit(self) -> str:
-        """Return the unit of the column, as written."""
-        return self.unit if self.logged is None else self.logged.text
-
 
 @dataclass(frozen=True)
-class Output:
+class Output(Logged):
     """Logged output of a system.
 
     Attributes:
@@ -102,14 +114,9 @@ class Output:
     delay: float = 0.0
     logged: LoggedUnit | None = None
 
-    @property
-    def column_unit(self) -> str:
-        """Return the unit of the column, as written."""
-        return self.unit if self.logged is None else self.logged.text
-
 
 @dataclass(frozen=True)
-class Constant:
+class Constant(Logged):
     """Constant that can differ between experiments (the operating point).
 
     Attributes:
@@ -125,11 +132,6 @@ class Constant:
     values: Mapping[str, float] | None = None
     other: float | None = None
     logged: LoggedUnit | None = None
-
-    @property
-    def column_unit(self) -> str:
-        """Return the unit of the column, as written."""
-        return self.unit if self.logged is None else self.logged.text
 
 
 @dataclass(frozen=True)
