@@ -9,6 +9,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.augmented import augmented_system
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.model import System
 
@@ -16,8 +17,8 @@ from unmodelled.systems.model import System
 def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
     """Return the gaps of the `reidentified` and the `augmented` model on the experiments of a log folder.
 
-    A gap is None where the model cannot be used for new experiments, as with an effect that depends on the
-    order of the experiments.
+    Numbers that differ between experiments are fitted to the first half of each. A gap is None where the
+    model cannot be used for new experiments, as with an effect that depends on the order of the experiments.
 
     Args:
         diagnosis: diagnosis of other experiments of the same system.
@@ -29,7 +30,8 @@ def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
 
 def _gap(system: System, folder: Path, horizon: float) -> float | None:
     try:
-        value = free_runs(system, read_logs(folder, system), horizon).value
+        logs = with_own_numbers(system, read_logs(folder, system), horizon)
+        value = free_runs(system, logs, horizon).value
     except BadInput:
         return None
     return value if math.isfinite(value) else None

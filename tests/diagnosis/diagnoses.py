@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from tests.diagnosis.benches import Bench, pendulum
@@ -19,7 +20,7 @@ from unmodelled.effects.scales import Scales
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Constant, Parameter, System
 
 JOINT, TORQUE, ANGLE = Place("port", "joint"), Place("actuator", "torque"), Place("sensor", "theta")
 HORIZON = 0.1
@@ -68,9 +69,14 @@ def augmented(system: System, logs: Logs, said: Sequence[Said], timing: float = 
     late = replace(grown, inputs=tuple(replace(i, delay=i.delay + timing) for i in grown.inputs))
     own = {name: values for s in said for name, values in s.own.items()}
     columns = {name: column for a in found for name, column in a.columns.items()}
-    spread = in_columns(late, own)
+    spread = in_columns(late, [_constant(p, logs, own[p.name]) for p in late.parameters if p.name in own])
     seen = prepare(spread, extended(logs, {**columns, **own}))  # type: ignore[dict-item]
     return JudgedModel("augmented", spread, seen, free_runs(spread, seen, HORIZON, HELD_OUT))
+
+
+def _constant(parameter: Parameter, logs: Logs, own: Sequence[float]) -> Constant:
+    values = dict(zip(logs.ids, own, strict=True))
+    return Constant(parameter.name, parameter.unit, values, float(np.mean(own)), identify=True)
 
 
 def diagnosis(folder: Path, *said: Said, timing: float = 0.0) -> Diagnosis:

@@ -17,7 +17,7 @@ from unmodelled.effects.effect import Effect
 from unmodelled.effects.library import effects
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.folder import read_logs
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Constant, System
 from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
@@ -138,7 +138,8 @@ def plant(
     size = 1.5 if effect.beside else 1.0
     own = {name: size * added.scales[name] * np.array(OWN) for name in added.per_experiment}
     columns = {name: column(logs.experiments) for name, column in added.columns.items()}
-    grown = in_columns(with_numbers(system, planted, values | dict(numbers or {})), own)
+    numbered = with_numbers(system, planted, values | dict(numbers or {}))
+    grown = in_columns(numbered, [Constant(p.name, p.unit) for p in numbered.parameters if p.name in own])
     _write(folder / "logs", grown, {**columns, **own}, ids, rates)
 
 

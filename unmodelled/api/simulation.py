@@ -19,6 +19,7 @@ from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
 from unmodelled.systems.model import System
@@ -233,6 +234,7 @@ def simulate(
     runs, own = _chosen(only, logs), prepared_for(system, logs)
     sensors = Sensors(own)
     seconds = horizon_of(own, horizon, sensors)
+    own = with_own_numbers(system, own, seconds, runs, sensors)
     return Simulation(system, own, seconds, tuple(runs), free_runs(system, own, seconds, runs, sensors))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import Field, dataclass, replace
 from typing import Any, ClassVar, Protocol, TypeVar
 
@@ -100,12 +100,12 @@ def extended(logs: L, columns: Mapping[str, Column | Array]) -> L:
     )
 
 
-def in_columns(system: System, names: Collection[str]) -> System:
+def in_columns(system: System, constants: Sequence[Constant]) -> System:
     """Return the system with some parameters turned into constants of the operating point.
 
     Args:
-        system: system with the parameters.
-        names: names of the parameters.
+        system: system with parameters of their names.
+        constants: constants that take the place of these parameters.
 
     Returns:
         System in which each of them has one value per experiment.
@@ -113,10 +113,10 @@ def in_columns(system: System, names: Collection[str]) -> System:
     Examples:
         >>> from pathlib import Path
         >>> from unmodelled.systems.reader import read_system
-        >>> moved = in_columns(read_system(Path("systems/pendulum.yaml")), ["b"])
+        >>> moved = in_columns(read_system(Path("systems/pendulum.yaml")), [Constant("b", "N m s/rad")])
         >>> [p.name for p in moved.parameters], [c.name for c in moved.operating_point]
         (['J', 'mgl'], ['b'])
     """
-    moved = tuple(Constant(p.name, p.unit) for p in system.parameters if p.name in names)
+    names = [constant.name for constant in constants]
     kept = tuple(p for p in system.parameters if p.name not in names)
-    return replace(system, parameters=kept, operating_point=(*system.operating_point, *moved))
+    return replace(system, parameters=kept, operating_point=(*system.operating_point, *constants))

@@ -56,19 +56,34 @@ def with_constants(
         if constant.values is None:
             continue
         columns[constant.name] = [
-            _value(system, constant, constant.values.get(_named(constant, name), constant.other), name, place)
+            _value(system, constant, constant.value(_listed(constant, name)), name, place)
             for name, place in zip(experiments["id"], places, strict=True)
         ]
-        others = [name for name in experiments["id"] if _named(constant, name) not in constant.values]
+        others = [name for name in experiments["id"] if not is_given(constant, name)]
         if others:
+            until = " until their own is fitted" if constant.identify else ""
             notes.append(
                 f"{constant.name}: {len(others)} of {len(experiments)} experiments, {others[0]} among them, "
-                f"are not in the system file and have its value for others, {constant.other:g}"
+                f"are not in the system file and have its value for others, {constant.other:g}{until}"
             )
     return experiments.assign(**columns), notes
 
 
-def _named(constant: Constant, name: str) -> str:
+def is_given(constant: Constant, name: str) -> bool:
+    """Return whether the system file lists the value of an experiment.
+
+    Args:
+        constant: constant of the system file.
+        name: id of the experiment.
+
+    Examples:
+        >>> is_given(Constant("wear", "N", {"run1": 0.1}), "run1.part2")
+        True
+    """
+    return _listed(constant, name) in (constant.values or ())
+
+
+def _listed(constant: Constant, name: str) -> str:
     """The id under which a constant has its value: of a part without a value of its own, that of the log."""
     return name if name in (constant.values or ()) else name.rpartition(PART)[0] or name
 

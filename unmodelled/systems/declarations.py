@@ -231,7 +231,7 @@ def _output(found: Declarations, name: str, node: Node) -> None:
 
 
 def _constant(found: Declarations, name: str, node: Node) -> None:
-    entries = node.fields(("unit",), ("values", "other"))
+    entries = node.fields(("unit",), ("values", "other", "identify", "bounds"))
     if name in _LOG_COLUMNS:
         raise node.wrong(
             f"the name {shown(name)} is a column of its own in experiments.csv: choose another name"
@@ -247,11 +247,29 @@ def _constant(found: Declarations, name: str, node: Node) -> None:
         )
     if given is not None and not given and other is None:
         raise entries["values"].wrong("must have at least one value, or other")
+    own = _own_number(entries, other, logged)
     if given is None:
         found.operating_point.append(Constant(name, unit.text, logged=logged))
         return
     values = {key: _in_si(value, logged) for key, value in given.items()}
-    found.operating_point.append(Constant(name, unit.text, values, other))
+    found.operating_point.append(Constant(name, unit.text, values, other, None, *own))
+
+
+def _own_number(
+    entries: dict[str, Node], other: float | None, logged: units.LoggedUnit | None
+) -> tuple[bool, tuple[float, float] | None]:
+    """Whether an experiment that is not listed has a number of its own, and its bounds."""
+    identify = entries["identify"].boolean() if "identify" in entries else False
+    if identify and other is None:
+        raise entries["identify"].wrong("must have other beside it, the value that a fit starts from")
+    if "bounds" not in entries:
+        return identify, None
+    low, high = entries["bounds"].pair()
+    if logged is not None:
+        low, high = logged.to_si(np.array([low, high])).tolist()
+    if not identify or other is None or not low <= other <= high:
+        raise entries["bounds"].wrong("must have identify: true beside it, and contain the value of other")
+    return identify, (low, high)
 
 
 def _parameter(found: Declarations, name: str, node: Node) -> None:

@@ -125,6 +125,9 @@ class Constant(Logged):
         values: value by id of the experiment, in `unit`; None (default) if it is a column of experiments.csv.
         other: value for all experiments that `values` does not list; default None: unknown.
         logged: unit of the column of experiments.csv, where it is not `unit`; default None.
+        identify: whether an experiment that `values` does not list has a number of its own, which a
+            simulation fits to the first half of the experiment from `other` on; default False.
+        bounds: lowest and highest plausible value of such a number, in `unit`; default None.
     """
 
     name: str
@@ -132,6 +135,16 @@ class Constant(Logged):
     values: Mapping[str, float] | None = None
     other: float | None = None
     logged: LoggedUnit | None = None
+    identify: bool = False
+    bounds: tuple[float, float] | None = None
+
+    def value(self, experiment: str) -> float | None:
+        """Return the value of an experiment, in `unit`, as far as the system file gives it.
+
+        Args:
+            experiment: id of the experiment.
+        """
+        return (self.values or {}).get(experiment, self.other)
 
 
 @dataclass(frozen=True)

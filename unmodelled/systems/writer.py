@@ -182,17 +182,20 @@ def _constant(constant: Constant) -> dict[str, str]:
     if constant.values is not None:
         given = {_quoted(name): repr(float(value)) for name, value in constant.values.items()}
         entries["values"] = _braces(given)
-    return entries if constant.other is None else entries | {"other": repr(float(constant.other))}
+    if constant.other is not None:
+        entries["other"] = repr(float(constant.other))
+    return entries | _fitted(constant)
 
 
 def _parameter(parameter: Parameter) -> dict[str, str]:
-    entries = {"value": repr(float(parameter.value)), "unit": _quoted(parameter.unit)}
-    if parameter.identify:
-        entries["identify"] = "true"
-    if parameter.per_experiment:
-        entries["per_experiment"] = "true"
-    if parameter.bounds is not None:
-        low, high = parameter.bounds
+    entries = {"value": repr(float(parameter.value)), "unit": _quoted(parameter.unit)} | _fitted(parameter)
+    return entries | {"per_experiment": "true"} if parameter.per_experiment else entries
+
+
+def _fitted(number: Parameter | Constant) -> dict[str, str]:
+    entries = {"identify": "true"} if number.identify else {}
+    if number.bounds is not None:
+        low, high = number.bounds
         entries["bounds"] = f"[{float(low)!r}, {float(high)!r}]"
     return entries
 

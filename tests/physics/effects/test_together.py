@@ -21,7 +21,7 @@ from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Constant, System
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.writer import write_system
@@ -139,7 +139,7 @@ def test_scatter_becomes_a_column_with_one_value_per_experiment(logs: Logs, tmp_
     added = effect("scatter").add(system("stage"), Place("parameter", "b"), scales("stage"))
     (name,) = added.per_experiment
     assert name == "b_deviation"
-    spread = in_columns(added.system, added.per_experiment)
+    spread = in_columns(added.system, [Constant(name, "N s/m")])
     values = np.array([0.1, -0.2, 0.3, 0.0])
     grown = prepare(spread, extended(logs, {name: values}))
     write_system(spread, tmp_path / "spread.yaml")

@@ -66,6 +66,12 @@ def test_constants_that_the_file_gives_and_an_input_that_is_logged_late(tmp_path
     assert system.inputs[0].delay == -0.0005
 
 
+def test_a_constant_of_which_a_new_experiment_has_a_number_of_its_own(tmp_path: Path) -> None:
+    entries = "{unit: kg, values: {a: 0.5}, other: 0.6, identify: true, bounds: [0.1, 0.9]}"
+    system = read_system(written(tmp_path, changed("  m: {unit: kg}", f"  m: {entries}")))
+    assert system.operating_point == (Constant("m", "kg", {"a": 0.5}, 0.6, identify=True, bounds=(0.1, 0.9)),)
+
+
 def test_there_may_be_a_value_for_every_experiment_of_a_large_campaign(tmp_path: Path) -> None:
     values = ", ".join(f"run{i}: {i}" for i in range(3000))
     text = changed("  m: {unit: kg}", f"  m: {{unit: kg, values: {{{values}}}}}")

@@ -62,6 +62,17 @@ from tests.physics.system.hoist import (
         ("  m: {unit: kg}", "  m: {unit: kg, values: {a: 1, a: 2}}", "the key 'a' is written twice"),
         ("  m: {unit: kg}", "  m: {unit: kg, other: 1}", "other: must have values beside it"),
         ("  m: {unit: kg}", "  m: {unit: kg, values: {a: 1}, other: a}", "other: must be a number"),
+        ("  m: {unit: kg}", "  m: {unit: kg, identify: true}", "m.identify: must have other beside it"),
+        (
+            "  m: {unit: kg}",
+            "  m: {unit: kg, values: {a: 1}, other: 3, identify: true, bounds: [0, 2]}",
+            "m.bounds: must have identify: true beside it, and contain the value of other",
+        ),
+        (
+            "  m: {unit: kg}",
+            "  m: {unit: kg, values: {a: 1}, other: 1, bounds: [0, 2]}",
+            "m.bounds: must have identify: true beside it",
+        ),
         ("  m: {unit: kg}", "  m: {unit: kg, value: {a: 1}}", "unknown key 'value'; did you mean 'values'?"),
         # numbers
         ("value: 8.5", "value: heavy", "parameters.M.value: must be a number, got 'heavy'"),

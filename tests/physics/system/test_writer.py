@@ -100,9 +100,10 @@ def test_values_of_experiments_survive_whatever_their_ids_are(
     tmp_path_factory: pytest.TempPathFactory, values: dict[str, float]
 ) -> None:
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
-    constant = Constant("c", "kg", finite, 1.5)
-    system = replace(read_system(SYSTEMS / "pendulum.yaml"), operating_point=(constant,))
-    assert again(system, tmp_path_factory.getbasetemp()).operating_point == (constant,)
+    own = Constant("d", "kg", finite, 1.5, identify=True, bounds=(1.0, 2.5))
+    constants = (Constant("c", "kg", finite, 1.5), own)
+    system = replace(read_system(SYSTEMS / "pendulum.yaml"), operating_point=constants)
+    assert again(system, tmp_path_factory.getbasetemp()).operating_point == constants
 
 
 def test_without_text_expressions_are_printed(tmp_path: Path) -> None:

@@ -47,14 +47,14 @@ def augmented_system(diagnosis: Diagnosis) -> System:
 def _given(constant: Constant, logs: Logs, effects: tuple[DiagnosedEffect, ...]) -> Constant:
     """A constant that the diagnosis added, with its default for new experiments.
 
-    A new experiment belongs to no known group, and has the mean of the others where a number differs between
-    experiments. Its position in an order is unknown: there is no default.
+    A new experiment belongs to no known group. Where a number differs between experiments, it has the mean of
+    the fitted ones until its own is fitted. Its position in an order is unknown: there is no default.
     """
     column = logs.c[:, logs.constants.index(constant.name)]
     values = dict(zip(logs.ids, column.tolist(), strict=True))
     columns = {name: kind for found in effects for name, kind in found.added.columns.items()}
     if constant.name not in columns:
-        return replace(constant, values=values, other=float(column.mean()))
+        return replace(constant, values=values)
     member = isinstance(columns[constant.name], Member)
     return replace(constant, values=values, other=0.0 if member else None)
 

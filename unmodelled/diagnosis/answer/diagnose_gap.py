@@ -232,8 +232,7 @@ def _notes(study: Study, decision: Decision) -> tuple[str, ...]:
             )
     if chosen.fit.own:
         notes.append(
-            f"{', '.join(chosen.fit.own)}: fitted per experiment, to the first half of held-out ones; for a "
-            "new experiment give its own value"
+            f"{', '.join(chosen.fit.own)}: fitted per experiment, to the first half of held-out and new ones"
         )
     notes += [remark.sentence for remark in remarks(decision.prediction, decision.alike)]
     return tuple(notes)

@@ -156,7 +156,7 @@ def _result(descent: Descent, simulations: int) -> Fit:
     r = around[:, 0]
     numbers, unit = unknowns.numbers(descent.z[None]), recording.noise / recording.scale
     ids = [recording.logs.ids[i] for i in sorted(recording.runs)]
-    values = descent.z * unknowns.scale
+    values = unknowns.values(descent.z)
     parts = [values[unknowns.unknown == k] for k in range(len(unknowns.each))]
     named = list(zip(unknowns.each, parts, strict=True))
     return Fit(

@@ -6,26 +6,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.gap import Gap
-from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
+from unmodelled.diagnosis.fitting.unknowns import Unknown
 from unmodelled.effects.added import with_numbers
 from unmodelled.effects.columns import extended, in_columns
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.preparation import prepare, with_delays
-from unmodelled.systems.model import System
-
-Array = NDArray[np.float64]
-
-#: Share of a held-out experiment to which its own numbers are fitted.
-SEEN = 0.5
+from unmodelled.logs.preparation import prepare
+from unmodelled.systems.model import Constant, System
 
 
 def known_model(study: Study) -> JudgedModel:
@@ -44,17 +37,8 @@ def judged_model(label: str, fitted: FittedHypothesis) -> JudgedModel:
         label: name of the model.
         fitted: fitted hypothesis.
     """
-    study, effects = fitted.hypothesis.study, fitted.hypothesis.effects
-    system = with_fitted(fitted.hypothesis, fitted.fit.values)
-    logs = study.logs
-    for effect in effects:
-        logs = extended(logs, effect.columns)
-    own = values_per_experiment(fitted)
-    if own:
-        system = in_columns(system, own)
-        logs = extended(logs, {n: np.array([values[i] for i in logs.ids]) for n, values in own.items()})
-    logs = prepare(system, logs)
-    return JudgedModel(label, system, logs, held_out_gap(system, logs, study))
+    system, logs = _numbered(fitted)
+    return JudgedModel(label, system, logs, held_out_gap(system, logs, fitted.hypothesis.study))
 
 
 def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
@@ -71,22 +55,37 @@ def held_out_gap(system: System, logs: Logs, study: Study) -> Gap:
 def values_per_experiment(fitted: FittedHypothesis) -> dict[str, dict[str, float]]:
     """Return the numbers that every experiment has for itself, by name and id, SI.
 
-    Those of held-out experiments are fitted to the first half of these experiments, with all shared numbers
-    fixed: nothing else determines them, and the second half stays unseen.
+    Those of held-out experiments are fitted to the first half of these experiments, see `with_own_numbers`.
 
     Args:
         fitted: fitted hypothesis.
     """
     if not fitted.fit.own:
         return {}
+    _, logs = _numbered(fitted)
+    table = logs.experiments
+    return {name: dict(zip(logs.ids, table[name].tolist(), strict=True)) for name in fitted.fit.own}
+
+
+def _numbered(fitted: FittedHypothesis) -> tuple[System, Logs]:
+    """The system with the fitted numbers, and the logs with the constants that it needs."""
     study, system = fitted.hypothesis.study, with_fitted(fitted.hypothesis, fitted.fit.values)
-    unknowns = [u for u in fitted.hypothesis.unknowns if u.own]
-    logs = with_delays(system, study.logs)
-    held = Recording.of(logs, study.horizon, study.held_out, study.latest, study.sensors).begun(SEEN)
-    found = fit_parameters(
-        Simulation(system, held, c=fitted.hypothesis.c), unknowns, substeps=fitted.fit.substeps
-    ).own
-    return {name: {**values, **found[name]} for name, values in fitted.fit.own.items()}
+    logs = study.logs
+    for effect in fitted.hypothesis.effects:
+        logs = extended(logs, effect.columns)
+    own = [_own_number(u, system, fitted.fit.own[u.name]) for u in fitted.hypothesis.unknowns if u.own]
+    system = in_columns(system, own)
+    logs = extended(logs, {c.name: np.array([c.value(i) for i in logs.ids]) for c in own})
+    logs = prepare(system, logs)
+    return system, with_own_numbers(system, logs, study.horizon, study.held_out, study.sensors)
+
+
+def _own_number(unknown: Unknown, system: System, values: Mapping[str, float]) -> Constant:
+    """The constant of a number that differs between experiments; one that is not fitted has their mean."""
+    (unit,) = (p.unit for p in system.parameters if p.name == unknown.name)
+    mean = float(np.mean(list(values.values())))
+    bounds = (unknown.low, unknown.high) if np.isfinite([unknown.low, unknown.high]).all() else None
+    return Constant(unknown.name, unit, values, mean, identify=True, bounds=bounds)
 
 
 def with_fitted(hypothesis: Hypothesis, values: Mapping[str, float]) -> System:

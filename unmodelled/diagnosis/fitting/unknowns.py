@@ -32,7 +32,8 @@ class Unknown:
         own: whether every experiment has a value of its own, default False.
         start: whether a state that no output measures starts there. Such a number is no finding: it is fitted
             to the experiment that is predicted, as the measured initial states are; default False.
-        prior: standard deviation of the prior around zero, SI, default inf (no prior).
+        prior: standard deviation of the prior around `middle`, SI, default inf (no prior).
+        middle: value, SI, at which the entry of the vector is zero; default 0.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Unknown:
     own: bool = False
     start: bool = False
     prior: float = np.inf
+    middle: float = 0.0
 
     @classmethod
     def of(cls, parameter: Parameter) -> Unknown:
@@ -105,10 +107,15 @@ class Unknowns:
         return np.array([self.each[k].scale for k in self.unknown])
 
     @cached_property
+    def middle(self) -> Array:
+        """Return the values, shape (entries,), at which the vector is zero, SI."""
+        return np.array([self.each[k].middle for k in self.unknown])
+
+    @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Return the lowest and highest values, shape (entries,), of the vector."""
         low, high = (np.array([getattr(self.each[k], end) for k in self.unknown]) for end in ("low", "high"))
-        return low / self.scale, high / self.scale
+        return (low - self.middle) / self.scale, (high - self.middle) / self.scale
 
     @cached_property
     def precision(self) -> Array:
@@ -137,7 +144,18 @@ class Unknowns:
                 values += [value[i] for i in ids]
             else:
                 values += [value] * (len(ids) if unknown.own else 1)
-        return np.clip(np.array(values) / self.scale, *self.bounds)
+        return np.clip((np.array(values) - self.middle) / self.scale, *self.bounds)
+
+    def values(self, z: Array) -> Array:
+        """Return the values of vectors, SI.
+
+        Args:
+            z: vectors, shape (..., entries).
+
+        Returns:
+            Values, shape (..., entries).
+        """
+        return z * self.scale + self.middle
 
     def numbers(self, z: Array) -> Array:
         """Return the parameter sets of vectors.
@@ -153,5 +171,5 @@ class Unknowns:
         for k, unknown in enumerate(self.each):
             column = self.simulation.names.index(unknown.name)
             rows = np.sort(recording.runs) if unknown.own else slice(None)
-            values[rows, :, column] = (z * self.scale)[:, self.unknown == k].T
+            values[rows, :, column] = self.values(z)[:, self.unknown == k].T
         return values
