@@ -14,7 +14,7 @@ from tests.diagnosis.studies import effect
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 from unmodelled.diagnosis.search.effect_search import MOST_EFFECTS, EffectSearch
-from unmodelled.diagnosis.search.shared import at_best_ports, shared
+from unmodelled.diagnosis.search.shared import at_best_places, shared
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepared_for
@@ -117,11 +117,13 @@ def test_laws_at_all_ports_are_tried_and_single_ones_at_their_best_port(carts: S
     assert {place.name for place in friction.place} == {f"rail{k}" for k in range(1, CARTS + 1)}
     assert friction.key == friction.hypothesis.key and len(friction.key) == CARTS
     assert ("viscous_friction", "") in laws and "inertia_error" not in {family for family, _ in laws}
-    kept = at_best_ports(found, MOST_EFFECTS)
+    kept = at_best_places(found, MOST_EFFECTS)
     at = [
         one.place.name for one in kept if (one.effect.family, one.effect.variant) == ("coulomb_friction", "")
     ]
-    assert len(at) == 1 and len(at_best_ports(found, CARTS)) == len(found)
+    assert len(at) == 1 and len(at_best_places(found, CARTS)) == len(found)
+    driven = [one.place.name for one in kept if one.effect.family == "actuator_gain"]
+    assert len(driven) == 1 and len(laws["actuator_gain", ""].members) == CARTS
     (start,) = friction.starts
     assert all(law.amplitudes[0] in start for law in friction.hypothesis.effects)
 

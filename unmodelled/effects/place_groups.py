@@ -1,4 +1,4 @@
-"""Places of one kind: the joints of an arm, the vessels of a plant, the sensors of one unit."""
+"""Places of one kind: the joints of an arm, the vessels of a plant, drives and sensors of one unit."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ def port_groups(system: System) -> tuple[tuple[Port, ...], ...]:
 
 #: Places of one kind from which on a law at all of them is one effect. Two ports are reached by adding one
 #: effect after the other; a lag of one of two sensors may look like a motion of what lies between them.
-FEWEST = {"port": 3, "sensor": 2}
+FEWEST = {"port": 3, "actuator": 3, "sensor": 2}
 
 
 def place_groups(system: System) -> tuple[frozenset[Place], ...]:
-    """Return the places at all of which a law may act: many ports of one kind, and sensors of one unit.
+    """Return the places at all of which a law may act: many ports or drives of one kind, sensors of one unit.
 
     Args:
         system: system with its ports and outputs.
@@ -49,9 +49,13 @@ def place_groups(system: System) -> tuple[frozenset[Place], ...]:
         >>> [sorted(place.channel for place in group) for group in place_groups(arm)]
         [['sensor:q1', 'sensor:q2'], ['sensor:v1', 'sensor:v2']]
     """
-    sensors: dict[object, list[Place]] = {}
-    for output in system.outputs:
-        sensors.setdefault(parse_unit(output.unit).dimension, []).append(Place("sensor", output.name))
+    places = [
+        *((Place("actuator", item.name), item.unit) for item in system.inputs),
+        *((Place("sensor", item.name), item.unit) for item in system.outputs),
+    ]
+    signals: dict[object, list[Place]] = {}
+    for place, unit in places:
+        signals.setdefault((place.kind, parse_unit(unit).dimension), []).append(place)
     ports = [[Place("port", port.name) for port in group] for group in port_groups(system)]
-    groups: Sequence[list[Place]] = [*ports, *sensors.values()]
+    groups: Sequence[list[Place]] = [*ports, *signals.values()]
     return tuple(frozenset(group) for group in groups if len(group) >= FEWEST[group[0].kind])

@@ -107,7 +107,7 @@ class Hypothesis:
         group_of = {place: group for group in place_groups(self.study.system) for place in group}
         found: dict[object, list[Added]] = {}
         for e in self.effects:
-            alike = group_of.get(e.place) if e.place.kind == "port" or e.memory or e.delays else None
+            alike = group_of.get(e.place) if e.place.kind != "sensor" or e.memory or e.delays else None
             found.setdefault(e.key if alike is None else (e.family, e.variant, alike), []).append(e)
         parts: list[tuple[Added, ...]] = []
         for each in found.values():

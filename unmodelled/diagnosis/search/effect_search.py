@@ -19,14 +19,15 @@ from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.search.scouting import BEGUN, SIMPLEST, Growth, Scouting, broad, promising
 from unmodelled.diagnosis.search.screen import Screened, screen
-from unmodelled.diagnosis.search.shared import at_best_ports, shared
+from unmodelled.diagnosis.search.shared import at_best_places, shared
 from unmodelled.effects.added import DISCOVERED, Added
 from unmodelled.effects.place import Place
 
 Key = frozenset[object]
 
-#: Simulated samples of a screen and of a fit, about: a budget of time.
-SCREENED, FITTED = 4000, 20_000
+#: Simulated samples of a screen and of a fit, about: a budget of time. Of a machine with more outputs than
+#: `FEW_OUTPUTS`, samples are fewer: each says more and takes longer.
+SCREENED, FITTED, FEW_OUTPUTS = 4000, 20_000, 4
 #: Largest number of effects.
 MOST_EFFECTS = 5
 #: Number of effects up to which a further one is tried although fewer predict no better than none: of two
@@ -69,9 +70,10 @@ class EffectSearch:
     def __post_init__(self) -> None:
         self.progress("re-identify the known physics")
         recording = self.study.recording
-        length = float(recording.steps.mean())
-        self.fitted = recording.thinned(max(8, round(FITTED / length)))
-        self.screened = self.fitted.thinned(max(8, round(SCREENED / length)))
+        length = float(recording.steps.mean()) * max(1.0, len(self.study.system.outputs) / FEW_OUTPUTS)
+        fewest = max(8, 2 * len(recording.runs))
+        self.fitted = recording.thinned(max(fewest, round(FITTED / length)))
+        self.screened = self.fitted.thinned(max(fewest, round(SCREENED / length)))
         known = Hypothesis.known(self.study)
         # the error of a long free run has many optima where the model swings, that of a short one has few
         start = FittedHypothesis.of(known, self.fitted.shortened(BEGUN)).fit.values
@@ -148,7 +150,7 @@ class EffectSearch:
         self.grown.add(parent.hypothesis.key)
         first = not parent.hypothesis.effects
         every = [s for s in self.screen(parent) if not s.is_own]
-        new = at_best_ports([s for s in every if s.key not in self.found], MOST_EFFECTS)
+        new = at_best_places([s for s in every if s.key not in self.found], MOST_EFFECTS)
         single = containing(new)
         chosen = broad(single) if first else promising(single)
         alike = [one for one in shared(every, SIMPLEST) if one.key not in self.found]
