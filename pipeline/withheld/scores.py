@@ -66,8 +66,8 @@ def scores(cases: pd.DataFrame) -> dict[str, Any]:
     named = pd.concat([seen.get(kind, empty) for kind in KINDS])
     placed = pd.concat([named, seen.get("outside", empty)])
     found: dict[str, Any] = {
-        "single": _single(kinds.get("single", empty)),
-        "local": _single(kinds.get("local", empty)) | _shares(seen.get("local", empty), placed="placed"),
+        "single": single(kinds.get("single", empty)),
+        "local": single(kinds.get("local", empty)) | _shares(seen.get("local", empty), placed="placed"),
         "pair": _seen(kinds.get("pair", empty)) | _shares(seen.get("pair", empty), exact="exact", one="one"),
         "several": _seen(kinds.get("several", empty))
         | _shares(seen.get("several", empty), exact="exact", one="one"),
@@ -115,7 +115,12 @@ def _leaves(content: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, di
             yield from _leaves(inner, f"{prefix}{name}.")
 
 
-def _single(cases: pd.DataFrame) -> dict[str, Any]:
+def single(cases: pd.DataFrame) -> dict[str, Any]:
+    """Return the leaves of cases with one effect: seen, top1, in_set, channel and set_size, see `scores`.
+
+    Args:
+        cases: table of the cases.
+    """
     seen = cases[cases["seen"]]
     sizes = seen.loc[seen["verdict"].isin(NAMING), "set_size"]
     return {

@@ -56,13 +56,19 @@ class Design:
         return self.criterion(self.found.u[None])
 
     @cached_property
-    def compared(self) -> Mapping[str, Value | None]:
-        """Return the values of the chirp and of the random experiment of the same length.
+    def references(self) -> Mapping[str, Array | None]:
+        """Return the chirp and the random experiment of the same length: inputs, shape (samples, inputs), SI.
 
         Each has the largest amplitude at which all models stay within the limits; None where none does.
         """
         given = references(self.criterion.limits, self.seed)
-        return {name: _largest(self.criterion(u)) for name, u in given.items()}
+        inside = {name: np.flatnonzero(self.criterion(u).excess == 0.0)[:1] for name, u in given.items()}
+        return {name: u[inside[name][0]] if len(inside[name]) else None for name, u in given.items()}
+
+    @cached_property
+    def compared(self) -> Mapping[str, Value | None]:
+        """Return the values of `references`."""
+        return {n: None if u is None else self.criterion(u[None]) for n, u in self.references.items()}
 
     @cached_property
     def sensor(self) -> BestSensor | None:
@@ -168,11 +174,3 @@ def _uncertainty(study: Study, answer: Mapping[str, Any]) -> tuple[Array, Array]
         error = next((e for e in errors if e is not None), float(study.sensors.scale[k]))
         found.append(np.sqrt(max(error**2 - noise[k] ** 2, 0.0)))
     return noise, np.array(found)
-
-
-def _largest(found: Value) -> Value | None:
-    """Value of the first experiment within the limits."""
-    inside = np.flatnonzero(found.excess == 0.0)[:1]
-    if not len(inside):
-        return None
-    return Value(found.excess[inside], found.distances[inside], found.after[inside])

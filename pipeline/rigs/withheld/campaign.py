@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import yaml
+from numpy.typing import NDArray
 
 from pipeline.rigs.withheld.cases import GROUP, Case
 from pipeline.rigs.withheld.drawing import FAMILIES, cases
@@ -149,6 +151,32 @@ def write_logs(case: Case, made: Experiments, folder: Path, runs: range) -> None
     table.to_csv(folder / "experiments.csv", index=False, lineterminator="\n")
     description = f"simulated logs of a virtual {case.system.replace('_', ' ')}, not measurements"
     write_json(folder / "provenance.json", {"data": "virtual", "description": description})
+
+
+def add_runs(case: Case, commands: NDArray[np.float64], folder: Path) -> None:
+    """Add runs with given commands to a log folder of the case, at the conditions of its first run.
+
+    Args:
+        case: case with its machine and planted effects.
+        commands: commands at the samples of the logger, shape (samples, runs).
+        folder: log folder, changed in place.
+    """
+    first, (samples, runs) = case.plan(), commands.shape
+    plan = replace(
+        first,
+        samples=samples,
+        conditions={name: np.repeat(values[:1], runs) for name, values in first.conditions.items()},
+        groups=first.groups[:1] * runs,
+        begin=first.begin[-1] + 1.25 * case.machine.duration * np.arange(1.0, runs + 1.0),
+    )
+    with TemporaryDirectory() as made:
+        write_logs(case, run(case, plan, commands), new := Path(made) / LOGS, range(runs))
+        table = pd.read_csv(new / "experiments.csv", dtype={"id": str})
+        for k, row in table.iterrows():
+            table.loc[k, ["id", "file"]] = f"more_{row['id']}", f"more_{row['file']}"
+            (new / row["file"]).replace(folder / f"more_{row['file']}")
+    every = pd.concat([pd.read_csv(folder / "experiments.csv", dtype={"id": str}), table])
+    every.to_csv(folder / "experiments.csv", index=False, lineterminator="\n")
 
 
 def known_truth(case: Case, made: Experiments, parameters: dict[str, dict[str, float]]) -> dict[str, Any]:

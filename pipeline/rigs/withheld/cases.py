@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +59,19 @@ class Case:
             self.offered(planted)
         if not self.level >= 0.0:
             raise BadInput(f"level: must not be negative, got {self.level}")
+
+    @classmethod
+    def of(cls, truth: Mapping[str, Any]) -> Case:
+        """Return the case of a truth.json that `campaign.write` wrote.
+
+        Args:
+            truth: content of the file.
+        """
+        planted = (
+            Planted(row["family"], row["channel"], row.get("factor"), row.get("level"))
+            for row in truth["effects"]
+        )
+        return cls(truth["system"], tuple(planted), truth["level"], truth["seed"])
 
     @property
     def machine(self) -> Machine:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import DryFriction
-from pipeline.rigs.withheld.machine import Range, Sensor
+from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
 from pipeline.rigs.withheld.stepping import Motion, move
 
 Array = NDArray[np.float64]
@@ -138,19 +138,21 @@ class Experiments:
     effects: list[tuple[str, Effect]]
 
 
-def run(case: Case, plan: Plan | None = None) -> Experiments:
+def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> Experiments:
     """Simulate and log the runs of a case.
 
     Args:
         case: machine and planted effects.
         plan: runs to simulate; default: the runs of the case.
+        commands: commands of further runs, shape (samples, n), which no controller changes; they have starts
+            and noise of their own. Default: those of the machine's controller along drawn references.
     """
     plan = case.plan() if plan is None else plan
-    effects = case.built(plan)
-    motion = _moved(case, plan, effects)
+    effects, more = case.built(plan), () if commands is None else (1,)
+    motion = _moved(case, plan, effects, commands, np.random.default_rng([case.seed, 2, *more]))
     exact: dict[str, Array] = {}
     outputs: dict[str, Array] = {}
-    noise = np.random.default_rng([case.seed, 3])
+    noise = np.random.default_rng([case.seed, 3, *more])
     for sensor in case.machine.sensors:
         y = (motion.v if sensor.rate else motion.q)[:, sensor.row]
         for channel, effect in effects:
@@ -163,17 +165,27 @@ def run(case: Case, plan: Plan | None = None) -> Experiments:
     return Experiments(plan, t, motion.u, outputs, exact, effects)
 
 
-def _moved(case: Case, plan: Plan, effects: list[tuple[str, Effect]]) -> Motion:
-    machine, rng = case.machine, np.random.default_rng([case.seed, 2])
+def _moved(
+    case: Case,
+    plan: Plan,
+    effects: list[tuple[str, Effect]],
+    commands: Array | None,
+    rng: np.random.Generator,
+) -> Motion:
+    machine = case.machine
     t = plan.period * np.arange(plan.samples, dtype=np.float64)
     start = machine.start(plan.runs, rng)
-    reference = references(t, plan.runs, machine.range, rng)
+    reference = references(t, plan.runs, machine.range, rng) if commands is None else commands
     for _, effect in effects:
         machine = effect.refitted(machine)
     forces = [(channel, effect) for channel, effect in effects if isinstance(effect, PortEffect)]
     forces.sort(key=lambda force: isinstance(force[1], DryFriction))
     drive = [effect for _, effect in effects if isinstance(effect, ActuatorEffect)]
-    return move(machine, plan, reference, start, forces, drive)
+    return move(machine, plan, reference, start, forces, drive, None if commands is None else _open_loop)
+
+
+def _open_loop(reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+    return reference
 
 
 def _shown(sensor: Sensor, y: Array, rng: np.random.Generator) -> Array:

@@ -1,0 +1,71 @@
+"""Tabulate what one more experiment adds to the diagnoses of withheld cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from pipeline.chapters.readable import write_table
+from pipeline.chapters.reported import read_judged, read_refit, read_truth
+from pipeline.withheld.channels import parameter_channels
+from pipeline.withheld.folders import SYSTEM, TRUTH, cases_in
+from pipeline.withheld.judging import judged
+from pipeline.withheld.proposals import KINDS
+from pipeline.withheld.scores import SHOWN, single
+from unmodelled.base.ownership import verb
+from unmodelled.systems.reader import read_system
+
+PROTOCOL = (
+    "single effects of 0.3 to 3 typical sizes on virtual machines that share no code with the models; every "
+    "further experiment is measured within the ranges of the logs, and the case is diagnosed again; shares "
+    "of the cases whose effect a fit that knows it (the oracle) sees in the first logs, 95 % intervals"
+)
+
+
+@verb()
+def tabulate_proposals(cases: Path, diagnoses: Path, refits: Path, extended: Path, reports: Path) -> None:
+    """Write the tables proposals (scores by experiment) and proposals_misses to `reports`/tables.
+
+    Args:
+        cases: campaign of withheld cases with single effects.
+        diagnoses: folder of the diagnoses of this campaign, written by `diagnose_withheld`.
+        refits: folder of the refits of this campaign, written by `refit_withheld`.
+        extended: folder that `diagnose_withheld` wrote from that of `propose_withheld`. A case that is
+            missing there has its first answer: no such experiment keeps the limits.
+        reports: folder whose tables are rewritten.
+
+    Raises:
+        BadInput: when an input is missing.
+    """
+    kinds = ("none", *KINDS)
+    every = (row for kind in kinds for row in _rows(kind, cases, diagnoses, refits, extended / kind))
+    rows = pd.DataFrame(every)
+    table = pd.DataFrame(
+        {"experiment": kind, "measure": name, **_leaf(leaf)}
+        for kind in kinds
+        for name, leaf in single(rows[rows["experiment"] == kind]).items()
+    )
+    missed = rows[rows["seen"] & ~(rows["first"] & (rows["set_size"] <= 1.0))]
+    title = "What one more experiment adds"
+    write_table(reports / "tables" / "proposals", table, None, title, PROTOCOL, "virtual")
+    title += ": every case that is not named first and alone"
+    columns = ["experiment", *SHOWN[1:]]
+    write_table(reports / "tables" / "proposals_misses", missed[columns], None, title, PROTOCOL, "virtual")
+
+
+def _leaf(leaf: dict[str, Any]) -> dict[str, Any]:
+    low, high = leaf.get("interval", (None, None))
+    return {"unit": leaf["unit"], "n": leaf["n"], "value": leaf["value"], "low": low, "high": high}
+
+
+def _rows(kind: str, cases: Path, diagnoses: Path, refits: Path, extended: Path) -> Iterator[dict[str, Any]]:
+    for case in cases_in(cases):
+        name = f"{case.name}.json"
+        measured = (extended / name).exists()
+        answer = read_judged((extended if measured else diagnoses) / name)
+        truth, refit = read_truth(case / TRUTH), read_refit(refits / name)
+        row = judged(truth, answer, refit, parameter_channels(read_system(case / SYSTEM)))
+        yield {"experiment": kind, "case": case.name, "measured": measured, **row}
