@@ -40,7 +40,7 @@ def propose_withheld(cases: Path, diagnoses: Path, repeats: int, seed: int, work
     Args:
         cases: campaign of withheld cases, as `acquire source=withheld` writes it.
         diagnoses: folder of the diagnoses of this campaign, written by `diagnose_withheld`.
-        repeats: how many times the experiment is measured.
+        repeats: number of times that the experiment is measured.
         seed: seed of the search for the experiment.
         workers: number of processes.
         out: folder that is new, empty or was made by this verb; replaced as a whole once all cases are done.
