@@ -144,6 +144,8 @@ def _free(base: Hypothesis, effect: Effect) -> Iterator[Place]:
     """Places where an effect can be added; numbers of other effects are none."""
     taken = {e.place.channel for e in base.effects if e.family == effect.family}
     known = set(effect.places(base.study.system))
+    if not known:
+        return
     asked = {e.place for e in base.effects if e.family in effect.beside} if effect.beside else known
     for place in effect.places(base.system):
         if place in known & asked and place.channel not in taken:
