@@ -92,9 +92,10 @@ class Hypothesis:
         return tuple(e for e in self.effects if e.key not in needed)
 
     def __str__(self) -> str:
-        return " and ".join(
-            ["the known physics", *(f"{e.family} at {e.place.channel}" for e in self.effects)]
+        effects = (
+            f"{group[0].family} at {', '.join(e.place.channel for e in group)}" for group in self.together
         )
+        return " and ".join(["the known physics", *effects])
 
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:

@@ -128,12 +128,11 @@ def containing(found: Sequence[Screened]) -> list[Screened | Containing]:
 
 def _in_place(one: Screened) -> Iterator[Containing]:
     """The candidate in the place of each effect that it contains."""
-    law = one.hypothesis.effects[-1]
-    for simpler in one.base.hypothesis.effects if _is_plain(law) else ():
-        if simpler.place == law.place and _is_plain(simpler):
-            larger = Containing(one, simpler)
-            if larger.starts:
-                yield larger
+    here = [e for e in one.base.hypothesis.effects if e.place == one.place and _is_plain(e)]
+    for simpler in here if here and _is_plain(one.hypothesis.effects[-1]) else ():
+        larger = Containing(one, simpler)
+        if larger.starts:
+            yield larger
 
 
 def _is_plain(law: Added) -> bool:

@@ -154,8 +154,11 @@ class EffectSearch:
         single = containing(new)
         chosen = broad(single) if first else promising(single)
         alike = [one for one in shared(every, SIMPLEST) if one.key not in self.found]
-        self.progress(f"fit effects on top of {parent.hypothesis}")
-        self.fit(self._scouting.ranked([*chosen, *alike])[: FITTED_FIRST if first else FITTED_EACH])
+        most = FITTED_FIRST if first else FITTED_EACH
+        self.progress(
+            f"try {len(chosen) + len(alike)} effects on top of {parent.hypothesis}, and fit the best {most}"
+        )
+        self.fit(self._scouting.ranked([*chosen, *alike])[:most])
         self._widen()
 
     def _own(self) -> None:
