@@ -1,7 +1,7 @@
 """Confidence of a verdict: the share of right verdicts among cases with known faults and the same signs.
 
-The weights in calibration.json were fitted to cases of the withheld machines whose seeds no reported number
-uses (`python -m pipeline calibrate_withheld`).
+The weights in calibration.json were fitted to cases of the withheld machines that were diagnosed with other
+weights (`python -m pipeline calibrate_withheld`): no reported calibration error is one of a fit.
 """
 
 from __future__ import annotations
