@@ -26,8 +26,8 @@ from unmodelled.effects.place import Place
 Key = frozenset[object]
 
 #: Simulated samples of a screen and of a fit, about: a budget of time. Of a machine with more outputs than
-#: `FEW_OUTPUTS`, samples are fewer: each says more and takes longer.
-SCREENED, FITTED, FEW_OUTPUTS = 4000, 20_000, 4
+#: `FEW_OUTPUTS`, samples are fewer: each says more and takes longer. Every experiment has some windows.
+SCREENED, FITTED, FEW_OUTPUTS, FEWEST_EACH = 4000, 20_000, 4, 2
 #: Largest number of effects.
 MOST_EFFECTS = 5
 #: Number of effects up to which a further one is tried although fewer predict no better than none: of two
@@ -71,7 +71,7 @@ class EffectSearch:
         self.progress("re-identify the known physics")
         recording = self.study.recording
         length = float(recording.steps.mean()) * max(1.0, len(self.study.system.outputs) / FEW_OUTPUTS)
-        fewest = max(8, 2 * len(recording.runs))
+        fewest = max(8, FEWEST_EACH * len(recording.runs))
         self.fitted = recording.thinned(max(fewest, round(FITTED / length)))
         self.screened = self.fitted.thinned(max(fewest, round(SCREENED / length)))
         known = Hypothesis.known(self.study)
