@@ -29,6 +29,7 @@ DIAGNOSING = frozenset(
         "diagnose_withheld",
         "next",
         "plan",
+        "propose_withheld",
         "refit_withheld",
     )
 )
