@@ -64,7 +64,9 @@ def with_own_numbers(
         f"{', '.join(c.name for c in constants)}: fitted to the first half of {len(lacking)} experiments "
         f"that the system file does not list, {logs.ids[lacking[0]]} among them"
     )
-    return prepare(system, replace(logs, experiments=experiments, c=c, notes=(*logs.notes, note)))
+    # instead of the note that they have the value for others
+    said = tuple(n for n in logs.notes if not n.startswith(tuple(f"{c.name}: " for c in constants)))
+    return prepare(system, replace(logs, experiments=experiments, c=c, notes=(*said, note)))
 
 
 def _unknown(constant: Constant) -> Unknown:
