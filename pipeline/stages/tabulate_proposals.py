@@ -9,14 +9,11 @@ from typing import Any
 import pandas as pd
 
 from pipeline.chapters.readable import write_table
-from pipeline.chapters.reported import read_judged, read_refit, read_truth
-from pipeline.withheld.channels import parameter_channels
-from pipeline.withheld.folders import SYSTEM, TRUTH, cases_in
-from pipeline.withheld.judging import judged
+from pipeline.withheld.answers import answer
+from pipeline.withheld.folders import cases_in
 from pipeline.withheld.proposals import KINDS
 from pipeline.withheld.scores import SHOWN, single
 from unmodelled.base.ownership import verb
-from unmodelled.systems.reader import read_system
 
 PROTOCOL = (
     "single effects of 0.3 to 3 typical sizes on virtual machines that share no code with the models; every "
@@ -64,8 +61,6 @@ def _leaf(leaf: dict[str, Any]) -> dict[str, Any]:
 def _rows(kind: str, cases: Path, diagnoses: Path, refits: Path, extended: Path) -> Iterator[dict[str, Any]]:
     for case in cases_in(cases):
         name = f"{case.name}.json"
-        measured = (extended / name).exists()
-        answer = read_judged((extended if measured else diagnoses) / name)
-        truth, refit = read_truth(case / TRUTH), read_refit(refits / name)
-        row = judged(truth, answer, refit, parameter_channels(read_system(case / SYSTEM)))
-        yield {"experiment": kind, "case": case.name, "measured": measured, **row}
+        said = extended if (extended / name).exists() else diagnoses
+        _, row = answer(case, said / name, refits / name)
+        yield {"experiment": kind, "case": case.name, **row}

@@ -30,14 +30,25 @@ def answers(
     """
     for case in (case for campaign in campaigns_in(cases) for case in cases_in(campaign)):
         place = case.relative_to(cases)
-        said = read_judged(diagnoses / place.parent / f"{case.name}.json")
-        path = refits / place.parent / f"{case.name}.json"
-        truth, refit = read_truth(case / TRUTH), read_refit(path)
-        if len(refit["oracle"]["seen"]) != len(truth["effects"]):
-            raise BadInput(
-                f"{path}: oracle.seen: must have {len(truth['effects'])} entries, as many as planted"
-            )
-        acts_at = parameter_channels(read_system(case / SYSTEM))
-        errors = diagnoses / place.parent / VALIDATION / f"{case.name}.json"
-        validation = read_validation(errors) if (case / VALIDATION).exists() else None
-        yield place, said, judged(truth, said, refit, acts_at, validation)
+        name = f"{case.name}.json"
+        yield place, *answer(case, diagnoses / place.parent / name, refits / place.parent / name)
+
+
+def answer(case: Path, diagnosis: Path, refit: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the content of diagnosis.json and the table row (see `judged`) of a case.
+
+    Args:
+        case: folder of the case.
+        diagnosis: diagnosis of the case; the errors on its validation experiments lie beside it.
+        refit: refit of the case.
+
+    Raises:
+        BadInput: when an input is missing or damaged.
+    """
+    said, truth, best = read_judged(diagnosis), read_truth(case / TRUTH), read_refit(refit)
+    if len(best["oracle"]["seen"]) != len(truth["effects"]):
+        raise BadInput(f"{refit}: oracle.seen: must have {len(truth['effects'])} entries, as many as planted")
+    acts_at = parameter_channels(read_system(case / SYSTEM))
+    errors = diagnosis.parent / VALIDATION / diagnosis.name
+    validation = read_validation(errors) if (case / VALIDATION).exists() else None
+    return said, judged(truth, said, best, acts_at, validation)

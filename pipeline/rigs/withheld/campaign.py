@@ -172,9 +172,9 @@ def add_runs(case: Case, commands: NDArray[np.float64], folder: Path) -> None:
     with TemporaryDirectory() as made:
         write_logs(case, run(case, plan, commands), new := Path(made) / LOGS, range(runs))
         table = pd.read_csv(new / "experiments.csv", dtype={"id": str})
-        for k, row in table.iterrows():
-            table.loc[k, ["id", "file"]] = f"more_{row['id']}", f"more_{row['file']}"
-            (new / row["file"]).replace(folder / f"more_{row['file']}")
+        for file in table["file"]:
+            (new / file).replace(folder / f"more_{file}")
+    table[["id", "file"]] = "more_" + table[["id", "file"]]
     every = pd.concat([pd.read_csv(folder / "experiments.csv", dtype={"id": str}), table])
     every.to_csv(folder / "experiments.csv", index=False, lineterminator="\n")
 

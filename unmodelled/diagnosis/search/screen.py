@@ -82,7 +82,7 @@ class Screened:
         gain: predicted fall of the cross-validated loss.
         tries: starting points, the best first, with coefficients of shape (names,).
         is_own: whether the effect has a number of its own in every experiment, default False.
-        screened: the hypothesis with the effect, where it was built already; default None.
+        built: the hypothesis with the effect, where the screen built it; default None.
     """
 
     base: FittedHypothesis
@@ -91,12 +91,12 @@ class Screened:
     gain: float
     tries: tuple[tuple[Point, Array], ...]
     is_own: bool = False
-    screened: Hypothesis | None = None
+    built: Hypothesis | None = None
 
     @cached_property
     def hypothesis(self) -> Hypothesis:
         """Return the hypothesis with the effect."""
-        return self.screened or self.base.hypothesis.plus(self.effect, self.place)
+        return self.built or self.base.hypothesis.plus(self.effect, self.place)
 
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:
@@ -174,7 +174,7 @@ class _Look:
             tries = ((point, np.zeros(len(point.names))),)
             yield Screened(self.base, effect, place, gain, tries, True, hypothesis)
             return
-        yield replace(self._screened(effect, place, points, None), screened=hypothesis)
+        yield replace(self._screened(effect, place, points, None), built=hypothesis)
         for factor, level, members in self.levels if place.kind == "port" else ():
             local = replace(place, factor=factor, level=level)
             yield self._screened(effect, local, points, members)

@@ -82,7 +82,7 @@ def shared(found: Sequence[Screened], simplest: float) -> list[Shared]:
     for group in place_groups(found[0].base.hypothesis.study.system) if found else ():
         laws: dict[tuple[str, str], list[Screened]] = {}
         for one in found:
-            if one.place in group and _is_usual(one):
+            if one.place in group and (one.is_late if one.place.kind == "sensor" else not _is_inertial(one)):
                 laws.setdefault((one.effect.family, one.effect.variant), []).append(one)
         whole = [Shared(tuple(law)) for law in laws.values() if len(law) >= FEWEST[law[0].place.kind]]
         best: dict[str, Shared] = {}
@@ -95,16 +95,15 @@ def shared(found: Sequence[Screened], simplest: float) -> list[Shared]:
     return tried
 
 
-def _is_usual(one: Screened) -> bool:
-    """Whether a law at many places is tried: of sensors a lag only.
+def _is_inertial(one: Screened) -> bool:
+    """Whether the law depends on the acceleration of its port, which holds the laws of all other ports.
 
-    A law that depends on the acceleration of its port is not: the acceleration holds the laws of all other
-    ports, and expressions would multiply.
+    With such laws at many ports, expressions would multiply.
     """
     if one.place.kind != "port":
-        return one.place.kind != "sensor" or one.is_late
+        return False
     velocity = one.base.hypothesis.study.system.port(one.place.name).velocity
-    return f"d({velocity})/dt" not in one.hypothesis.effects[-1].law
+    return f"d({velocity})/dt" in one.hypothesis.effects[-1].law
 
 
 def at_best_places(found: Sequence[Screened], most: int) -> list[Screened]:
