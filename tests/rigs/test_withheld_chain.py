@@ -157,7 +157,10 @@ def test_shares_tell_a_large_effect_from_a_small_one() -> None:
 def test_kinds_of_cases() -> None:
     assert len(measured_cases("null", 60, 2000)) == 60
     singles = measured_cases("single", 80, 2000)
-    assert {case.effects[0].family for case in singles[: len(FAMILIES)]} == FAMILIES
+    families = {case.effects[0].family for case in singles}
+    assert {case.effects[0].family for case in singles[: len(families)]} == families
+    assert families | {case.effects[0].family for case in measured_cases("balance", 19, 2000)} == FAMILIES
+    assert not any(case.effects for case in measured_cases("balance_null", 8, 2000))
     assert all(3 <= len(case.effects) <= 4 for case in measured_cases("several", 20, 2000))
     assert len(measured_cases("pair", 30, 2000)) == 30
     assert not {case.effects[0].family for case in measured_cases("outside", 16, 2000)} & FAMILIES

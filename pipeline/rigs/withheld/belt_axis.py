@@ -74,7 +74,7 @@ class BeltAxis(Machine):
         u = u + (self.b_m + self.b_c) / self.kf * slope
         return np.asarray(np.clip(u, -self.supply, self.supply))
 
-    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         pull = self.k_b * (q[0] - q[1]) + self.c_b * (v[0] - v[1])
         motor = (self.kf * u - self.b_m * v[0] - pull) / self.m_m
         return np.stack([motor, (pull - self.b_c * v[1]) / self.m_c])

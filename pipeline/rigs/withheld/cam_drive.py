@@ -101,7 +101,7 @@ class CamDrive(Machine):
     def _inertia(self, slope: Array, c: Conditions) -> Array:
         return np.asarray(self.J + (c["m"] + self.m_0) * slope**2)
 
-    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         y, slope, bend = self.groove(q[0])
         mass, omega = c["m"] + self.m_0, v[0]
         current = (u * c["V"] - self.kt * omega) / self.R

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.rigs.withheld.effects.effect import Effect, Only, Plan, Plantable, PortEffect
 from pipeline.rigs.withheld.machine import Array, Machine
-from pipeline.rigs.withheld.machines import MACHINES
+from pipeline.rigs.withheld.machines import BALANCES, MACHINES
 from unmodelled.base.errors import BadInput
 
 GROUP = "group"
@@ -76,10 +76,10 @@ class Case:
     @property
     def machine(self) -> Machine:
         """Machine without planted effects."""
-        for machine in MACHINES:
+        for machine in (*MACHINES, *BALANCES):
             if machine.name == self.system:
                 return machine
-        names = ", ".join(machine.name for machine in MACHINES)
+        names = ", ".join(machine.name for machine in (*MACHINES, *BALANCES))
         raise BadInput(f"system: {self.system!r} is not one of {names}")
 
     def offered(self, planted: Planted) -> Plantable:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -46,6 +46,13 @@ FAMILIES = frozenset(
         "sensor_lag",
         "drift",
         "scatter",
+        "root_outflow",
+        "linear_loss",
+        "overflow",
+        "storage",
+        "radiation",
+        "inductance_saturation",
+        "self_heating",
     )
 )
 LEVELS = 0.3, 3.0  # of a drawn case, in typical sizes
@@ -54,7 +61,9 @@ _PAIRS, _NULLS = 12, 8  # per machine
 Effects = tuple[Planted, ...]
 
 
-def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
+def cases(
+    kind: str, seed: int, level: float | None = None, machines: Sequence[Machine] = MACHINES
+) -> list[Case]:
     """Draw cases of a kind on all machines, in random order, so that the first cases are a fair sample.
 
     Args:
@@ -63,6 +72,7 @@ def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
         seed: seed of the random generator; cases of different seeds differ in levels, inputs, sensors and
             noise.
         level: level of all planted effects; default: drawn from the range `LEVELS`.
+        machines: the machines.
 
     Raises:
         BadInput: when there is no such kind.
@@ -77,7 +87,7 @@ def cases(kind: str, seed: int, level: float | None = None) -> list[Case]:
     if kind not in kinds:
         raise BadInput(f"kind: {kind!r} is not one of {', '.join(kinds)}")
     rng = np.random.default_rng([seed, sum(map(ord, kind))])
-    drawn = [(machine.name, effects) for machine in MACHINES for effects in kinds[kind](machine, rng)]
+    drawn = [(machine.name, effects) for machine in machines for effects in kinds[kind](machine, rng)]
     found = []
     for k in rng.permutation(len(drawn)).tolist():
         size = float(np.exp(rng.uniform(*np.log(LEVELS)))) if level is None else level

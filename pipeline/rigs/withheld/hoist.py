@@ -63,7 +63,7 @@ class Hoist(Machine):
         u = hold + self.stiffness * (reference - q[0]) + self.damping * (slope - v[0])
         return np.asarray(np.clip(u, -self.supply, self.supply))
 
-    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         return (self.kf * u - self.b * v - c["m"] * _GRAVITY) / (self.M + c["m"])
 
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:

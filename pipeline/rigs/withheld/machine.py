@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.rigs.withheld.effects.effect import Plantable, Port
+from pipeline.rigs.withheld.effects.effect import Plantable, Port, PortEffect
 
 Array = NDArray[np.float64]
 Conditions = Mapping[str, Array]
+Forces = Sequence[tuple[str, PortEffect]]
 
 
 class Sensor(NamedTuple):
@@ -49,6 +50,20 @@ class Range:
     amplitude: float
     band: float
     centre: float = 0.0
+
+
+class State(NamedTuple):
+    """State of a machine with d coordinates in n runs, SI units.
+
+    Attributes:
+        q: positions, shape (d, n).
+        v: velocities, shape (d, n).
+        before: velocities before the last step, shape (d, n).
+    """
+
+    q: Array
+    v: Array
+    before: Array
 
 
 class Machine(ABC):
@@ -120,7 +135,7 @@ class Machine(ABC):
         return self.command(reference, slope, q, v, c)
 
     @abstractmethod
-    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         """Return the accelerations without planted forces.
 
         Args:
@@ -132,6 +147,26 @@ class Machine(ABC):
         Returns:
             Accelerations, shape (d, n).
         """
+
+    def step(self, dt: float, t: float, state: State, u: Array, c: Conditions, forces: Forces) -> State:
+        """Return the state after a step of the scheme of Moreau and Jean (see `stepping.move`).
+
+        Args:
+            dt: length of the step, s.
+            t: time since the start of the run, s.
+            state: state before the step.
+            u: input that acts on the machine, shape (n,).
+            c: operating point of every run by factor, each of shape (n,).
+            forces: port and force of every planted force.
+        """
+        q, v, before = state
+        middle = q + 0.5 * dt * v
+        # of the velocity, too, the value in the middle, by the last increment: projected ones are in it
+        last, v = v, v + dt * self.rates(middle, 1.5 * v - 0.5 * before, u, c)
+        for name, force in forces:
+            port = self.port(name, middle, v, c)._replace(load=self.load(name, u))
+            v = v + port.response * force.impulse(dt, t, port)
+        return State(middle + 0.5 * dt * v, v, last)
 
     @abstractmethod
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:

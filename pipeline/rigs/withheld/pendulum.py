@@ -65,7 +65,7 @@ class Pendulum(Machine):
         u = self.mgl * np.sin(reference) + self.stiffness * (reference - q[0]) + self.damping * (slope - v[0])
         return np.asarray(np.clip(u, -self.supply, self.supply))
 
-    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         return (u - self.b * v - self.mgl * np.sin(q)) / self.J
 
     def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:

@@ -113,7 +113,7 @@ class SliderCrank(Machine):
     def _inertia(self, at: Linkage) -> Array:
         return np.asarray(self.J1 + sum(m * first * first for m, (first, _) in self._bodies(at)))
 
-    def acceleration(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
         at = self.linkage(q[0])
         pulled = sum(m * first * second for m, (first, second) in self._bodies(at))
         weight = _GRAVITY * (0.5 * self.m1 * self.l1 * np.cos(q[0]) + self.m2 * at.rod_y[0])

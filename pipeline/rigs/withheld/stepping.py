@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Plan, PortEffect
-from pipeline.rigs.withheld.machine import Conditions, Machine
+from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Plan
+from pipeline.rigs.withheld.machine import Conditions, Forces, Machine, State
 
 Array = NDArray[np.float64]
 #: Reference, its slope, positions, velocities and conditions -> command.
@@ -35,7 +35,7 @@ def move(
     plan: Plan,
     reference: Array,
     q: Array,
-    forces: Sequence[tuple[str, PortEffect]],
+    forces: Forces,
     drive: Sequence[ActuatorEffect],
     control: Control | None = None,
 ) -> Motion:
@@ -69,7 +69,7 @@ def follow(
     plan: Plan,
     motion: Motion,
     steps: int,
-    forces: Sequence[tuple[str, PortEffect]],
+    forces: Forces,
     drive: Sequence[ActuatorEffect],
 ) -> Motion:
     """Run the machine with the commands of `motion`, in windows of `steps` samples from its states.
@@ -98,52 +98,31 @@ def _run(
     plan: Plan,
     commanded: Callable[[int, Array, Array], Array],
     q: Array,
-    forces: Sequence[tuple[str, PortEffect]],
+    forces: Forces,
     drive: Sequence[ActuatorEffect],
     restarts: Motion | None,
     steps: int,
 ) -> Motion:
-    v = before = np.zeros_like(q)
+    state = State(q, np.zeros_like(q), np.zeros_like(q))
     dt, read = plan.step, round(plan.hold * plan.substeps)
     rows: list[tuple[Array, Array, Array]] = []
 
-    def logged() -> tuple[Array, Array, Array]:
-        rows.append((q, v, u))
+    def logged() -> State:
+        rows.append((state.q, state.v, u))
         k = len(rows) - 1
         if restarts is None or k % steps:
-            return q, v, before
-        return restarts.q[k], restarts.v[k], restarts.v[k]
+            return state
+        return State(restarts.q[k], restarts.v[k], restarts.v[k])
 
     for k in range(plan.samples):
-        u = commanded(k, q, v)
+        u = commanded(k, state.q, state.v)
         for s in range(plan.substeps):
             if s == read:
-                q, v, before = logged()
+                state = logged()
             t, acting = k * plan.period + s * dt, u
             for actuator in drive:
                 acting = actuator.applied(dt, t, acting)
-            q, v, before = _step(machine, plan, dt, t, q, v, before, acting, forces)
+            state = machine.step(dt, t, state, acting, plan.conditions, forces)
         if read == plan.substeps:
-            q, v, before = logged()
+            state = logged()
     return Motion(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def _step(
-    machine: Machine,
-    plan: Plan,
-    dt: float,
-    t: float,
-    q: Array,
-    v: Array,
-    before: Array,
-    u: Array,
-    forces: Sequence[tuple[str, PortEffect]],
-) -> tuple[Array, Array, Array]:
-    """Positions and velocities after the step, and the velocities before it."""
-    middle = q + 0.5 * dt * v
-    # of the velocity, too, the value in the middle, by the last increment: projected ones are in it
-    last, v = v, v + dt * machine.acceleration(middle, 1.5 * v - 0.5 * before, u, plan.conditions)
-    for name, force in forces:
-        port = machine.port(name, middle, v, plan.conditions)._replace(load=machine.load(name, u))
-        v = v + port.response * force.impulse(dt, t, port)
-    return middle + 0.5 * dt * v, v, last

@@ -12,7 +12,7 @@ from pipeline.rigs.withheld.chain.case import MeasuredCase
 from pipeline.rigs.withheld.drawing import LEVELS, Effects, cases, named, of_families
 from pipeline.rigs.withheld.effects.effect import Plantable
 from pipeline.rigs.withheld.machine import Machine
-from pipeline.rigs.withheld.machines import MACHINES
+from pipeline.rigs.withheld.machines import BALANCES, MACHINES
 from unmodelled.base.errors import BadInput
 
 Draw = Callable[[int, int], list[MeasuredCase]]
@@ -23,7 +23,7 @@ def measured_cases(kind: str, count: int, seed: int) -> list[MeasuredCase]:
 
     Args:
         kind: `null` (nothing planted), `single`, `pair`, `several` (three or four effects) or `outside` (an
-            effect of no family).
+            effect of no family); on machines without inertia, `balance` (one effect) or `balance_null`.
         count: number of cases, 1 or more.
         seed: seed of the random generator.
 
@@ -36,6 +36,8 @@ def measured_cases(kind: str, count: int, seed: int) -> list[MeasuredCase]:
         "pair": lambda count, seed: _measured(cases("pair", seed)),
         "several": _several,
         "outside": lambda count, seed: _measured(cases("outside", seed)),
+        "balance": lambda count, seed: _measured(cases("single", seed, machines=BALANCES)),
+        "balance_null": lambda count, seed: _measured(cases("null", seed, machines=BALANCES)),
     }
     if kind not in kinds:
         raise BadInput(f"kind: {kind!r} is not one of {', '.join(kinds)}")

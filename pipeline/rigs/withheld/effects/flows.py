@@ -1,0 +1,158 @@
+"""Flows out of a balance of fluid, heat or charge, and what a winding lacks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from pipeline.rigs.withheld.effects.effect import Array, Effect, Port, PortEffect
+
+
+@dataclass
+class Orifice(PortEffect):
+    """Opening with a turbulent flow, which becomes laminar at low levels.
+
+    Attributes:
+        flow: flow at the level `scale`.
+        scale: level of the flow.
+        laminar: level below which the flow is laminar.
+    """
+
+    flow: float
+    scale: float
+    laminar: float
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        level = port.position
+        return dt * self.flow * level / np.sqrt(self.scale * np.hypot(level, self.laminar))
+
+
+@dataclass
+class Gap(PortEffect):
+    """Leak through a gap that the level widens a little.
+
+    Attributes:
+        conductance: flow per level at the level zero.
+        widening: relative increase of the conductance per level.
+    """
+
+    conductance: float
+    widening: float
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        return dt * self.conductance * port.position * (1.0 + self.widening * port.position)
+
+
+@dataclass
+class ReliefValve(PortEffect):
+    """Valve that opens softly above a level.
+
+    Attributes:
+        conductance: flow per level above the opening.
+        opening: level at which the valve opens.
+        softness: width of the transition, unit of the level.
+        power: exponent of the flow: 1 for a valve, 1.5 for an edge.
+        scale: level above the opening at which the exponent changes nothing.
+    """
+
+    conductance: float
+    opening: float
+    softness: float
+    power: float = 1.0
+    scale: float = 1.0
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        above = self.softness * np.logaddexp(0.0, (port.position - self.opening) / self.softness)
+        return dt * self.conductance * self.scale * (above / self.scale) ** self.power
+
+
+@dataclass
+class SecondStore(PortEffect):
+    """Store behind a passage; it starts at the level of the port.
+
+    Attributes:
+        conductance: flow per difference of the levels.
+        capacity: content per level.
+        rough: difference of the levels from which on the flow grows less than in proportion; 0: never.
+    """
+
+    conductance: float
+    capacity: float
+    rough: float = 0.0
+    _level: Array | None = field(default=None, init=False, repr=False)
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        level = port.position if self._level is None else self._level
+        drop = port.position - level
+        narrow = (1.0 + (drop / self.rough) ** 2) ** -0.1 if self.rough else 1.0
+        passed = dt * self.conductance * drop * narrow
+        self._level = level + passed / self.capacity
+        return np.asarray(passed)
+
+
+@dataclass
+class Radiator(PortEffect):
+    """Heat that a metal radiates: its emissivity grows with the temperature.
+
+    Attributes:
+        power: power at the temperature `scale` of the body, W.
+        scale: temperature of this power, K.
+        around: temperature of the surroundings, K.
+    """
+
+    power: float
+    scale: float
+    around: float
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        own, around = port.position / self.scale, self.around / self.scale
+        return np.asarray(dt * self.power * (own**4.3 - around**4.3))
+
+
+@dataclass
+class HotCopper(PortEffect):
+    """Resistance of a winding that its losses heat; the winding passes heat to its core.
+
+    Attributes:
+        resistance: resistance of the cold winding, ohm.
+        rise: relative increase of the resistance for each W of losses at rest.
+        winding: time constant of the winding, s.
+        core: time constant of the core, s.
+        share: share of the core in the increase.
+    """
+
+    resistance: float
+    rise: float
+    winding: float
+    core: float
+    share: float = 0.2
+    _warm: tuple[Array, Array] | None = field(default=None, init=False, repr=False)
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        current = port.position
+        winding, core = (np.zeros_like(current),) * 2 if self._warm is None else self._warm
+        more = self.rise * ((1.0 - self.share) * winding + self.share * core)
+        losses = self.resistance * (1.0 + more) * current**2
+        self._warm = (
+            winding + dt * (losses - winding) / self.winding,
+            core + dt * (losses - core) / self.core,
+        )
+        return np.asarray(dt * self.resistance * more * current)
+
+
+@dataclass
+class IronCore(Effect):
+    """Inductance that falls with the current.
+
+    Attributes:
+        lost: inductance that is lost at high currents, H.
+        knee: current at which much of it is lost, A.
+    """
+
+    lost: float
+    knee: float
+
+    def refitted(self, machine: Any) -> Any:
+        return replace(machine, lost=self.lost, knee=self.knee)
