@@ -271,7 +271,7 @@ def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(
 
 
 def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_path: Path) -> None:
-    friction = (0.01, 0.18, 0.12, 0.06, 0.2, 0.04, 0.15, 0.09)
+    friction = (0.05, 0.18, 0.12, 0.08, 0.17, 0.06, 0.15, 0.09)
     bench = Bench(friction=friction, ripple=0.03, runs=8, samples=300)
     search = EffectSearch(study(tmp_path, bench, *FRICTION))
     found = search.run()

@@ -93,7 +93,7 @@ def test_a_number_of_its_own_in_every_experiment(content: dict[str, Any]) -> Non
     number = content["effects"][2]["parameters"]["b_deviation"]
     assert number["values"] == {"run0": 0.01, "run1": 0.0, "run2": -0.02, "run3": 0.005}
     assert number["value"] == -0.00125
-    assert number["unit"] == "N m s/rad"
+    assert number["unit"] == "1"
     assert number["interval"][0] < number["value"] < number["interval"][1]
 
 
@@ -196,7 +196,7 @@ def test_what_is_printed(found: Diagnosis) -> None:
         "F_c = 0.06 N m (95 % interval 0.054 to 0.066)",
         "these logs cannot distinguish it from stribeck_friction at joint",
         "constant_load at joint where group is old",
-        "b_deviation = -0.02 to 0.01 N m s/rad, fitted per experiment",
+        "b_deviation = -0.02 to 0.01, fitted per experiment",
         "drift (parameter) at parameter:b",
         "b = 0.0151 N m s/rad (95 % interval 0.0149 to 0.0153), 0.03 N m s/rad in the system file",
         f"noise floor {found.augmented.gap.floor:.3g} (in standard deviations of the outputs",

@@ -9,10 +9,11 @@ from unmodelled.effects.place import Site
 
 
 class Scatter(ParameterEffect):
-    """Deviation of a parameter that differs between experiments: one number per experiment.
+    """Relative deviation of a parameter that differs between experiments: one number per experiment.
 
-    It is at most half the parameter: what needs more is another law. `in_columns` turns the parameter into a
-    constant of the operating point once the numbers are known.
+    It is at most a half: what needs more is another law. It is relative, so that its prior does not pull at
+    parameters which only together are determined. `in_columns` turns the parameter into a constant of the
+    operating point once the numbers are known.
     """
 
     family = "scatter"
@@ -20,9 +21,8 @@ class Scatter(ParameterEffect):
 
     def law(self, at: Site) -> Law:
         deviation = f"{at.place.name}_deviation"
-        size = at["p"].rms
-        amplitude = Amplitude("1", 0.1 * size, (-0.5 * size, 0.5 * size))
-        return Law(f"p + {deviation}", {deviation: amplitude}, per_experiment=True)
+        amplitude = Amplitude("p", 0.1, (-0.5, 0.5))
+        return Law(f"p*(1 + {deviation})", {deviation: amplitude}, per_experiment=True)
 
 
 class GainScatter(ActuatorEffect):

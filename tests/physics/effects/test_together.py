@@ -139,7 +139,7 @@ def test_scatter_becomes_a_column_with_one_value_per_experiment(logs: Logs, tmp_
     added = effect("scatter").add(system("stage"), Place("parameter", "b"), scales("stage"))
     (name,) = added.per_experiment
     assert name == "b_deviation"
-    spread = in_columns(added.system, [Constant(name, "N s/m")])
+    spread = in_columns(added.system, [Constant(name, "1")])
     values = np.array([0.1, -0.2, 0.3, 0.0])
     grown = prepare(spread, extended(logs, {name: values}))
     write_system(spread, tmp_path / "spread.yaml")
@@ -151,7 +151,7 @@ def test_scatter_becomes_a_column_with_one_value_per_experiment(logs: Logs, tmp_
         numpy_system_function(s, list(s.closed), efforts_zero=True)(
             0.0, x, u, np.empty(0), np.array(s.values), logs.c[i]
         )
-        for i, s in enumerate(system("stage").with_values({"b": 31.0 + v}) for v in values)
+        for i, s in enumerate(system("stage").with_values({"b": 31.0 * (1.0 + v)}) for v in values)
     ]
     assert_allclose(found, each, rtol=1e-12)
 

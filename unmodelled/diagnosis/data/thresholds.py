@@ -157,7 +157,7 @@ class Thresholds:
         0.95,
         "probability",
         "usual level of tests and intervals",
-        "0.475: 17 instead of 16 of 24 answers are right; 0.975: as many",
+        "0.475: 18 instead of 16 of 24 answers are right; 0.975: as many",
     )
     material_share: float = _threshold(
         0.05,
@@ -181,7 +181,7 @@ class Thresholds:
         0.01,
         "share of the error of persistence",
         _JUDGEMENT,
-        "half: none of 24 answers; twice: verdict of 1, as many are right",
+        "half: none of 24 answers; twice: 17 instead of 16 are right",
     )
     unexplained_gap: float = _threshold(
         0.1,
