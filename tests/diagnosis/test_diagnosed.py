@@ -18,6 +18,7 @@ from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.effect_search import EffectSearch
+from unmodelled.diagnosis.search.scouting import Scouting
 from unmodelled.logs.preparation import prepare
 
 RUBBING = Bench(runs=6, samples=400)
@@ -280,3 +281,17 @@ def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_pat
         ("scatter", "parameter:F_c"),
         ("torque_ripple", "joint"),
     }
+
+
+def test_a_delay_beside_friction_ranks_before_laws_with_one_number(tmp_path: Path) -> None:
+    """The delay is a small part of the first gap, and most of what the friction leaves."""
+    system = pendulum(tmp_path)
+    logs = Bench(samples=240, delay=3, friction=0.3).logs(tmp_path / "logs", system)
+    search = EffectSearch(Study.of(system, logs, HORIZON, 0))
+    rubbing = search.base.hypothesis.plus(effect("coulomb_friction"), JOINT)
+    parent = FittedHypothesis.of(rubbing, search.fitted)
+    tried = ("linear_spring", "viscous_friction", "sensor_delay", "input_delay")
+    chosen = [one for one in search.screen(parent) if one.effect.family in tried]
+    ranked = Scouting(search.base, search.screened, 1).ranked(parent, chosen)
+    first = [growth.effect.family for growth, _ in ranked[:2]]
+    assert set(first) == {"sensor_delay", "input_delay"}

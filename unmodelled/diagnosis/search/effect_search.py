@@ -158,7 +158,7 @@ class EffectSearch:
         self.progress(
             f"try {len(chosen) + len(alike)} effects on top of {parent.hypothesis}, and fit the best {most}"
         )
-        self.fit(self._scouting.ranked([*chosen, *alike])[:most])
+        self.fit(self._scouting.ranked(parent, [*chosen, *alike])[:most])
         self._widen()
 
     def _own(self) -> None:
@@ -254,7 +254,7 @@ class EffectSearch:
         for gone in effects if len(named.together) > 1 else ():
             before = self.without(self.found[named.key].fitted, gone)
             found = [s for s in self.screen(before) if s.key not in self.found and not s.is_own]
-            self.fit(self._scouting.ranked(promising(found))[:EXCHANGED])
+            self.fit(self._scouting.ranked(before, promising(found))[:EXCHANGED])
 
     def _remove(self) -> None:
         """Fit the named candidate without each of its effects: each must pay."""

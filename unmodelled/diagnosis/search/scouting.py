@@ -10,7 +10,7 @@ import numpy as np
 
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
@@ -49,13 +49,16 @@ class Scouting:
     recording: Recording
     workers: int
 
-    def ranked(self, chosen: Sequence[Growth]) -> list[tuple[Growth, Start]]:
+    def ranked(self, parent: FittedHypothesis, chosen: Sequence[Growth]) -> list[tuple[Growth, Start]]:
         """Rank candidates by the cost of short fits: left-out error and price of complexity.
 
-        The one with the lowest error comes first, whatever its price: it may explain what others leave. Of
-        the laws of a family at a place, the best and the simplest one stay.
+        The one with the lowest error comes first, whatever its price: it may explain what others leave. Then
+        come those that are better than their parent by a material amount: beside a large effect, complexity
+        alone would decide the order of costs. Of the laws of a family at a place, the best and the simplest
+        one stay.
 
         Args:
+            parent: fitted hypothesis that the candidates add to.
             chosen: candidates to fit.
 
         Returns:
@@ -63,9 +66,11 @@ class Scouting:
         """
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(self._short, chosen))
-        scouted = Candidates((self._without, *scouts), self.known.hypothesis.study.thresholds)
-        best = int(np.argmin(scouted.remaining[1:])) if scouts else 0
-        order = sorted(range(len(scouts)), key=lambda k: (k != best, scouted.costs[1 + k]))
+        before = self._as_short(parent) if parent.hypothesis.effects else self._without
+        scouted = Candidates((self._without, before, *scouts), self.known.hypothesis.study.thresholds)
+        better = [scouted.is_material(2 + k, 1) for k in range(len(scouts))]
+        costs, best = scouted.costs[2:], int(np.argmin(scouted.remaining[2:])) if scouts else 0
+        order = sorted(range(len(scouts)), key=lambda k: (k != best, not better[k], costs[k]))
         families: dict[object, list[int]] = {}
         for k in order:
             families.setdefault(_kind(chosen[k]), []).append(k)
@@ -79,9 +84,13 @@ class Scouting:
     @cached_property
     def _without(self) -> LeftOut:
         """The known physics, fitted like the candidates."""
-        start, substeps = dict(self.known.fit.values), self.known.fit.substeps
-        known = Hypothesis.known(self.known.hypothesis.study)
-        return LeftOut.of(FittedHypothesis.of(known, self.recording, [start], SCOUTING, substeps))
+        return self._as_short(self.known)
+
+    def _as_short(self, fitted: FittedHypothesis) -> LeftOut:
+        """A hypothesis, fitted like the candidates."""
+        start, substeps = fitted.fit.every, fitted.fit.substeps
+        short = FittedHypothesis.of(fitted.hypothesis, self.recording, [start], SCOUTING, substeps)
+        return LeftOut.of(short)
 
     def _short(self, candidate: Growth) -> LeftOut:
         substeps, larger, starts = candidate.base.fit.substeps, candidate.hypothesis, candidate.starts
