@@ -3,29 +3,73 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import ClassVar
 
+import numpy as np
+
+from pipeline.rigs.withheld.effects.effect import Port
 from pipeline.rigs.withheld.machine import Array, Conditions, Forces, Machine, State
 
 
 class Balance(Machine):
-    """Machine without inertia: positions are levels, and a port changes their rates at once."""
+    """Machine without inertia, with one level; its only port takes a flow out of it.
+
+    The reference is the command, or what a controller adds to for the level that it leads to in the end.
+
+    Class attributes, beside those of `Machine`: `limits` of the controller's command. Attributes of the
+    objects: `stiffness`, gain of the controller.
+    """
+
+    limits: ClassVar[tuple[float, float]]
+    stiffness: float
 
     @abstractmethod
-    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        """Return the rates of the levels without planted flows.
+    def flow(self, level: Array, u: Array) -> Array:
+        """Return the flow into the balance without planted flows.
 
         Args:
-            q: levels, shape (d, n).
-            v: rates of the levels before the step, shape (d, n).
+            level: level, shape (1, n).
             u: input that acts on the machine, shape (n,).
-            c: operating point of every run by factor, each of shape (n,).
 
         Returns:
-            Rates, shape (d, n).
+            Flow, shape (1, n).
+        """
+
+    @abstractmethod
+    def capacity(self, level: Array) -> Array | float:
+        """Return the content per level.
+
+        Args:
+            level: level, shape (1, n).
+
+        Returns:
+            Capacity, a number or shape (1, n).
+        """
+
+    @abstractmethod
+    def at_rest(self, u: Array) -> Array:
+        """Return the level at which an input leaves the balance at rest.
+
+        Args:
+            u: input, shape (n,).
+
+        Returns:
+            Level, shape (n,).
         """
 
     def command(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
         return reference
+
+    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
+        u = reference + self.stiffness * (self.at_rest(reference) - q[0])
+        return np.asarray(np.clip(u, *self.limits))
+
+    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
+        return self.flow(q, u) / self.capacity(q)
+
+    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
+        mobility = np.ones_like(q) / self.capacity(q)
+        return Port(q[0], v[0], -mobility, mobility[0])
 
     def step(self, dt: float, t: float, state: State, u: Array, c: Conditions, forces: Forces) -> State:
         """Return the state after a step of the midpoint rule, whose middle the last rates give.

@@ -9,8 +9,7 @@ import numpy as np
 from pipeline.rigs.withheld.balance import Balance
 from pipeline.rigs.withheld.effects import actuators, flows, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
-from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import Array, Range, Sensor
 
 
 @dataclass(frozen=True)
@@ -22,15 +21,14 @@ class Column(Balance):
         k_p: flow of the pump per voltage, m^3/(s V).
         k_s: flow through the opening at a level of 1 m, m^2.5/s.
         stiffness: gain of the controller of the level, V/m.
-        supply: largest voltage of the controller, V.
     """
 
     A: float = 2e-4
     k_p: float = 3e-5
     k_s: float = 2.74e-4
     stiffness: float = 30.0
-    supply: float = 10.0
 
+    limits = 0.0, 10.0
     name = "column"
     input = "u"
     periods = (0.002, 0.005)
@@ -44,16 +42,14 @@ class Column(Balance):
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(0.2, 0.4, (1, runs))
 
-    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        u = reference + self.stiffness * ((self.k_p * reference / self.k_s) ** 2 - q[0])
-        return np.asarray(np.clip(u, 0.0, self.supply))
+    def flow(self, level: Array, u: Array) -> Array:
+        return self.k_p * u - self.k_s * np.sqrt(np.maximum(level, 0.0))
 
-    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        return (self.k_p * u - self.k_s * np.sqrt(np.maximum(q, 0.0))) / self.A
+    def capacity(self, level: Array) -> float:
+        return self.A
 
-    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
-        mobility = np.full_like(q, 1.0 / self.A)
-        return Port(q[0], v[0], -mobility, mobility[0])
+    def at_rest(self, u: Array) -> Array:
+        return (self.k_p * u / self.k_s) ** 2
 
     plantable = (
         P("linear_loss", "water", lambda a, *_: flows.Gap(8e-5 * a, 0.3)),

@@ -9,8 +9,7 @@ import numpy as np
 from pipeline.rigs.withheld.balance import Balance
 from pipeline.rigs.withheld.effects import actuators, flows
 from pipeline.rigs.withheld.effects.effect import Plantable as P
-from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import Array, Range, Sensor
 
 _AROUND = 293.0  # K
 
@@ -23,14 +22,13 @@ class Hotplate(Balance):
         C: heat capacity, J/K.
         k: conductance of the suspension, W/K.
         stiffness: gain of the controller of the temperature, W/K.
-        supply: largest power of the controller, W.
     """
 
     C: float = 2e-3
     k: float = 5e-3
     stiffness: float = 1e-2
-    supply: float = 5.0
 
+    limits = 0.0, 5.0
     name = "hotplate"
     input = "P"
     periods = (0.001, 0.002)
@@ -44,16 +42,14 @@ class Hotplate(Balance):
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(450.0, 750.0, (1, runs))
 
-    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        u = reference + self.stiffness * (_AROUND + reference / self.k - q[0])
-        return np.asarray(np.clip(u, 0.0, self.supply))
+    def flow(self, level: Array, u: Array) -> Array:
+        return u - self.k * (level - _AROUND)
 
-    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        return (u - self.k * (q - _AROUND)) / self.C
+    def capacity(self, level: Array) -> float:
+        return self.C
 
-    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
-        mobility = np.full_like(q, 1.0 / self.C)
-        return Port(q[0], v[0], -mobility, mobility[0])
+    def at_rest(self, u: Array) -> Array:
+        return _AROUND + u / self.k
 
     plantable = (
         P("radiation", "plate", lambda a, *_: flows.Radiator(0.35 * a, 700.0, _AROUND)),

@@ -9,8 +9,7 @@ import numpy as np
 from pipeline.rigs.withheld.balance import Balance
 from pipeline.rigs.withheld.effects import actuators, flows, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
-from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import Array, Range, Sensor
 
 
 @dataclass(frozen=True)
@@ -22,15 +21,14 @@ class Vessel(Balance):
         k_v: flow of the valve per voltage, m^3/(s V).
         k_o: flow of the throttle per pressure, m^3/(s Pa).
         stiffness: gain of the controller of the pressure, V/Pa.
-        supply: largest voltage of the controller, V.
     """
 
     C: float = 1.5e-8
     k_v: float = 3e-3
     k_o: float = 6e-8
     stiffness: float = 4e-5
-    supply: float = 10.0
 
+    limits = 0.0, 10.0
     name = "vessel"
     input = "u"
     periods = (0.001, 0.002)
@@ -44,16 +42,14 @@ class Vessel(Balance):
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(1.5e5, 3.5e5, (1, runs))
 
-    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        u = reference + self.stiffness * (self.k_v * reference / self.k_o - q[0])
-        return np.asarray(np.clip(u, 0.0, self.supply))
+    def flow(self, level: Array, u: Array) -> Array:
+        return self.k_v * u - self.k_o * level
 
-    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        return (self.k_v * u - self.k_o * q) / self.C
+    def capacity(self, level: Array) -> float:
+        return self.C
 
-    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
-        mobility = np.full_like(q, 1.0 / self.C)
-        return Port(q[0], v[0], -mobility, mobility[0])
+    def at_rest(self, u: Array) -> Array:
+        return self.k_v * u / self.k_o
 
     plantable = (
         P("root_outflow", "gas", lambda a, *_: flows.Orifice(3e-3 * a, 2.5e5, 3e3)),

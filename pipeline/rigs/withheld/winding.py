@@ -9,8 +9,7 @@ import numpy as np
 from pipeline.rigs.withheld.balance import Balance
 from pipeline.rigs.withheld.effects import actuators, flows, sensors
 from pipeline.rigs.withheld.effects.effect import Plantable as P
-from pipeline.rigs.withheld.effects.effect import Port
-from pipeline.rigs.withheld.machine import Array, Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import Array, Range, Sensor
 
 
 @dataclass(frozen=True)
@@ -23,7 +22,6 @@ class Winding(Balance):
         lost: inductance that is lost at high currents, H.
         knee: current at which much of it is lost, A.
         stiffness: gain of the controller of the current, V/A.
-        supply: largest voltage of the controller, V.
     """
 
     L: float = 0.04
@@ -31,8 +29,8 @@ class Winding(Balance):
     lost: float = 0.0
     knee: float = 1.0
     stiffness: float = 4.0
-    supply: float = 12.0
 
+    limits = -12.0, 12.0
     name = "winding"
     input = "u"
     periods = (0.001, 0.002)
@@ -46,17 +44,14 @@ class Winding(Balance):
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return np.zeros((1, runs))
 
-    def regulated(self, reference: Array, slope: Array, q: Array, v: Array, c: Conditions) -> Array:
-        u = reference + self.stiffness * (reference / self.R - q[0])
-        return np.asarray(np.clip(u, -self.supply, self.supply))
+    def flow(self, level: Array, u: Array) -> Array:
+        return u - self.R * level
 
-    def rates(self, q: Array, v: Array, u: Array, c: Conditions) -> Array:
-        inductance = self.L - self.lost * np.tanh(q / self.knee) ** 2
-        return (u - self.R * q) / inductance
+    def capacity(self, level: Array) -> Array:
+        return self.L - self.lost * np.tanh(level / self.knee) ** 2
 
-    def port(self, name: str, q: Array, v: Array, c: Conditions) -> Port:
-        mobility = 1.0 / (self.L - self.lost * np.tanh(q / self.knee) ** 2)
-        return Port(q[0], v[0], -mobility, mobility[0])
+    def at_rest(self, u: Array) -> Array:
+        return u / self.R
 
     plantable = (
         P("inductance_saturation", "coil", lambda a, *_: flows.IronCore(min(0.01 * a, 0.03), 2.5)),
