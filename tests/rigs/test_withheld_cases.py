@@ -24,8 +24,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.ownership import MARKER
 from unmodelled.effects.library import effects
 
-#: Families that no machine plants: any loss, the branch of a battery, inputs that a file does not use.
-UNPLANTED = frozenset(("nonlinear_loss", "rc_branch", "input_dependence"))
+#: Families that no machine plants: any loss, and inputs that a file does not use.
+UNPLANTED = frozenset(("nonlinear_loss", "input_dependence"))
 KINDS = ("single", "pair", "null", "outside", "local")
 
 

@@ -159,7 +159,7 @@ def test_kinds_of_cases() -> None:
     singles = measured_cases("single", 80, 2000)
     families = {case.effects[0].family for case in singles}
     assert {case.effects[0].family for case in singles[: len(families)]} == families
-    assert families | {case.effects[0].family for case in measured_cases("balance", 19, 2000)} == FAMILIES
+    assert families | {case.effects[0].family for case in measured_cases("balance", 22, 2000)} == FAMILIES
     assert not any(case.effects for case in measured_cases("balance_null", 8, 2000))
     assert all(3 <= len(case.effects) <= 4 for case in measured_cases("several", 20, 2000))
     assert len(measured_cases("pair", 30, 2000)) == 30

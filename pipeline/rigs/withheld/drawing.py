@@ -53,6 +53,7 @@ FAMILIES = frozenset(
         "radiation",
         "inductance_saturation",
         "self_heating",
+        "rc_branch",
     )
 )
 LEVELS = 0.3, 3.0  # of a drawn case, in typical sizes

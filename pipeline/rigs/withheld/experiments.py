@@ -154,7 +154,7 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
     outputs: dict[str, Array] = {}
     noise = np.random.default_rng([case.seed, 3, *more])
     for sensor in case.machine.sensors:
-        y = (motion.v if sensor.rate else motion.q)[:, sensor.row]
+        y = true_output(sensor, motion)
         for channel, effect in effects:
             if channel == f"sensor:{sensor.output}" and isinstance(effect, SensorEffect):
                 y = effect.seen(plan.period, y)
@@ -163,6 +163,16 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
             exact[sensor.output], outputs[sensor.output] = y, shown
     t = np.tile(plan.period * np.arange(plan.samples, dtype=np.float64)[:, None], plan.runs)
     return Experiments(plan, t, motion.u, outputs, exact, effects)
+
+
+def true_output(sensor: Sensor, motion: Motion) -> Array:
+    """Return what a sensor without faults shows, shape (samples, n), in the unit of the output.
+
+    Args:
+        sensor: sensor of the machine.
+        motion: motion of the n runs.
+    """
+    return (motion.v if sensor.rate else motion.q)[:, sensor.row] + sensor.through * motion.u
 
 
 def _moved(

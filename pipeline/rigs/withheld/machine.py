@@ -27,6 +27,7 @@ class Sensor(NamedTuple):
         quantum: resolution in the unit of the output; 0: none.
         noise: root mean square noise in the unit of the output.
         wraps: whether the output is an angle within one turn; default: no.
+        through: what the output shows of the input at once, in its unit per unit of the input; default 0.
     """
 
     output: str
@@ -35,6 +36,7 @@ class Sensor(NamedTuple):
     quantum: float
     noise: float
     wraps: bool = False
+    through: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class Machine(ABC):
 
     Positions q and velocities v have the shape (d, n), in SI units.
 
-    Class attributes: `name` of the system file; `input`; `periods` of the logger (s) and numbers of `runs` to
+    Class attributes: `name` of the system file; `input`, and whether its log is `measured` behind the drive;
+    `periods` of the logger (s) and numbers of `runs` to
     choose from; `duration` of a run (s); `range` of the references; `sensors`, of which those in `optional`
     are not always logged; `factors` with their levels; `groups`; `friction`, the ports of the known
     damping by name of its constant; `doubtful`, constants that a user may know badly, each with the families
@@ -80,6 +83,7 @@ class Machine(ABC):
 
     name: ClassVar[str]
     input: ClassVar[str]
+    measured: ClassVar[bool] = False
     periods: ClassVar[tuple[float, ...]]
     duration: ClassVar[float]
     runs: ClassVar[tuple[int, ...]]

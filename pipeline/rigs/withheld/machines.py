@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pipeline.rigs.withheld.belt_axis import BeltAxis
 from pipeline.rigs.withheld.cam_drive import CamDrive
+from pipeline.rigs.withheld.cell import Cell
 from pipeline.rigs.withheld.column import Column
 from pipeline.rigs.withheld.hoist import Hoist
 from pipeline.rigs.withheld.hotplate import Hotplate
@@ -15,4 +16,4 @@ from pipeline.rigs.withheld.winding import Winding
 
 MACHINES: tuple[Machine, ...] = (SliderCrank(), CamDrive(), Hoist(), BeltAxis(), Pendulum())
 #: Machines without inertia, which have cases of their own.
-BALANCES: tuple[Machine, ...] = (Vessel(), Column(), Hotplate(), Winding())
+BALANCES: tuple[Machine, ...] = (Vessel(), Column(), Hotplate(), Winding(), Cell())

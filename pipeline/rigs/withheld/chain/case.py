@@ -62,7 +62,9 @@ class MeasuredCase(Case):
             LowPass.drawn(rng),
         )
         there = rng.uniform(size=len(parts)) < 0.5
-        yield from (part for part, is_there in zip(parts[:-1], there[:-1], strict=True) if is_there)
+        for part, is_there in zip(parts[:-1], there[:-1], strict=True):
+            if is_there and not (self.machine.measured and part.drive()):
+                yield part
         if speed is not None:
             yield speed
         if there[-1]:

@@ -20,7 +20,7 @@ from pipeline.rigs.withheld.effects.effect import (
     SensorEffect,
 )
 from pipeline.rigs.withheld.effects.friction import DryFriction
-from pipeline.rigs.withheld.experiments import TURN, Experiments, along
+from pipeline.rigs.withheld.experiments import TURN, Experiments, along, true_output
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.stepping import Control, Motion, move
 
@@ -111,7 +111,7 @@ def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[
     """
     shown = {}
     for sensor in machine.sensors:
-        y = (motion.v if sensor.rate else motion.q)[:, sensor.row]
+        y = true_output(sensor, motion)
         for channel, effect in effects:
             if channel == f"sensor:{sensor.output}" and isinstance(effect, SensorEffect):
                 y = effect.seen(plan.period, y)

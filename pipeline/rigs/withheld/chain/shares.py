@@ -72,7 +72,7 @@ def _states(case: MeasuredCase, motion: Motion, shown: dict[str, Array]) -> Moti
     """The motion as the sensors show it."""
     q, v = motion.q.copy(), motion.v.copy()
     for sensor in case.machine.sensors:
-        (v if sensor.rate else q)[:, sensor.row] = shown[sensor.output]
+        (v if sensor.rate else q)[:, sensor.row] = shown[sensor.output] - sensor.through * motion.u
     return Motion(q, v, motion.u)
 
 

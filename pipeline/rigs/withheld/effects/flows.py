@@ -1,4 +1,4 @@
-"""Flows out of a balance of fluid, heat or charge, and what a winding lacks."""
+"""Flows out of a balance of fluid, heat or charge, and what a cell and a winding lack."""
 
 from __future__ import annotations
 
@@ -140,6 +140,33 @@ class HotCopper(PortEffect):
             core + dt * (losses - core) / self.core,
         )
         return np.asarray(dt * self.resistance * more * current)
+
+
+@dataclass
+class Polarisation(PortEffect):
+    """Voltage that a current builds up in two branches, beside the resistance of a cell.
+
+    Attributes:
+        slow: resistance of the slow branch, ohm.
+        slow_time: its time constant, s.
+        fast: resistance of the fast branch, ohm.
+        fast_time: its time constant, s.
+    """
+
+    slow: float
+    slow_time: float
+    fast: float
+    fast_time: float
+    _voltage: tuple[Array | float, Array | float] = field(default=(0.0, 0.0), init=False, repr=False)
+
+    def impulse(self, dt: float, t: float, port: Port) -> Array:
+        slow, fast = self._voltage
+        more = (
+            dt * (self.slow * port.load - slow) / self.slow_time,
+            dt * (self.fast * port.load - fast) / self.fast_time,
+        )
+        self._voltage = slow + more[0], fast + more[1]
+        return np.asarray((more[0] + more[1]) / port.mobility)
 
 
 @dataclass
