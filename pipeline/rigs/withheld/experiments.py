@@ -166,11 +166,14 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
 
 
 def true_output(sensor: Sensor, motion: Motion) -> Array:
-    """Return what a sensor without faults shows, shape (samples, n), in the unit of the output.
+    """Return what a sensor without faults shows.
 
     Args:
         sensor: sensor of the machine.
         motion: motion of the n runs.
+
+    Returns:
+        Output, shape (samples, n), in its unit.
     """
     return (motion.v if sensor.rate else motion.q)[:, sensor.row] + sensor.through * motion.u
 
