@@ -27,7 +27,7 @@ class Sensor(NamedTuple):
         quantum: resolution in the unit of the output; 0: none.
         noise: root mean square noise in the unit of the output.
         wraps: whether the output is an angle within one turn; default: no.
-        through: share of the input in the output, without delay, in its unit per unit of the input; default 0.
+        through: share of the input in the output, units of the output per unit of the input; default 0.
     """
 
     output: str
