@@ -85,6 +85,5 @@ class Balance(Machine):
         middle = state.q + 0.5 * dt * state.v
         v = self.rates(middle, state.v, u, c)
         for name, force in forces:
-            port = self.port(name, middle, v, c)._replace(load=self.load(name, u))
-            v = v + port.response * force.impulse(dt, t, port) / dt
+            v = v + self.pushed(name, force, dt, t, middle, v, u, c) / dt
         return State(state.q + dt * v, v, state.v)

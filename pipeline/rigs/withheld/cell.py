@@ -38,8 +38,6 @@ class Cell(Balance):
     runs = (9, 12)
     range = Range(5.0, 2.0)
     sensors = (Sensor("U", 0, False, 2e-4, 5e-4, through=-_RESISTANCE),)
-    friction = {}  # noqa: RUF012
-    doubtful = {}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(_CHARGED - 0.1, _CHARGED + 0.1, (1, runs))

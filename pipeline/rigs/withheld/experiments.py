@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pipeline.rigs.withheld.cases import Case
 from pipeline.rigs.withheld.effects.effect import ActuatorEffect, Effect, Plan, PortEffect, SensorEffect
 from pipeline.rigs.withheld.effects.friction import DryFriction
-from pipeline.rigs.withheld.machine import Conditions, Range, Sensor
+from pipeline.rigs.withheld.machine import Conditions, Machine, Range, Sensor
 from pipeline.rigs.withheld.stepping import Motion, move
 
 Array = NDArray[np.float64]
@@ -150,32 +150,36 @@ def run(case: Case, plan: Plan | None = None, commands: Array | None = None) -> 
     plan = case.plan() if plan is None else plan
     effects, more = case.built(plan), () if commands is None else (1,)
     motion = _moved(case, plan, effects, commands, np.random.default_rng([case.seed, 2, *more]))
-    exact: dict[str, Array] = {}
-    outputs: dict[str, Array] = {}
     noise = np.random.default_rng([case.seed, 3, *more])
-    for sensor in case.machine.sensors:
-        y = true_output(sensor, motion)
-        for channel, effect in effects:
-            if channel == f"sensor:{sensor.output}" and isinstance(effect, SensorEffect):
-                y = effect.seen(plan.period, y)
-        shown = _shown(sensor, y, noise)
-        if sensor.output in case.logged:
-            exact[sensor.output], outputs[sensor.output] = y, shown
+    true = seen(case.machine, plan, motion, effects)
+    shown = {s.output: _shown(s, true[s.output], noise) for s in case.machine.sensors}
+    exact, outputs = ({name: each[name] for name in case.logged} for each in (true, shown))
     t = np.tile(plan.period * np.arange(plan.samples, dtype=np.float64)[:, None], plan.runs)
     return Experiments(plan, t, motion.u, outputs, exact, effects)
 
 
-def true_output(sensor: Sensor, motion: Motion) -> Array:
-    """Return what a sensor without faults shows.
+def seen(
+    machine: Machine, plan: Plan, motion: Motion, effects: Sequence[tuple[str, Effect]]
+) -> dict[str, Array]:
+    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
 
     Args:
-        sensor: sensor of the machine.
+        machine: machine without planted effects.
+        plan: plan of the n runs.
         motion: motion of the n runs.
+        effects: channel and effect of every planted effect.
 
     Returns:
-        Output, shape (samples, n), in its unit.
+        Outputs by name, shape (samples, n) each.
     """
-    return (motion.v if sensor.rate else motion.q)[:, sensor.row] + sensor.through * motion.u
+    shown = {}
+    for sensor in machine.sensors:
+        y = (motion.v if sensor.rate else motion.q)[:, sensor.row] + sensor.through * motion.u
+        for channel, effect in effects:
+            if channel == f"sensor:{sensor.output}" and isinstance(effect, SensorEffect):
+                y = effect.seen(plan.period, y)
+        shown[sensor.output] = y
+    return shown
 
 
 def _moved(

@@ -37,7 +37,6 @@ class Hotplate(Balance):
     range = Range(1.6, 1.2, 1.8)
     sensors = (Sensor("T", 0, False, 0.1, 0.4),)
     friction = {"k": "plate"}  # noqa: RUF012
-    doubtful = {}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return rng.uniform(450.0, 750.0, (1, runs))

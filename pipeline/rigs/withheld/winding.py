@@ -39,7 +39,6 @@ class Winding(Balance):
     range = Range(7.0, 6.0)
     sensors = (Sensor("i", 0, False, 1e-3, 4e-3),)
     friction = {"R": "coil"}  # noqa: RUF012
-    doubtful = {}  # noqa: RUF012
 
     def start(self, runs: int, rng: np.random.Generator) -> Array:
         return np.zeros((1, runs))

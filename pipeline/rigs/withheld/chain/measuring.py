@@ -13,14 +13,12 @@ from pipeline.rigs.withheld.chain.closed_loop import ClosedLoop, Controller
 from pipeline.rigs.withheld.chain.part import Part, Readings
 from pipeline.rigs.withheld.effects.effect import (
     ActuatorEffect,
-    Array,
     Effect,
     Plan,
     PortEffect,
-    SensorEffect,
 )
 from pipeline.rigs.withheld.effects.friction import DryFriction
-from pipeline.rigs.withheld.experiments import TURN, Experiments, along, true_output
+from pipeline.rigs.withheld.experiments import TURN, Experiments, along, seen
 from pipeline.rigs.withheld.machine import Machine
 from pipeline.rigs.withheld.stepping import Control, Motion, move
 
@@ -95,28 +93,6 @@ def moved(case: MeasuredCase, plan: Plan) -> Motion:
     loops = [part for part in case.chain if isinstance(part, ClosedLoop)]
     control: Control | None = Controller(made.machine, loops[0], plan.period) if loops else None
     return move(made.machine, plan, reference, start, made.forces, made.drive, control)
-
-
-def seen(machine: Machine, plan: Plan, motion: Motion, effects: Placed) -> dict[str, Array]:
-    """Return what sensors with `effects` show of a motion, (samples, n) by output, without noise.
-
-    Args:
-        machine: machine without planted effects.
-        plan: plan of the n runs.
-        motion: motion of the n runs.
-        effects: channel and effect of every planted effect.
-
-    Returns:
-        Outputs by name, shape (samples, n) each.
-    """
-    shown = {}
-    for sensor in machine.sensors:
-        y = true_output(sensor, motion)
-        for channel, effect in effects:
-            if channel == f"sensor:{sensor.output}" and isinstance(effect, SensorEffect):
-                y = effect.seen(plan.period, y)
-        shown[sensor.output] = y
-    return shown
 
 
 def measured(case: MeasuredCase, plan: Plan, motion: Motion) -> Experiments:

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pipeline.rigs.withheld.chain.case import MeasuredCase
-from pipeline.rigs.withheld.chain.measuring import built, planted, seen
+from pipeline.rigs.withheld.chain.measuring import built, planted
 from pipeline.rigs.withheld.chain.part import Part
 from pipeline.rigs.withheld.effects.effect import Array, Plan
+from pipeline.rigs.withheld.experiments import seen
 from pipeline.rigs.withheld.stepping import Motion, follow
 
 HORIZON = 0.1  # s, that of the shares; a diagnosis chooses its horizon from the logs
