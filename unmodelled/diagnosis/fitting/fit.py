@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
-from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights
+from unmodelled.diagnosis.fitting.residuals import Errors, Kept, loss, spread, weights
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 #: compared.
 SCOUTING, SCOUTED_SAMPLES, SCOUTED_WINDOWS = 2, 2000, 8
 #: Share of a model's error that the integration may add during a search: more accuracy changes no comparison.
-OF_ERROR = 0.01
+OF_ERROR = 0.05
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,7 @@ def fit_parameters(
     starts: Sequence[Start] = ({},),
     iterations: int = 30,
     substeps: int | None = None,
+    kept: Kept | None = None,
 ) -> Fit:
     """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt.
 
@@ -96,6 +97,7 @@ def fit_parameters(
             after some iterations on some of the windows is continued.
         iterations: largest number of iterations, default 30.
         substeps: integration steps per sample, default as many as the first of `starts` and the result need.
+        kept: derivatives of a similar model that are not computed again, default none.
 
     Returns:
         The fit.
@@ -107,13 +109,13 @@ def fit_parameters(
         return substeps_needed(simulation, every.numbers(z[None]), of_error=OF_ERROR)[0]
 
     steps = needed(every.vector(starts[0])) if substeps is None else substeps
-    first, simulations = _start(simulation, chosen, starts, steps)
-    (descent,) = begin(every, [first], steps)
+    first, simulations = _start(simulation, chosen, starts, steps, kept)
+    (descent,) = begin(every, [first], steps, kept)
     _descend(descent, iterations)
     # the fit cannot reach fast dynamics that are unstable with the steps that its start needs
     while substeps is None and (more := needed(descent.z)) > steps:
         steps, simulations = more, simulations + descent.errors.simulations
-        (descent,) = begin(every, [descent.z], steps)
+        (descent,) = begin(every, [descent.z], steps, kept)
         _descend(descent, iterations)
     return _result(descent, simulations)
 
@@ -130,7 +132,11 @@ def _uncertain(simulation: Simulation) -> tuple[Unknown, ...]:
 
 
 def _start(
-    simulation: Simulation, each: tuple[Unknown, ...], starts: Sequence[Start], substeps: int
+    simulation: Simulation,
+    each: tuple[Unknown, ...],
+    starts: Sequence[Start],
+    substeps: int,
+    kept: Kept | None,
 ) -> tuple[Array, int]:
     """The best of some starts after some iterations, and how many sets of numbers that took."""
     if len(starts) == 1:
@@ -138,7 +144,7 @@ def _start(
     recording = simulation.recording
     count = max(SCOUTED_WINDOWS, round(SCOUTED_SAMPLES / float(recording.steps.mean())))
     few = Unknowns(simulation.over(recording.thinned(count)), each)
-    scouts = begin(few, [few.vector(start) for start in starts], substeps)
+    scouts = begin(few, [few.vector(start) for start in starts], substeps, kept)
     for _ in range(SCOUTING):
         iterate(scouts)
     errors = scouts[0].errors
@@ -263,17 +269,25 @@ class Descent:
         return np.asarray(loss(r, scale) + unlikely)
 
 
-def begin(unknowns: Unknowns, starts: Sequence[Array], substeps: int) -> list[Descent]:
-    """Return fits that start at the measured initial states.
+def begin(
+    unknowns: Unknowns, starts: Sequence[Array], substeps: int, kept: Kept | None = None
+) -> list[Descent]:
+    """Return fits that start at the measured initial states, or at those of a similar model.
 
     Args:
         unknowns: numbers to fit.
         starts: initial vectors, shape (entries,), one per fit.
         substeps: integration steps per sample.
+        kept: derivatives of a similar model that are not computed again, default none.
     """
-    sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
-    errors = Errors(unknowns, sigma, substeps)
-    return [Descent(errors, z, np.zeros_like(sigma)) for z in starts]
+    if kept is None:
+        sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
+        moved = np.zeros_like(sigma)
+    else:
+        kept = kept.over(unknowns.simulation.recording)
+        sigma, moved = kept.sigma, kept.moved
+    errors = Errors(unknowns, sigma, substeps, kept)
+    return [Descent(errors, z, moved) for z in starts]
 
 
 def iterate(descents: Sequence[Descent]) -> None:

@@ -17,7 +17,16 @@ from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.containing import containing
 from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
-from unmodelled.diagnosis.search.scouting import BEGUN, SIMPLEST, Growth, Scouting, broad, promising
+from unmodelled.diagnosis.search.scouting import (
+    BEGUN,
+    FEW_OUTPUTS,
+    SIMPLEST,
+    Growth,
+    Scouting,
+    broad,
+    kept_of,
+    promising,
+)
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.diagnosis.search.shared import at_best_places, shared
 from unmodelled.effects.added import DISCOVERED, Added
@@ -27,7 +36,7 @@ Key = frozenset[object]
 
 #: Simulated samples of a screen and of a fit, about: a budget of time. Of a machine with more outputs than
 #: `FEW_OUTPUTS`, samples are fewer: each says more and takes longer. Every experiment has some windows.
-SCREENED, FITTED, FEW_OUTPUTS, FEWEST_EACH = 4000, 20_000, 4, 2
+SCREENED, FITTED, FEWEST_EACH = 4000, 20_000, 2
 #: Largest number of effects.
 MOST_EFFECTS = 5
 #: Number of effects up to which a further one is tried although fewer predict no better than none: of two
@@ -37,6 +46,8 @@ FEWEST_TRIED = 1
 PARENTS, FITTED_EACH, FITTED_FIRST = 2, 5, 12
 #: Fits for each effect that is exchanged, and with numbers of single experiments.
 EXCHANGED, FITTED_OWN = 2, 3
+#: Iterations of a fit with all derivatives after one with those of the hypothesis before: a budget.
+POLISHED = 4
 #: A shape with so many starting values has many optima; the best one is searched among these multiples.
 ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
 
@@ -212,14 +223,21 @@ class EffectSearch:
                 self._keep(fitted)
 
     def _fit(self, candidate: Growth, start: Start) -> FittedHypothesis:
-        substeps = candidate.base.fit.substeps
-        fitted = FittedHypothesis.of(candidate.hypothesis, self.fitted, [start], substeps=substeps)
+        fitted = self._near(candidate.base, candidate.hypothesis, start)
         shapes = candidate.hypothesis.effects[-1].shapes
         rough = next((name for name, values in shapes.items() if len(values) >= ROUGH), None)
         if rough is None:
             return fitted
         found = fitted.fit
         return self._again(fitted, [{**found.every, rough: near * found.values[rough]} for near in NEAR])
+
+    def _near(self, known: FittedHypothesis, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
+        """Fit a hypothesis that differs little from a fitted one, first with the derivatives of that one."""
+        kept, substeps = kept_of(known), known.fit.substeps
+        if kept is None:
+            return FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps)
+        begun = FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps, kept=kept)
+        return FittedHypothesis.of(hypothesis, self.fitted, [begun.fit.every], POLISHED, substeps)
 
     def _again(self, fitted: FittedHypothesis, starts: Sequence[Start]) -> FittedHypothesis:
         """Fit again from other starts; return the better fit."""
@@ -322,5 +340,4 @@ class EffectSearch:
         return self.found[key].fitted
 
     def _fit_without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
-        smaller, start = fitted.hypothesis.without(gone), fitted.fit.values
-        return FittedHypothesis.of(smaller, self.fitted, [start], substeps=fitted.fit.substeps)
+        return self._near(fitted, fitted.hypothesis.without(gone), fitted.fit.values)
