@@ -20,6 +20,12 @@ SHOWN = {
         r"input m acts 0\.\d+ s later",
     ],
     "hybrid_model": [r"b is absorbed by the network", r"hybrid model, held out +0\.0[0-4]"],
+    "use_a_hybrid": [
+        r"5 N more load +5\.0 +(4\.[5-9]|5\.[0-4])",
+        r"4 N s/m more friction +5\.0 +(4\.[2-9]|5\.[0-4])",
+        r"known physics +\d\d\d?\.\d+ +-?\d\d?\.",
+        r"hybrid adapted +-?[0-3]\.\d+ +-?0\.",
+    ],
     "uncertain_parameters": [r"mu_1 = 0\.\d+ is identified", r"sigma_1 = 0\.\d+ is identified"],
 }
 
