@@ -61,8 +61,9 @@ OUTLOOK = (
         "A diagnosis names drift along an experiment and from one experiment to the next, friction that "
         "changes with the time of running, and parameters that scatter between experiments. Answers from "
         "before and after a change of the machine stand side by side; numbers whose intervals do not "
-        "overlap are marked.",
-        "Adaptation online: parameters and networks stay as trained.",
+        "overlap are marked. The notebook use_a_hybrid follows a slider-crank whose spring and friction "
+        "change, sample by sample.",
+        "Adaptation of networks online: their weights stay as trained.",
         pages=("real", "withheld"),
         verbs=("diagnose", "report"),
     ),
@@ -86,9 +87,9 @@ OUTLOOK = (
         "Hybrid models can improve model-based control, if they can be evaluated fast enough.",
         "Free runs are compiled; the page Speed compares their times with those of peers. A diagnosis "
         "writes the system file with the missing effect added, and for a robot the patched URDF or MJCF "
-        "file. The input of the next experiment is optimized within limits.",
-        "A controller, and a motion that is optimized for a task: the optimized input serves the "
-        "diagnosis only.",
+        "file. The input of the next experiment is optimized within limits. The notebook use_a_hybrid plans "
+        "a motion of the slider-crank on its learned model and runs it on the bench.",
+        "A controller: the planned motion is run without feedback.",
         pages=("benchmarks",),
         verbs=("diagnose", "next"),
     ),
@@ -99,8 +100,11 @@ OUTLOOK = (
         "Kalman filters with hybrid models can estimate unknown variables while they update physical and "
         "neural parameters.",
         "Chapter 5 estimates the contact force and the distance between follower and cam from signals of "
-        "the motor. The design of the next experiment names the further sensor that would help most.",
-        "A Kalman filter, which would update states and parameters with every new sample.",
+        "the motor. The design of the next experiment names the further sensor that would help most. In the "
+        "notebook use_a_hybrid, an extended Kalman filter estimates the load on the slider from the angle "
+        "of the crank.",
+        "A filter that also updates the parameters of networks, and knows the errors of its model: its "
+        "standard deviations are too small where the network is wrong.",
         claims=("f_dagger_separates", "features_lower_error"),
         pages=("chapter_5",),
         verbs=("next",),
