@@ -136,10 +136,13 @@ class Recording:
         return replace(self, steps=np.minimum(self.steps, steps))
 
     def numbers_of(self, some: Recording) -> Indices:
-        """Return the numbers, shape (some windows,), of the windows that begin where those of another do.
+        """Find the windows that begin where those of another recording do.
 
         Args:
             some: some of the windows, or their beginnings.
+
+        Returns:
+            Numbers, shape (some windows,), of the windows.
         """
         order = np.argsort(self.start)
         return np.asarray(order[np.searchsorted(self.start[order], some.start)])
