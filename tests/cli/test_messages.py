@@ -161,8 +161,8 @@ def test_the_end_of_a_run_says_what_was_written(
     assert main(["simulate", f"system={system}", "logs=logs"]) == 0
     written_to = "outputs/simulate/last"
     assert capfd.readouterr().err == (
-        f"wrote {written_to}: simulation.json, simulation.parquet; "
-        f"read {written_to}/simulation.parquet with pandas.read_parquet; "
+        f"wrote {written_to}: index.html, simulation.json, simulation.parquet; "
+        f"open {written_to}/index.html; "
         f"the cause of the gap: python -m pipeline diagnose system={system} logs=logs\n"
     )
     assert main(["simulate", "-m", f"system={system}", "logs=logs", "hydra.sweep.dir=sweep"]) == 0

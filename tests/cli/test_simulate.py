@@ -83,7 +83,7 @@ def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[s
         *("x", "v", "gap", "noise floor", "persistence", "worst experiment", "note")
     ]
     names = sorted(p.name for p in (case / "out").iterdir())
-    assert names == [MARKER, "simulation.json", "simulation.parquet"]
+    assert names == [MARKER, "index.html", "simulation.json", "simulation.parquet"]
     summary = read_json(case / "out" / "simulation.json")
     table = pd.read_parquet(case / "out" / "simulation.parquet")
     assert list(table) == [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,8 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
+from unmodelled.diagnosis.answer.figure_tables import about_machine
+from unmodelled.diagnosis.answer.live_machine import simulated
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors
@@ -129,7 +132,9 @@ class Simulation:
         return measured_and_simulated(rows[rows["experiment"] == name], units, name)
 
     def save(self, folder: Path | str) -> None:
-        """Write simulation.parquet (the table; simulation.csv without pyarrow) and simulation.json (the gap).
+        """Write the table (simulation.parquet, .csv without pyarrow), simulation.json (the gap) and a page.
+
+        The page, index.html, simulates the machine itself: its parameters can be moved.
 
         Args:
             folder: folder that is new, empty or holds an older simulation; replaced as a whole.
@@ -137,10 +142,18 @@ class Simulation:
         Raises:
             BadInput: when the folder may not be replaced or cannot be written.
         """
+        # load matplotlib and the templates
+        from unmodelled.report.figures.style import save
+        from unmodelled.report.simulation_page import write_simulation_page
+
         sources = {"system": self.system.source, "logs": self.logs.source}
         with writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
             write_table(self.table(), new / TABLE)
-            write_json(new / SUMMARY, self._content())
+            write_json(new / SUMMARY, content := self._content())
+            svg = io.BytesIO()
+            save(self.plot(), svg)
+            live = simulated(self.system, self.logs, self.runs, self.horizon, self.gap)
+            write_simulation_page(new, content, live, about_machine(self.system), svg.getvalue())
 
     def __repr__(self) -> str:
         name, each, over = self.worst, self.gap.per_experiment, f"{self.seconds:.3g} s"

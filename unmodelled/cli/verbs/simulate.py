@@ -17,7 +17,7 @@ NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
 def simulate(
     system: Path, logs: Path, horizon: float | None, out: Path, only: Sequence[str] | str | None = None
 ) -> None:
-    """Write `simulation.parquet` (`simulation.csv` without pyarrow) and `simulation.json`, and print the gap.
+    """Write simulation.parquet (.csv without pyarrow), simulation.json and index.html, and print the gap.
 
     The gap, its noise floor, the error of persistence (every output keeps its value or its speed) and the
     scale of every output are those of `diagnose`: standard deviations within runs, over all experiments of
@@ -28,6 +28,9 @@ def simulate(
     `<name>_simulated` in its unit; if an output has a delay, nan at the first or last samples, which no
     window reaches. A simulated value that diverged is cut ten standard deviations from the measured one, as
     in the gap.
+
+    The page, index.html, shows how far off the model is and where. It simulates the machine itself, so that
+    its parameters can be moved; it is one file and needs no network.
 
     Args:
         system: file of the known physics (system/1).

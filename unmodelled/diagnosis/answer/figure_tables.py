@@ -90,7 +90,7 @@ def _about(diagnosis: Diagnosis, where: Where, found: pd.DataFrame, worst: str) 
         "worst": worst,
         "data": str(diagnosis.logs.provenance.get("data", "")),
         "units": _units(diagnosis, where, channels),
-        "machine": _machine(diagnosis.system),
+        "machine": about_machine(diagnosis.system),
         "outputs": [
             {"name": output.name, "unit": output.unit, "noise": float(sigma)}
             for output, sigma in zip(diagnosis.system.outputs, noise, strict=True)
@@ -98,8 +98,12 @@ def _about(diagnosis: Diagnosis, where: Where, found: pd.DataFrame, worst: str) 
     }
 
 
-def _machine(system: System) -> dict[str, Any]:
-    """What a drawing of the machine shows: names and units of inputs, states, ports and outputs."""
+def about_machine(system: System) -> dict[str, Any]:
+    """Return what a drawing of the machine shows: names and units of inputs, states, ports and outputs.
+
+    Args:
+        system: system to draw.
+    """
     named = {
         "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
         "states": [{"name": item.name, "unit": item.unit} for item in system.states],

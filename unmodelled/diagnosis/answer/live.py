@@ -13,26 +13,17 @@ from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json, replacing
 from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER, readable
+from unmodelled.diagnosis.answer.live_machine import experiments, machine
 from unmodelled.diagnosis.answer.live_numbers import about_effects, given_values, sliders
-from unmodelled.diagnosis.data.gap import steps_of
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
-from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.where.effect_channels import channel_of
-from unmodelled.engine.machine.javascript import as_data, as_text
+from unmodelled.engine.machine.javascript import as_data
 from unmodelled.engine.machine.program import Program
-from unmodelled.logs.observer import Observer
-from unmodelled.logs.readings import hidden_states, readings
-from unmodelled.systems.model import TIME, System, symbol
+from unmodelled.systems.model import TIME, symbol
 
 Array = NDArray[np.float64]
 
 LIVE = "live.json"
-#: Numbers of all experiments that the page holds, of 11 bytes each: a page stays below about 4 MB.
-MOST_NUMBERS = 250_000
-#: Samples of an experiment that the page simulates: a change of a slider shows within a fraction of a second.
-MOST_SAMPLES = 20_000
-#: Samples with which a part of an experiment is worth showing.
-FEWEST_SAMPLES = 200
 
 
 def write_live(diagnosis: Diagnosis, folder: Path) -> None:
@@ -67,16 +58,13 @@ def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:
     observed = [output.expression for output in system.outputs]
     observed += [e for curve in curves if curve is not None for e in curve[1]]
     labels = [None if curve is None else curve[0] for curve in curves]
+    held_out = diagnosis.held_out
+    order = [*held_out, *(i for i in range(len(logs)) if i not in held_out)]
+    constants = [(_constants(diagnosis, i), logs.c[i]) for i in range(len(logs))]
     return {
-        "program": as_data(Program.of(system, observed)),
-        **_start(system),
+        **machine(system, diagnosis.logs, observed, diagnosis.horizon),
         **_derived(diagnosis),
-        "period": logs.period,
-        "steps": steps_of(diagnosis.horizon, logs),
         "substeps": max(diagnosis.known.gap.substeps, model.gap.substeps),
-        "hold": [item.course for item in system.inputs],
-        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
-        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
         "given": given_values(diagnosis, diagnosis.system),
         "identified": given_values(diagnosis, system),
         "numbers": sliders(diagnosis),
@@ -84,31 +72,7 @@ def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:
             {"name": readable(found.added), "curve": label, **about}
             for found, label, about in zip(diagnosis.effects, labels, about_effects(diagnosis), strict=True)
         ],
-        "experiments": _experiments(diagnosis),
-    }
-
-
-def _start(system: System) -> dict[str, Any]:
-    """What gives the states at the start of a window: readings of outputs, and an observer of the others."""
-    found = readings(system)
-    expressions = [e for r in found for e in (r.gain, r.offset, r.lag)]
-    hidden = hidden_states(system, found)
-    observer = Observer.of(system, found) if hidden else None
-    beside = [r.beside for r in found]
-    moving = {TIME, *system.u} & set[object]().union(*(e.free_symbols for e in expressions))
-    return {
-        "readings": [{"state": r.state, "output": r.output, "slope": r.slope} for r in found],
-        "gains": None if all(r.plain for r in found) else as_data(Program.of(system, expressions)),
-        "steady": not moving,
-        "beside": as_data(Program.of(system, beside)) if any(beside) else None,
-        "hidden": hidden,
-        "observer": observer
-        and {
-            "program": as_data(observer.program),
-            "initial": as_data(observer.initial),
-            "columns": list(observer.columns),
-            "hold": list(observer.hold),
-        },
+        "experiments": experiments(system, diagnosis.logs, order, constants, held_out),
     }
 
 
@@ -148,35 +112,6 @@ def _curve(
         before = next(item for item in diagnosis.system.outputs if item.name == place.name)
         x, label = before.expression, {"x": before.name, "y": f"error of {output.name}", "unit": output.unit}
     return label, [x, law]
-
-
-def _experiments(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Held-out experiments first, as many as a page can hold."""
-    given, model = diagnosis.logs, diagnosis.augmented
-    sensors = Sensors(given)
-    with_slope = sorted({r.output for r in readings(model.system) if r.slope or r.lag != 0})
-    width = given.u.shape[1] + given.y.shape[1] + len(with_slope)
-    order = [*diagnosis.held_out, *(i for i in range(len(given)) if i not in diagnosis.held_out)]
-    found, room = [], MOST_NUMBERS // width
-    for i in order:
-        first, last = (int(k) for k in given.offsets[i : i + 2])
-        samples = min(last - first, MOST_SAMPLES, room)
-        if samples < min(last - first, FEWEST_SAMPLES):
-            break
-        rows, room = np.arange(first, first + samples), room - samples
-        found.append(
-            {
-                "id": given.ids[i],
-                "held_out": i in diagnosis.held_out,
-                "logged": last - first,
-                "u": [as_text(column) for column in given.u[rows].T],
-                "y": [as_text(column) for column in given.y[rows].T],
-                "v": {str(j): as_text(sensors.slope(j, 0.0, rows)) for j in with_slope},
-                "given": as_text(_constants(diagnosis, i)),
-                "identified": as_text(model.logs.c[i]),
-            }
-        )
-    return found
 
 
 def _constants(diagnosis: Diagnosis, i: int) -> Array:

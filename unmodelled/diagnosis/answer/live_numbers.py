@@ -13,6 +13,8 @@ from unmodelled.systems.model import System
 
 #: Share of the span of a slider that lies beyond the values that it must reach, on either side.
 MARGIN = 0.25
+#: Parameters of a system that get a slider where nothing was identified.
+MOST_SLIDERS = 16
 
 Place = dict[str, Any]
 
@@ -80,6 +82,25 @@ def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         about = {"effect": None, "at": _place(diagnosis, None, name)}
         rows.append(_slider(name, estimate, parameters[name].bounds, about, []))
     return [row for row in rows if row["low"] < row["high"]]
+
+
+def parameter_sliders(system: System) -> list[dict[str, Any]]:
+    """Return the parameters of a system that was not identified, those marked as uncertain first.
+
+    Args:
+        system: system with its parameters.
+
+    Returns:
+        Rows as those of `sliders`, without intervals, over the limits of the parameters.
+    """
+    shared = [(k, p) for k, p in enumerate(system.parameters) if not p.per_experiment]
+    chosen = sorted(shared, key=lambda one: not one[1].identify)[:MOST_SLIDERS]
+    return [
+        {"name": p.name, "unit": p.unit, "low": p.limits[0], "high": p.limits[1]}
+        | {"effect": None, "at": {"kind": "p", "index": k}, "interval": None, "known": p.value}
+        for k, p in chosen
+        if np.isfinite(p.limits).all() and p.limits[0] < p.limits[1]
+    ]
 
 
 def _slider(

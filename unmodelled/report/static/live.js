@@ -1,4 +1,4 @@
-// The machine of a diagnosis in the page: sliders, switches and plots over simulation.js.
+// The machine of a diagnosis or of a simulation in the page: sliders, switches and plots over simulation.js.
 "use strict";
 
 (() => {
@@ -126,9 +126,11 @@
       scale.append(mark);
     }
     track.append(scale);
-    const interval = number.interval ? `95 % interval ${range(...number.interval)}` : "a value of its own for every experiment";
-    const known = number.known == null ? "" : `, ${shown(number.known)} in the system file`;
-    const row = made("div", { class: "slider" }, made("label", { for: input.id }, number.name), output, track, made("small", {}, interval + known));
+    const told = [];
+    if (number.interval) told.push(`95 % interval ${range(...number.interval)}`);
+    else if (number.at.kind === "c") told.push("a value of its own for every experiment");
+    if (number.known != null) told.push(`${shown(number.known)} in the system file`);
+    const row = made("div", { class: "slider" }, made("label", { for: input.id }, number.name), output, track, made("small", {}, told.join(", ")));
     const tell = () => {
       const value = valueOf(i);
       input.value = String(value);
@@ -249,7 +251,8 @@
     button("←", () => zoomBy(1, -0.25), "Earlier"), button("→", () => zoomBy(1, 0.25), "Later"),
     button("All", () => { const t = charts.trajectory.data[0]; plotting.zoom(t[0], t[t.length - 1]); }, "Whole experiment"));
   const groups = [...model.effects.map(effectGroup), ...parameterGroup()];
-  const buttons = made("div", { class: "live-buttons" }, button("As identified", reset), button("As given", allAsGiven));
+  const fitted = model.effects.length > 0 || model.numbers.some(({ interval }) => interval);
+  const buttons = made("div", { class: "live-buttons" }, ...(fitted ? [button("As identified", reset)] : []), button("As given", allAsGiven));
   const pictures = [hosts.trajectory, hosts.residual, ...laws.filter(Boolean)];
   place.append(
     made("div", { class: "live-choices" }, ...choices, zoom),

@@ -1,0 +1,147 @@
+"""A system and measured experiments as data for a page, which simulates them itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.answer.live_numbers import parameter_sliders
+from unmodelled.diagnosis.data.gap import Gap, steps_of
+from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.engine.machine.javascript import as_data, as_text
+from unmodelled.engine.machine.program import Program
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.observer import Observer
+from unmodelled.logs.readings import hidden_states, readings
+from unmodelled.systems.model import TIME, System
+
+Array = NDArray[np.float64]
+
+#: Numbers of all experiments that a page holds, of 11 bytes each: a page stays below about 4 MB.
+MOST_NUMBERS = 250_000
+#: Samples of an experiment that a page simulates: a change of a slider shows within a fraction of a second.
+MOST_SAMPLES = 20_000
+#: Samples with which a part of an experiment is worth showing.
+FEWEST_SAMPLES = 200
+
+
+def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, gap: Gap) -> dict[str, Any]:
+    """Return the data of a system as it is given, with sliders of its parameters.
+
+    Args:
+        system: system that was simulated.
+        logs: measured experiments.
+        runs: numbers of the experiments that were simulated, shape (runs,).
+        horizon: length of the free-run windows, s.
+        gap: errors of the free runs.
+
+    Returns:
+        The entries of tables/live.json of a diagnosis; no effects, and the experiment with the largest gap
+        comes first.
+    """
+    logged = logs.delays or (0.0,) * len(system.inputs)
+    values = {
+        "p": as_text(list(system.values)),
+        "inputs": [item.delay - late for item, late in zip(system.inputs, logged, strict=True)],
+        "outputs": [item.delay for item in system.outputs],
+    }
+    order = sorted(runs, key=lambda i: -gap.per_experiment[logs.ids[i]])
+    return {
+        **machine(system, logs, [output.expression for output in system.outputs], horizon),
+        "derived": None,
+        "substeps": gap.substeps,
+        "given": values,
+        "identified": values,
+        "numbers": parameter_sliders(system),
+        "effects": [],
+        "experiments": experiments(system, logs, order, [(c, c) for c in logs.c]),
+    }
+
+
+def machine(system: System, logs: Logs, observed: Sequence[sp.Expr], horizon: float) -> dict[str, Any]:
+    """Return what the page needs to simulate a system; arrays are text, see `as_text`.
+
+    Args:
+        system: system to simulate.
+        logs: measured experiments.
+        observed: expressions that the page shows, the outputs first.
+        horizon: length of the free-run windows, s.
+    """
+    return {
+        "program": as_data(Program.of(system, observed)),
+        **_start(system),
+        "period": logs.period,
+        "steps": steps_of(horizon, logs),
+        "hold": [item.course for item in system.inputs],
+        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
+        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
+    }
+
+
+def _start(system: System) -> dict[str, Any]:
+    """What gives the states at the start of a window: readings of outputs, and an observer of the others."""
+    found = readings(system)
+    expressions = [e for r in found for e in (r.gain, r.offset, r.lag)]
+    hidden = hidden_states(system, found)
+    observer = Observer.of(system, found) if hidden else None
+    beside = [r.beside for r in found]
+    moving = {TIME, *system.u} & set[object]().union(*(e.free_symbols for e in expressions))
+    return {
+        "readings": [{"state": r.state, "output": r.output, "slope": r.slope} for r in found],
+        "gains": None if all(r.plain for r in found) else as_data(Program.of(system, expressions)),
+        "steady": not moving,
+        "beside": as_data(Program.of(system, beside)) if any(beside) else None,
+        "hidden": hidden,
+        "observer": observer
+        and {
+            "program": as_data(observer.program),
+            "initial": as_data(observer.initial),
+            "columns": list(observer.columns),
+            "hold": list(observer.hold),
+        },
+    }
+
+
+def experiments(
+    system: System,
+    logs: Logs,
+    order: Sequence[int],
+    constants: Sequence[tuple[Array, Array]],
+    held_out: Collection[int] = (),
+) -> list[dict[str, Any]]:
+    """Return measured experiments, as many as a page can hold.
+
+    Args:
+        system: system that is simulated along them.
+        logs: measured experiments.
+        order: numbers of the experiments, the first to show first.
+        constants: constants of every experiment as given and as identified, shape (constants,) each.
+        held_out: numbers of the experiments that took no part in a fit, default none.
+    """
+    sensors = Sensors(logs)
+    with_slope = sorted({r.output for r in readings(system) if r.slope or r.lag != 0})
+    width = logs.u.shape[1] + logs.y.shape[1] + len(with_slope)
+    found, room = [], MOST_NUMBERS // width
+    for i in order:
+        first, last = (int(k) for k in logs.offsets[i : i + 2])
+        samples = min(last - first, MOST_SAMPLES, room)
+        if samples < min(last - first, FEWEST_SAMPLES):
+            break
+        rows, room = np.arange(first, first + samples), room - samples
+        found.append(
+            {
+                "id": logs.ids[i],
+                "held_out": i in held_out,
+                "logged": last - first,
+                "u": [as_text(column) for column in logs.u[rows].T],
+                "y": [as_text(column) for column in logs.y[rows].T],
+                "v": {str(j): as_text(sensors.slope(j, 0.0, rows)) for j in with_slope},
+                "given": as_text(constants[i][0]),
+                "identified": as_text(constants[i][1]),
+            }
+        )
+    return found

@@ -1,0 +1,108 @@
+"""The page of a simulation: how far off a model is, where, and the machine that follows its sliders."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from unmodelled.base.files import replacing
+from unmodelled.report.diagnosis_page import LIVE_SCRIPTS, PAGE, short
+from unmodelled.report.machine_drawing import machine_drawing
+from unmodelled.report.numbers import amounts, number, unit_text
+from unmodelled.report.rendering import STATIC, THEME, policy, templates
+from unmodelled.report.search import as_block, table_entries
+from unmodelled.report.tables import Cell, Table
+
+#: Outputs that the first sentence tells.
+MANY = 2
+
+
+def write_simulation_page(
+    folder: Path,
+    content: Mapping[str, Any],
+    live: Mapping[str, Any],
+    machine: Mapping[str, Any],
+    drawn: bytes,
+) -> None:
+    """Write index.html, the page of a simulation. Nothing in it comes from outside.
+
+    Args:
+        folder: folder of the simulation.
+        content: content of simulation.json.
+        live: data of the machine that the page simulates; its first experiment is the one drawn.
+        machine: names and units for the drawing of the machine, see `machine_drawing`.
+        drawn: SVG file of the experiment with the largest gap.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
+    tables = [_errors(content), _experiments(content)]
+    scripts = [path.read_text() for path in (*LIVE_SCRIPTS, STATIC / "report.js")]
+    nothing = {"effects": [], "where": {"channels": []}}
+    text = (
+        templates()
+        .get_template("simulation.html.j2")
+        .render(
+            content=content,
+            sentence=_sentence(content),
+            drawing=machine_drawing(nothing, machine),
+            tables=tables,
+            downloads=[base64.b64encode(table.csv.encode()).decode() for table in tables],
+            worst=live["experiments"][0]["id"],
+            figure=base64.b64encode(drawn).decode(),
+            style="\n".join((STATIC / f"{name}.css").read_text() for name in ("uplot.min", "style")),
+            scripts=scripts,
+            search=as_block(table_entries(tables, "")),
+            live=as_block(live),
+            uplot_licence=(STATIC / "uplot.LICENSE.txt").read_text(),
+            policy=policy([THEME, *scripts]),
+            short=short,
+            root="",
+        )
+    )
+    with replacing(folder / PAGE) as temporary:
+        temporary.write_text(text)
+
+
+def _sentence(content: Mapping[str, Any]) -> str:
+    """How far off every output is, in its unit; the worst outputs alone where there are many."""
+    after = amounts([content["horizon"]], "s")[0]
+    worst = sorted(content["outputs"], key=lambda name: -content["outputs"][name]["gap"])[:MANY]
+    told = [_off(name, content["gap"]["units"][name], after) for name in worst]
+    more = " The other outputs are closer." if len(worst) < len(content["outputs"]) else ""
+    return f"{'; '.join(told)}.{more}"
+
+
+def _off(name: str, entry: Mapping[str, Any], after: str) -> str:
+    near, far = (entry["known"], entry["known_whole_run"])
+    if near is None:
+        return f"{name} diverges within {after}"
+    said = f"{name} is {amounts([near], entry['unit'])[0]} off after {after}"
+    return f"{said}, and {'diverges' if far is None else amounts([far], entry['unit'])[0]} over whole runs"
+
+
+def _errors(content: Mapping[str, Any]) -> Table:
+    rows = []
+    for name, entry in content["gap"]["units"].items():
+        errors = (entry["known"], entry["known_whole_run"], content["outputs"][name]["gap"])
+        rows.append((Cell(name, name), *map(_number, errors), Cell(unit_text(entry["unit"]), entry["unit"])))
+    columns = ("Output", f"After {number(content['horizon'])} s", "Whole runs", "Gap", "Unit")
+    about = (
+        "Root mean square errors in units of the outputs, at the last sample of the free-run windows and "
+        "over all samples of whole experiments; the gap in standard deviations of the outputs."
+    )
+    flags = (False, True, True, True, False)
+    return Table("errors", "Errors of every output", columns, flags, tuple(rows), about)
+
+
+def _experiments(content: Mapping[str, Any]) -> Table:
+    ordered: Sequence[Mapping[str, Any]] = sorted(content["experiments"], key=lambda row: -row["known"])
+    rows = tuple((Cell(row["id"], row["id"]), _number(row["known"])) for row in ordered)
+    about = "In standard deviations of the outputs, the largest first."
+    return Table("experiments", "Gap of every experiment", ("Experiment", "Gap"), (False, True), rows, about)
+
+
+def _number(value: float | None) -> Cell:
+    return Cell("diverges", "") if value is None else Cell(number(value), str(value))
