@@ -321,9 +321,10 @@ class EffectSearch:
             return False
         self.written = True
         self.progress("write down a law")
-        substeps = self.base.fit.substeps
-        for hypothesis, start in discovered(self.base, self.screened):
-            self._keep(FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps))
+        with threads_of(self.workers) as pool:
+            found = discovered(self.base, self.screened)
+            for fitted in pool.map(lambda one: self._near(self.base, *one), found):
+                self._keep(fitted)
         named = self._named().hypothesis
         return named.key != before and all(e.family != DISCOVERED for e in named.effects)
 

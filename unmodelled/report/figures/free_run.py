@@ -11,6 +11,9 @@ from matplotlib.figure import Figure
 from unmodelled.report.figures.style import new_figure, styled, thin
 from unmodelled.report.figures.tables import LOOKS, printed
 
+#: Letters of a name that fit beside a panel together with its unit.
+LONG = 12
+
 
 @styled
 def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, str], title: str) -> Figure:
@@ -31,9 +34,10 @@ def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, str], title: 
         t, measured, simulated = thin(*columns)
         left.plot(t, measured, color=LOOKS["measured"].colour, linewidth=3.0, label="measured")
         left.plot(t, simulated, color=LOOKS["known"].colour, linewidth=1.6, label="simulated")
-        left.set_ylabel(f"{name} ({printed(unit)})")
+        between = "\n" if len(name) > LONG else " "
+        left.set_ylabel(f"{name}{between}({printed(unit)})")
         right.plot(t, simulated - measured, color=LOOKS["known"].colour, linewidth=1.0)
-        right.set_ylabel(f"error of {name} ({printed(unit)})")
+        right.set_ylabel(f"error of{between}{name}{between}({printed(unit)})")
         for axes in (left, right):
             axes.grid(linewidth=0.5)
     for axes in grid[-1]:
