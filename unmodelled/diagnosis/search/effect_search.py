@@ -133,11 +133,17 @@ class EffectSearch:
             if steps > max(candidates.steps[named], FEWEST_TRIED):
                 break
             rivals = [k for k in candidates.promising(steps) if k != named]
-            for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if steps else 1]):
+            # one that is named already needs no rival where every parent takes a minute
+            enough = steps == 0 or (self._is_large and candidates.steps[named] == steps)
+            for parent in (candidates.fits[k] for k in [named, *rivals][: 1 if enough else PARENTS]):
                 self._grow(parent)
             # effects are added to a law, too, that has taken the place of one that it contains
             now = self._named().hypothesis
             steps += 0 if now.key not in self.grown and len(now.together) == steps else 1
+
+    @property
+    def _is_large(self) -> bool:
+        return len(self.study.system.outputs) > FEW_OUTPUTS
 
     def _named(self) -> FittedHypothesis:
         candidates = self.candidates
