@@ -83,7 +83,8 @@ def diagnose_gap(
         named.reidentified,
         *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path),
     ]
-    network, beside = search.network(search.base), LeftOut.of(search.network(chosen))
+    network, flexible = search.with_networks([search.base, chosen])
+    beside = LeftOut.of(flexible)
     candidates = search.candidates
     decision = decide(candidates, candidates.fits.index(chosen), beside, steps[-1].gap)
     models = [known_model(study), *steps, judged_model("neural", network)]

@@ -27,6 +27,10 @@ Array = NDArray[np.float64]
 SCOUTING, SCOUTED_SAMPLES, SCOUTED_WINDOWS = 2, 2000, 8
 #: Share of a model's error that the integration may add during a search: more accuracy changes no comparison.
 OF_ERROR = 0.05
+#: A fit has converged when an iteration lowers the loss by less, in all or as a share of it. The share is
+#: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation.
+#: Such a small step alone is not enough: far from the noise, standard deviations are large.
+CONVERGED_LOSS, CONVERGED_SHARE, NEAR_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 1e-3, 0.03
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,7 @@ def fit_parameters(
     iterations: int = 30,
     substeps: int | None = None,
     kept: Kept | None = None,
+    share: float = CONVERGED_SHARE,
 ) -> Fit:
     """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt.
 
@@ -98,6 +103,7 @@ def fit_parameters(
         iterations: largest number of iterations, default 30.
         substeps: integration steps per sample, default as many as the first of `starts` and the result need.
         kept: derivatives of a similar model that are not computed again, default none.
+        share: share of the loss by which an iteration must lower it, or the fit has converged, default 1e-5.
 
     Returns:
         The fit.
@@ -110,12 +116,12 @@ def fit_parameters(
 
     steps = needed(every.vector(starts[0])) if substeps is None else substeps
     first, simulations = _start(simulation, chosen, starts, steps, kept)
-    (descent,) = begin(every, [first], steps, kept)
+    (descent,) = begin(every, [first], steps, kept, share)
     _descend(descent, iterations)
     # the fit cannot reach fast dynamics that are unstable with the steps that its start needs
     while substeps is None and (more := needed(descent.z)) > steps:
         steps, simulations = more, simulations + descent.errors.simulations
-        (descent,) = begin(every, [descent.z], steps, kept)
+        (descent,) = begin(every, [descent.z], steps, kept, share)
         _descend(descent, iterations)
     return _result(descent, simulations)
 
@@ -188,10 +194,6 @@ def _result(descent: Descent, simulations: int) -> Fit:
 #: Dampings that are tried at once, relative to the one that was best before.
 DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
-#: A fit has converged when an iteration lowers the loss by less, in all or as a share of it. The share is
-#: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation.
-#: Such a small step alone is not enough: far from the noise, standard deviations are large.
-CONVERGED_LOSS, CONVERGED_SHARE, NEAR_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 1e-3, 0.03
 
 
 #: Vectors (sets, entries) and starts (windows, sets, measured states) that are to be simulated.
@@ -209,6 +211,7 @@ class Descent:
         damping: best damping of the last iteration.
         loss: loss before the last step.
         converged: whether the loss stopped falling.
+        share: share of the loss by which an iteration must lower it, default 1e-5.
     """
 
     errors: Errors
@@ -217,6 +220,7 @@ class Descent:
     damping: float = FIRST_DAMPING
     loss: float = np.inf
     converged: bool = False
+    share: float = CONVERGED_SHARE
 
     def normal(self, r: Array) -> tuple[NormalEquations, Array]:
         """Return the normal equations at the current point, and the robust spread of its errors.
@@ -255,7 +259,7 @@ class Descent:
             best = int(np.argmin(losses))
             if losses[best] < here:
                 near = np.abs(z[best] - self.z) <= CONVERGED_STEP * np.sqrt(np.diag(normal.covariance()))
-                share = NEAR_SHARE if near.all() else CONVERGED_SHARE
+                share = max(NEAR_SHARE if near.all() else 0.0, self.share)
                 self.z, self.moved, self.loss = z[best], moved[:, best], float(losses[best])
                 self.damping = float(dampings[best])
                 self.converged = here - self.loss < CONVERGED_LOSS + share * here
@@ -270,7 +274,11 @@ class Descent:
 
 
 def begin(
-    unknowns: Unknowns, starts: Sequence[Array], substeps: int, kept: Kept | None = None
+    unknowns: Unknowns,
+    starts: Sequence[Array],
+    substeps: int,
+    kept: Kept | None = None,
+    share: float = CONVERGED_SHARE,
 ) -> list[Descent]:
     """Return fits that start at the measured initial states, or at those of a similar model.
 
@@ -279,6 +287,7 @@ def begin(
         starts: initial vectors, shape (entries,), one per fit.
         substeps: integration steps per sample.
         kept: derivatives of a similar model that are not computed again, default none.
+        share: share of the loss by which an iteration must lower it, default 1e-5.
     """
     if kept is None:
         sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
@@ -287,7 +296,7 @@ def begin(
         kept = kept.over(unknowns.simulation.recording)
         sigma, moved = kept.sigma, kept.moved
     errors = Errors(unknowns, sigma, substeps, kept)
-    return [Descent(errors, z, moved) for z in starts]
+    return [Descent(errors, z, moved, share=share) for z in starts]
 
 
 def iterate(descents: Sequence[Descent]) -> None:

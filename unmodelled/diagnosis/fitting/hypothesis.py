@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
+from unmodelled.diagnosis.fitting.fit import CONVERGED_SHARE, Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, Kept, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -248,6 +248,7 @@ class FittedHypothesis:
         iterations: int = 30,
         substeps: int | None = None,
         kept: Kept | None = None,
+        share: float = CONVERGED_SHARE,
     ) -> FittedHypothesis:
         """Fit a hypothesis to a recording, see `fit_parameters`.
 
@@ -258,9 +259,10 @@ class FittedHypothesis:
             iterations: largest number of iterations, default 30.
             substeps: integration steps per sample, default as many as the first of `starts` needs.
             kept: derivatives of a similar model that are not computed again, default none.
+            share: share of the loss by which an iteration must lower it, default 1e-5.
         """
         simulation = hypothesis.simulation(recording)
-        found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, kept)
+        found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, kept, share)
         return cls(hypothesis, recording, found)
 
     @property

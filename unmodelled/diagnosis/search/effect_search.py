@@ -10,6 +10,7 @@ import numpy as np
 
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.fit import CONVERGED_SHARE
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Start
@@ -24,7 +25,6 @@ from unmodelled.diagnosis.search.scouting import (
     Growth,
     Scouting,
     broad,
-    kept_of,
     promising,
 )
 from unmodelled.diagnosis.search.screen import Screened, screen
@@ -46,8 +46,9 @@ FEWEST_TRIED = 1
 PARENTS, FITTED_EACH, FITTED_FIRST = 2, 5, 12
 #: Fits for each effect that is exchanged, and with numbers of single experiments.
 EXCHANGED, FITTED_OWN = 2, 3
-#: Iterations of a fit with all derivatives after one with those of the hypothesis before: a budget.
-POLISHED = 4
+#: Share of the loss by which an iteration of a fit must lower it, of a machine with more outputs than
+#: `FEW_OUTPUTS`: candidates differ by more.
+NEAR_ENOUGH = 1e-3
 #: A shape with so many starting values has many optima; the best one is searched among these multiples.
 ROUGH, NEAR = 20, np.geomspace(0.85, 1.0 / 0.85, 9).tolist()
 
@@ -63,7 +64,6 @@ class EffectSearch:
         found: left-out predictions of fitted hypotheses by key, the known physics first.
         screens: screened candidates on top of a fitted hypothesis, by its key.
         grown: keys of the hypotheses that effects were added to.
-        networks: fits with a network in every port, by the key of the hypothesis without.
         refused: family, variant and place of effects that are neither named nor added any more.
         written: whether formulas were fitted already.
     """
@@ -74,7 +74,6 @@ class EffectSearch:
     found: dict[Key, LeftOut] = field(default_factory=dict)
     screens: dict[Key, list[Screened]] = field(default_factory=dict)
     grown: set[Key] = field(default_factory=set)
-    networks: dict[Key, FittedHypothesis] = field(default_factory=dict)
     refused: set[tuple[str, str, Place]] = field(default_factory=set)
     written: bool = False
 
@@ -229,7 +228,7 @@ class EffectSearch:
                 self._keep(fitted)
 
     def _fit(self, candidate: Growth, start: Start) -> FittedHypothesis:
-        fitted = self._near(candidate.base, candidate.hypothesis, start)
+        fitted = self._fitted(candidate.hypothesis, start)
         shapes = candidate.hypothesis.effects[-1].shapes
         rough = next((name for name, values in shapes.items() if len(values) >= ROUGH), None)
         if rough is None:
@@ -237,13 +236,11 @@ class EffectSearch:
         found = fitted.fit
         return self._again(fitted, [{**found.every, rough: near * found.values[rough]} for near in NEAR])
 
-    def _near(self, known: FittedHypothesis, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
-        """Fit a hypothesis that differs little from a fitted one, first with the derivatives of that one."""
-        kept, substeps = kept_of(known), known.fit.substeps
-        if kept is None:
-            return FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps)
-        begun = FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps, kept=kept)
-        return FittedHypothesis.of(hypothesis, self.fitted, [begun.fit.every], POLISHED, substeps)
+    def _fitted(self, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
+        """Fit a hypothesis, of a large machine only as far as candidates differ."""
+        share = NEAR_ENOUGH if self._is_large else CONVERGED_SHARE
+        substeps = self.base.fit.substeps
+        return FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps, share=share)
 
     def _again(self, fitted: FittedHypothesis, starts: Sequence[Start]) -> FittedHypothesis:
         """Fit again from other starts; return the better fit."""
@@ -301,17 +298,20 @@ class EffectSearch:
         for key in [e.key for e in gone]:
             fitted = self.without(fitted, next(e for e in fitted.hypothesis.effects if e.key == key))
 
-    def network(self, fitted: FittedHypothesis) -> FittedHypothesis:
-        """Return the fit of a hypothesis with a network in every port.
+    def with_networks(self, fits: Sequence[FittedHypothesis]) -> list[FittedHypothesis]:
+        """Return the fits of hypotheses with a network in every port.
 
         Args:
-            fitted: fitted hypothesis.
+            fits: fitted hypotheses.
         """
-        key = fitted.hypothesis.key
-        if key not in self.networks:
-            self.progress(f"fit a network in every port on top of {fitted.hypothesis}")
-            self.networks[key] = fit_network(fitted, self.fitted, self.screened, self.study.seed)
-        return self.networks[key]
+        new = {f.hypothesis.key: f for f in fits}
+        for f in new.values():
+            self.progress(f"fit a network in every port on top of {f.hypothesis}")
+        seed = self.study.seed
+        with threads_of(self.workers) as pool:
+            made = pool.map(lambda f: fit_network(f, self.fitted, self.screened, seed), new.values())
+            found = dict(zip(new, made, strict=True))
+        return [found[f.hypothesis.key] for f in fits]
 
     def _discover(self) -> bool:
         """Fit formulas in the ports, alone, where the named candidate leaves more than a negligible error.
@@ -329,7 +329,7 @@ class EffectSearch:
         self.progress("write down a law")
         with threads_of(self.workers) as pool:
             found = discovered(self.base, self.screened)
-            for fitted in pool.map(lambda one: self._near(self.base, *one), found):
+            for fitted in pool.map(lambda one: self._fitted(*one), found):
                 self._keep(fitted)
         named = self._named().hypothesis
         return named.key != before and all(e.family != DISCOVERED for e in named.effects)
@@ -347,4 +347,4 @@ class EffectSearch:
         return self.found[key].fitted
 
     def _fit_without(self, fitted: FittedHypothesis, gone: Added) -> FittedHypothesis:
-        return self._near(fitted, fitted.hypothesis.without(gone), fitted.fit.values)
+        return self._fitted(fitted.hypothesis.without(gone), fitted.fit.values)

@@ -28,8 +28,8 @@ Growth = One | Shared
 BEGUN = 0.1
 #: Iterations of a fit that only ranks candidates: a budget.
 SCOUTING = 3
-#: Number of outputs up to which fits compute all derivatives in every iteration: simulated sets take most of
-#: the time of a larger machine only.
+#: Number of outputs up to which short fits compute all derivatives in every iteration: simulated sets take
+#: most of the time of a larger machine only.
 FEW_OUTPUTS = 4
 #: Families and places of which two laws each are scouted.
 SCOUTED = 10
@@ -68,7 +68,8 @@ class Scouting:
         Returns:
             Candidates with the results of their fits, the best first.
         """
-        kept = kept_of(parent)
+        many = len(parent.hypothesis.system.outputs) > FEW_OUTPUTS
+        kept = parent.kept if many else None
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(lambda one: self._short(one, kept), chosen))
         before = self._as_short(parent) if parent.hypothesis.effects else self._without
@@ -105,15 +106,6 @@ class Scouting:
             begun = FittedHypothesis.of(larger, few, starts, substeps=substeps, kept=kept)
             starts = (begun.fit.every,)
         return LeftOut.of(FittedHypothesis.of(larger, self.recording, starts, SCOUTING, substeps, kept))
-
-
-def kept_of(fitted: FittedHypothesis) -> Kept | None:
-    """Return the derivatives that fits near a hypothesis keep; none of a machine with few outputs.
-
-    Args:
-        fitted: fitted hypothesis.
-    """
-    return fitted.kept if len(fitted.hypothesis.system.outputs) > FEW_OUTPUTS else None
 
 
 def broad(found: Sequence[One]) -> list[One]:
