@@ -101,7 +101,7 @@ def _genetic() -> tuple[Search, str]:
     except ImportError:
         raise PeerMissing("pymoo is not installed: pip install -e .[bench]") from None
 
-    class Likelihood(Problem):  # type: ignore[misc]
+    class Likelihood(Problem):
         def __init__(self, objective: Callable[[Array], Array], bounds: Array) -> None:
             super().__init__(n_var=len(bounds), n_obj=1, xl=bounds[:, 0], xu=bounds[:, 1])
             self.objective = objective

@@ -12,8 +12,6 @@ from tests.diagnosis.studies import ANGLE, HORIZON, JOINT, TORQUE, effect, study
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.fitting.residuals import Errors
-from unmodelled.diagnosis.fitting.unknowns import Unknowns
 from unmodelled.effects.place import Place
 
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.01}\nparameters:")
@@ -207,33 +205,6 @@ def test_starts_are_known_in_fewer_windows_too(friction: FittedHypothesis) -> No
     assert friction.vector(friction.unknowns) == pytest.approx(
         [friction.fit.values[u.name] / u.scale for u in friction.hypothesis.unknowns]
     )
-
-
-def test_derivatives_are_kept_for_other_windows(friction: FittedHypothesis) -> None:
-    few = friction.recording.thinned(5).shortened(0.3)
-    kept, unknowns = friction.kept.over(few), friction.hypothesis.unknowns
-    errors = Errors(
-        Unknowns(friction.hypothesis.simulation(few), unknowns), kept.sigma, friction.fit.substeps
-    )
-    z = friction.vector(errors.unknowns)
-    np.testing.assert_allclose(
-        kept.slopes, errors.slopes(z, errors(*errors.around(z, kept.moved))), atol=1e-6
-    )
-    backwards, new = kept.among(["one more", *(u.name for u in reversed(unknowns))])
-    assert new.tolist() == [0] and not backwards[:, 0].any()
-    np.testing.assert_array_equal(backwards[:, 1], kept.slopes[:, len(unknowns) - 1])
-    np.testing.assert_array_equal(backwards[:, -2:], kept.slopes[:, -2:])
-
-
-def test_kept_derivatives_lead_to_nearly_the_same_fit(friction: FittedHypothesis) -> None:
-    known, recording = Hypothesis.known(friction.hypothesis.study), friction.recording
-    kept = FittedHypothesis.of(known, recording).kept
-    fresh, near = (
-        FittedHypothesis.of(friction.hypothesis, recording, iterations=3, kept=k).fit for k in (None, kept)
-    )
-    assert near.simulations < 0.8 * fresh.simulations
-    assert near.left.value == pytest.approx(fresh.left.value, rel=0.15)
-    assert near.values["F_c"] == pytest.approx(fresh.values["F_c"], rel=0.05)
 
 
 def test_the_vector_of_a_fit_has_the_values_of_every_experiment(known: Hypothesis) -> None:

@@ -135,18 +135,6 @@ class Recording:
         steps = max(SHORTEST, round(share * int(self.steps.max())))
         return replace(self, steps=np.minimum(self.steps, steps))
 
-    def numbers_of(self, some: Recording) -> Indices:
-        """Find the windows that begin where those of another recording do.
-
-        Args:
-            some: some of the windows, or their beginnings.
-
-        Returns:
-            Numbers, shape (some windows,), of the windows.
-        """
-        order = np.argsort(self.start)
-        return np.asarray(order[np.searchsorted(self.start[order], some.start)])
-
     @cached_property
     def owner(self) -> Indices:
         """Return the numbers, shape (windows,), of the windows' experiments."""

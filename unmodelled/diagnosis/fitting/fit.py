@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
-from unmodelled.diagnosis.fitting.residuals import Errors, Kept, loss, spread, weights
+from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 
@@ -90,7 +90,6 @@ def fit_parameters(
     starts: Sequence[Start] = ({},),
     iterations: int = 30,
     substeps: int | None = None,
-    kept: Kept | None = None,
     share: float = CONVERGED_SHARE,
 ) -> Fit:
     """Fit unknowns to all windows of a simulation by the method of Levenberg and Marquardt.
@@ -102,7 +101,6 @@ def fit_parameters(
             after some iterations on some of the windows is continued.
         iterations: largest number of iterations, default 30.
         substeps: integration steps per sample, default as many as the first of `starts` and the result need.
-        kept: derivatives of a similar model that are not computed again, default none.
         share: share of the loss by which an iteration must lower it, or the fit has converged, default 1e-5.
 
     Returns:
@@ -115,13 +113,13 @@ def fit_parameters(
         return substeps_needed(simulation, every.numbers(z[None]), of_error=OF_ERROR)[0]
 
     steps = needed(every.vector(starts[0])) if substeps is None else substeps
-    first, simulations = _start(simulation, chosen, starts, steps, kept)
-    (descent,) = begin(every, [first], steps, kept, share)
+    first, simulations = _start(simulation, chosen, starts, steps)
+    (descent,) = begin(every, [first], steps, share)
     _descend(descent, iterations)
     # the fit cannot reach fast dynamics that are unstable with the steps that its start needs
     while substeps is None and (more := needed(descent.z)) > steps:
         steps, simulations = more, simulations + descent.errors.simulations
-        (descent,) = begin(every, [descent.z], steps, kept, share)
+        (descent,) = begin(every, [descent.z], steps, share)
         _descend(descent, iterations)
     return _result(descent, simulations)
 
@@ -138,11 +136,7 @@ def _uncertain(simulation: Simulation) -> tuple[Unknown, ...]:
 
 
 def _start(
-    simulation: Simulation,
-    each: tuple[Unknown, ...],
-    starts: Sequence[Start],
-    substeps: int,
-    kept: Kept | None,
+    simulation: Simulation, each: tuple[Unknown, ...], starts: Sequence[Start], substeps: int
 ) -> tuple[Array, int]:
     """The best of some starts after some iterations, and how many sets of numbers that took."""
     if len(starts) == 1:
@@ -150,7 +144,7 @@ def _start(
     recording = simulation.recording
     count = max(SCOUTED_WINDOWS, round(SCOUTED_SAMPLES / float(recording.steps.mean())))
     few = Unknowns(simulation.over(recording.thinned(count)), each)
-    scouts = begin(few, [few.vector(start) for start in starts], substeps, kept)
+    scouts = begin(few, [few.vector(start) for start in starts], substeps)
     for _ in range(SCOUTING):
         iterate(scouts)
     errors = scouts[0].errors
@@ -274,29 +268,19 @@ class Descent:
 
 
 def begin(
-    unknowns: Unknowns,
-    starts: Sequence[Array],
-    substeps: int,
-    kept: Kept | None = None,
-    share: float = CONVERGED_SHARE,
+    unknowns: Unknowns, starts: Sequence[Array], substeps: int, share: float = CONVERGED_SHARE
 ) -> list[Descent]:
-    """Return fits that start at the measured initial states, or at those of a similar model.
+    """Return fits that start at the measured initial states.
 
     Args:
         unknowns: numbers to fit.
         starts: initial vectors, shape (entries,), one per fit.
         substeps: integration steps per sample.
-        kept: derivatives of a similar model that are not computed again, default none.
         share: share of the loss by which an iteration must lower it, default 1e-5.
     """
-    if kept is None:
-        sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
-        moved = np.zeros_like(sigma)
-    else:
-        kept = kept.over(unknowns.simulation.recording)
-        sigma, moved = kept.sigma, kept.moved
-    errors = Errors(unknowns, sigma, substeps, kept)
-    return [Descent(errors, z, moved, share=share) for z in starts]
+    sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
+    errors = Errors(unknowns, sigma, substeps)
+    return [Descent(errors, z, np.zeros_like(sigma), share=share) for z in starts]
 
 
 def iterate(descents: Sequence[Descent]) -> None:

@@ -13,7 +13,7 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.fit import CONVERGED_SHARE, Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
-from unmodelled.diagnosis.fitting.residuals import Errors, Kept, spread
+from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 from unmodelled.effects.added import Added
@@ -247,7 +247,6 @@ class FittedHypothesis:
         starts: Sequence[Start] = ({},),
         iterations: int = 30,
         substeps: int | None = None,
-        kept: Kept | None = None,
         share: float = CONVERGED_SHARE,
     ) -> FittedHypothesis:
         """Fit a hypothesis to a recording, see `fit_parameters`.
@@ -258,11 +257,10 @@ class FittedHypothesis:
             starts: initial values; of several, the best one is continued.
             iterations: largest number of iterations, default 30.
             substeps: integration steps per sample, default as many as the first of `starts` needs.
-            kept: derivatives of a similar model that are not computed again, default none.
             share: share of the loss by which an iteration must lower it, default 1e-5.
         """
         simulation = hypothesis.simulation(recording)
-        found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, kept, share)
+        found = fit_parameters(simulation, hypothesis.unknowns, starts, iterations, substeps, share)
         return cls(hypothesis, recording, found)
 
     @property
@@ -309,17 +307,10 @@ class FittedHypothesis:
             Corrections in standard deviations of the noise, and these standard deviations, SI; both have the
             shape (windows, measured states).
         """
+        order = np.argsort(self.recording.start)
+        rows = order[np.searchsorted(self.recording.start[order], recording.start)]
         sigma = start_noise(self.hypothesis.simulation(recording), self.fit.numbers)
-        return self.fit.start[self.recording.numbers_of(recording)] / sigma, sigma
-
-    @cached_property
-    def kept(self) -> Kept:
-        """Return the derivatives of the errors."""
-        moved, sigma = self.moved(self.recording)
-        errors, z = Errors(self.unknowns, sigma, self.fit.substeps), self.vector(self.unknowns)
-        names = tuple(u.name for u in self.hypothesis.unknowns)
-        slopes = errors.slopes(z, errors(*errors.around(z, moved)))
-        return Kept(names, self.recording, slopes, moved, sigma)
+        return self.fit.start[rows] / sigma, sigma
 
     @cached_property
     def errors(self) -> tuple[Array, Array]:

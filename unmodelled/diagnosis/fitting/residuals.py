@@ -2,72 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
-from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 #: Steps of forward differences, in units of an unknown and of the noise of an initial state.
 STEP, START_STEP = 1e-4, 0.1
 #: Standard deviations beyond which an error counts linearly and no longer squared (Huber): 95 % of normal
 #: errors count squared.
 TUNING = 2.0
-
-
-@dataclass(frozen=True)
-class Kept:
-    """Derivatives of the errors of a fitted model, kept for fits of models that differ little from it.
-
-    Attributes:
-        names: names of the model's unknowns.
-        recording: windows.
-        slopes: derivatives, shape (windows, unknowns + measured states, most steps, outputs), see
-            `Errors.slopes`.
-        moved: corrections of the initial states, shape (windows, measured states), in units of `sigma`.
-        sigma: noise of the initial states, shape (windows, measured states), SI.
-    """
-
-    names: tuple[str, ...]
-    recording: Recording
-    slopes: Array
-    moved: Array
-    sigma: Array
-
-    def over(self, recording: Recording) -> Kept:
-        """Return what is kept of other windows.
-
-        Args:
-            recording: some of the windows, or their beginnings.
-        """
-        rows, counted = self.recording.numbers_of(recording), recording.counted[:, None, :, None]
-        slopes = np.where(counted, self.slopes[rows, :, : counted.shape[2]], 0.0)
-        return Kept(self.names, recording, slopes, self.moved[rows], self.sigma[rows])
-
-    def among(self, names: Sequence[str]) -> tuple[Array, Indices]:
-        """Arrange the derivatives in the order of another model's unknowns.
-
-        Args:
-            names: names of its unknowns.
-
-        Returns:
-            Derivatives, shape (windows, unknowns + measured states, most steps, outputs), zero where none is
-            kept, and the numbers of these unknowns.
-        """
-        known = [k for k, name in enumerate(names) if name in self.names]
-        found = np.zeros((len(self.slopes), len(names) + self.moved.shape[1], *self.slopes.shape[2:]))
-        found[:, known] = self.slopes[:, [self.names.index(names[k]) for k in known]]
-        found[:, len(names) :] = self.slopes[:, len(self.names) :]
-        return found, np.setdiff1d(np.arange(len(names)), known)
 
 
 class Errors:
@@ -77,16 +26,11 @@ class Errors:
         unknowns: numbers that may change.
         sigma: noise, shape (windows, measured states), of the initial states, SI.
         substeps: integration steps per sample.
-        kept: derivatives at the same windows that are not computed again, default none.
     """
 
-    def __init__(self, unknowns: Unknowns, sigma: Array, substeps: int, kept: Kept | None = None) -> None:
+    def __init__(self, unknowns: Unknowns, sigma: Array, substeps: int) -> None:
         self.unknowns, self.sigma, self.substeps = unknowns, sigma, substeps
         self.simulations = 0
-        self._known: Array | None = None
-        self._new = np.arange(len(unknowns.each) + sigma.shape[1])
-        if kept is not None:
-            self._known, self._new = kept.among([u.name for u in unknowns.each])
 
     @property
     def simulation(self) -> Simulation:
@@ -141,7 +85,7 @@ class Errors:
 
         Returns:
             Vectors, shape (points, entries), and corrections, shape (windows, points, measured states),
-            where points are 1 + unknowns + measured states, without those whose derivatives are kept.
+            where points are 1 + unknowns + measured states.
         """
         unknowns, states = self.unknowns, moved.shape[1]
         count = len(unknowns.each)
@@ -149,8 +93,7 @@ class Errors:
         points[1 : 1 + count] += self._steps(z) * (np.arange(count)[:, None] == unknowns.unknown)
         starts = np.repeat(moved[:, None], len(points), axis=1)
         starts[:, 1 + count :] += START_STEP * np.eye(states)
-        chosen = [0, *(1 + self._new)]
-        return points[chosen], starts[:, chosen]
+        return points, starts
 
     def slopes(self, z: Array, r: Array) -> Array:
         """Return the derivatives of the errors by unknowns and initial states.
@@ -164,14 +107,9 @@ class Errors:
             Derivatives, shape (windows, unknowns + measured states, most steps, outputs).
         """
         entry = self.unknowns.entry
-        steps = np.full((len(r), entry.shape[1] + self.sigma.shape[1]), START_STEP)
+        steps = np.full((len(r), r.shape[1] - 1), START_STEP)
         steps[:, : entry.shape[1]] = self._steps(z)[entry]
-        found = np.asarray(error_kernels.forward_differences(r, self.largest, steps[:, self._new]))
-        if self._known is None:
-            return found
-        every = self._known.copy()
-        every[:, self._new] = found
-        return every
+        return np.asarray(error_kernels.forward_differences(r, self.largest, steps))
 
     def _steps(self, z: Array) -> Array:
         return np.where(z + STEP <= self.unknowns.bounds[1], STEP, -STEP)

@@ -18,15 +18,7 @@ from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.containing import containing
 from unmodelled.diagnosis.search.discovered import discovered
 from unmodelled.diagnosis.search.network import fit_network
-from unmodelled.diagnosis.search.scouting import (
-    BEGUN,
-    FEW_OUTPUTS,
-    SIMPLEST,
-    Growth,
-    Scouting,
-    broad,
-    promising,
-)
+from unmodelled.diagnosis.search.scouting import BEGUN, SIMPLEST, Growth, Scouting, broad, promising
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.diagnosis.search.shared import at_best_places, shared
 from unmodelled.effects.added import DISCOVERED, Added
@@ -36,7 +28,7 @@ Key = frozenset[object]
 
 #: Simulated samples of a screen and of a fit, about: a budget of time. Of a machine with more outputs than
 #: `FEW_OUTPUTS`, samples are fewer: each says more and takes longer. Every experiment has some windows.
-SCREENED, FITTED, FEWEST_EACH = 4000, 20_000, 2
+SCREENED, FITTED, FEW_OUTPUTS, FEWEST_EACH = 4000, 20_000, 4, 2
 #: Largest number of effects.
 MOST_EFFECTS = 5
 #: Number of effects up to which a further one is tried although fewer predict no better than none: of two
@@ -132,17 +124,11 @@ class EffectSearch:
             if steps > max(candidates.steps[named], FEWEST_TRIED):
                 break
             rivals = [k for k in candidates.promising(steps) if k != named]
-            # one that is named already needs no rival where every parent takes a minute
-            enough = steps == 0 or (self._is_large and candidates.steps[named] == steps)
-            for parent in (candidates.fits[k] for k in [named, *rivals][: 1 if enough else PARENTS]):
+            for parent in (candidates.fits[k] for k in [named, *rivals][: PARENTS if steps else 1]):
                 self._grow(parent)
             # effects are added to a law, too, that has taken the place of one that it contains
             now = self._named().hypothesis
             steps += 0 if now.key not in self.grown and len(now.together) == steps else 1
-
-    @property
-    def _is_large(self) -> bool:
-        return len(self.study.system.outputs) > FEW_OUTPUTS
 
     def _named(self) -> FittedHypothesis:
         candidates = self.candidates
@@ -238,7 +224,8 @@ class EffectSearch:
 
     def _fitted(self, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
         """Fit a hypothesis, of a large machine only as far as candidates differ."""
-        share = NEAR_ENOUGH if self._is_large else CONVERGED_SHARE
+        large = len(self.study.system.outputs) > FEW_OUTPUTS
+        share = NEAR_ENOUGH if large else CONVERGED_SHARE
         substeps = self.base.fit.substeps
         return FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps, share=share)
 

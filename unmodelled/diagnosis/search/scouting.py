@@ -12,7 +12,6 @@ from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
-from unmodelled.diagnosis.fitting.residuals import Kept
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.containing import Containing
@@ -28,9 +27,6 @@ Growth = One | Shared
 BEGUN = 0.1
 #: Iterations of a fit that only ranks candidates: a budget.
 SCOUTING = 3
-#: Number of outputs up to which short fits compute all derivatives in every iteration: simulated sets take
-#: most of the time of a larger machine only.
-FEW_OUTPUTS = 4
 #: Families and places of which two laws each are scouted.
 SCOUTED = 10
 #: Complexity of the laws that are always scouted: those with one number.
@@ -68,10 +64,8 @@ class Scouting:
         Returns:
             Candidates with the results of their fits, the best first.
         """
-        many = len(parent.hypothesis.system.outputs) > FEW_OUTPUTS
-        kept = parent.kept if many else None
         with threads_of(self.workers) as pool:
-            scouts = list(pool.map(lambda one: self._short(one, kept), chosen))
+            scouts = list(pool.map(self._short, chosen))
         before = self._as_short(parent) if parent.hypothesis.effects else self._without
         scouted = Candidates((self._without, before, *scouts), self.known.hypothesis.study.thresholds)
         better = [scouted.is_material(2 + k, 1) for k in range(len(scouts))]
@@ -80,12 +74,12 @@ class Scouting:
         families: dict[object, list[int]] = {}
         for k in order:
             families.setdefault(_kind(chosen[k]), []).append(k)
-        stay = {
+        kept = {
             k
             for laws in families.values()
             for k in (laws[0], min(laws, key=lambda n: _complexity(chosen[n])))
         }
-        return [(chosen[k], scouts[k].fitted.fit.every) for k in order if k in stay]
+        return [(chosen[k], scouts[k].fitted.fit.every) for k in order if k in kept]
 
     @cached_property
     def _without(self) -> LeftOut:
@@ -98,14 +92,13 @@ class Scouting:
         short = FittedHypothesis.of(fitted.hypothesis, self.recording, [start], SCOUTING, substeps)
         return LeftOut.of(short)
 
-    def _short(self, candidate: Growth, kept: Kept | None) -> LeftOut:
+    def _short(self, candidate: Growth) -> LeftOut:
         substeps, larger, starts = candidate.base.fit.substeps, candidate.hypothesis, candidate.starts
         if len(larger.effects) > len(candidate.base.hypothesis.effects) + 1:
             # many numbers at once begin with short free runs, as the known physics does
-            few = self.recording.shortened(BEGUN)
-            begun = FittedHypothesis.of(larger, few, starts, substeps=substeps, kept=kept)
+            begun = FittedHypothesis.of(larger, self.recording.shortened(BEGUN), starts, substeps=substeps)
             starts = (begun.fit.every,)
-        return LeftOut.of(FittedHypothesis.of(larger, self.recording, starts, SCOUTING, substeps, kept))
+        return LeftOut.of(FittedHypothesis.of(larger, self.recording, starts, SCOUTING, substeps))
 
 
 def broad(found: Sequence[One]) -> list[One]:
