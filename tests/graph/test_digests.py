@@ -117,6 +117,7 @@ def test_a_style_sheet_and_a_template_concern_pages_alone(changed: Changed) -> N
         "diagnose",
         "next",
         "report",
+        "simulate",
     }
     assert changed(("pipeline/report/templates/home.html.j2", " ")) == {"site"}
 
