@@ -27,11 +27,8 @@ Search = Callable[[Callable[[Array], Array], Array, int], tuple[float, int]]
 
 PEER = "pymoo"
 SYSTEM = Path(__file__).parent.parent / "systems" / "clutch.yaml"
-POPULATION, SEEDS, NODES = (
-    50,
-    5,
-    (19, 7),
-)  # section 3.4.2; nodes of the response surface as in the stage graph
+#: Population of section 3.4.2, and seeds; nodes of the response surface as in the stage graph.
+POPULATION, SEEDS, NODES = 50, 5, (19, 7)
 
 
 def run() -> dict[str, object]:

@@ -129,3 +129,10 @@ def test_steps_are_as_small_as_noise_asks_for(tmp_path: Path) -> None:
     stiff[..., simulation.names.index("F_c")] = 0.06
     assert substeps_needed(simulation, stiff)[0] > 1
     assert fit_parameters(simulation, [MGL], iterations=1).substeps == 1
+
+
+def test_a_fit_may_end_where_an_iteration_gains_little(tmp_path: Path) -> None:
+    simulation = simulation_of(tmp_path, Bench(runs=2, samples=200))
+    exact, near = (fit_parameters(simulation, [B, MGL, F_C], share=share) for share in (1e-9, 0.9))
+    assert near.converged and near.simulations < exact.simulations
+    assert exact.left.value <= near.left.value < 1.2 * exact.left.value
