@@ -16,8 +16,7 @@ from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
-from unmodelled.diagnosis.answer.figure_tables import about_machine
-from unmodelled.diagnosis.answer.live_machine import simulated
+from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors

@@ -17,7 +17,7 @@ from unmodelled.base.files import replacing
 from unmodelled.report.answers import VERDICTS, ListedAnswer
 from unmodelled.report.diagnosis_page import PAGE
 from unmodelled.report.headline import percent
-from unmodelled.report.rendering import STATIC, THEME, policy, templates
+from unmodelled.report.rendering import one_file
 from unmodelled.report.search import as_block, entry
 
 #: What the page says of itself in its head, so that no other index.html is taken for an earlier one.
@@ -52,26 +52,19 @@ def write_answers_page(answers: Sequence[ListedAnswer], notes: Sequence[str], ti
     file = out / PAGE
     if file.exists() and GENERATOR not in file.read_text(errors="replace")[:4000]:
         raise BadInput(f"{file}: was not made by report: give another folder with out=...")
-    scripts = [(STATIC / f"{name}.js").read_text() for name in ("report", "answers")]
     verdicts = [one.verdict for one in answers]
-    text = (
-        templates()
-        .get_template("answers.html.j2")
-        .render(
-            title=title,
-            rows=[_row(one, out, k) for k, one in enumerate(answers)],
-            tiles=[(verdicts.count(v), VERDICTS[v], kind) for v, kind in KINDS.items() if v in verdicts],
-            notes=notes,
-            generator=GENERATOR,
-            style=(STATIC / "style.css").read_text(),
-            scripts=scripts,
-            search=as_block(
-                [entry("diagnosis", one.name, one.sentence, f"#answer-{k}") for k, one in enumerate(answers)]
-            ),
-            compared=as_block([_compared(one) for one in answers]),
-            policy=policy([THEME, *scripts]),
-            root="",
-        )
+    text = one_file(
+        "answers.html.j2",
+        ("report", "answers"),
+        title=title,
+        rows=[_row(one, out, k) for k, one in enumerate(answers)],
+        tiles=[(verdicts.count(v), VERDICTS[v], kind) for v, kind in KINDS.items() if v in verdicts],
+        notes=notes,
+        generator=GENERATOR,
+        search=as_block(
+            [entry("diagnosis", one.name, one.sentence, f"#answer-{k}") for k, one in enumerate(answers)]
+        ),
+        compared=as_block([_compared(one) for one in answers]),
     )
     with replacing(file) as temporary:
         temporary.write_text(text)

@@ -10,7 +10,6 @@ from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
-from unmodelled.engine.machine.javascript import SCRIPT
 from unmodelled.report.diagnosis_tables import (
     GAPS,
     comparison_table,
@@ -26,17 +25,12 @@ from unmodelled.report.formula import formula
 from unmodelled.report.headline import effect_name, headline, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, unit_text
-from unmodelled.report.rendering import ORIGINS, STATIC, THEME, policy, templates
+from unmodelled.report.rendering import ORIGINS, one_file
 from unmodelled.report.robot_tables import changes_table, replay_table, robot_sentence
 from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
 PAGE = "index.html"
-#: Scripts of the machine in the page, in the order in which they need each other.
-LIVE_SCRIPTS = (
-    *(STATIC / "uplot.min.js", SCRIPT),
-    *(STATIC / f"{name}.js" for name in ("simulation", "format", "plots", "live")),
-)
 
 
 def write_page(folder: Path, command: str) -> None:
@@ -58,18 +52,8 @@ def write_page(folder: Path, command: str) -> None:
     write_json(listed, [{**figure, "command": command} for figure in read_json(listed)])
     shown = view(folder)
     figures, tables = shown["figures"].values(), shown["tables"]
-    live = _live(folder, shown)
-    styles = ("uplot.min", "style") if live else ("style",)
-    scripts = [path.read_text() for path in (LIVE_SCRIPTS if live else ())]
-    inside = {
-        "style": "\n".join((STATIC / f"{name}.css").read_text() for name in styles),
-        "scripts": [*scripts, (STATIC / "report.js").read_text()],
-        "search": as_block([*figure_entries(figures, ""), *table_entries(tables, "")]),
-        "live": live,
-        "uplot_licence": (STATIC / "uplot.LICENSE.txt").read_text() if live else "",
-    }
-    template = templates().get_template("diagnosis.html.j2")
-    text = template.render(**shown, **inside, policy=policy([THEME, *inside["scripts"]]), root="")
+    search = as_block([*figure_entries(figures, ""), *table_entries(tables, "")])
+    text = one_file("diagnosis.html.j2", live=_live(folder, shown), search=search, **shown)
     for figure in figures:
         address = f"figures/{figure.source.name}"
         data = base64.b64encode(figure.source.read_bytes()).decode()

@@ -75,7 +75,7 @@ def units_table(content: Mapping[str, Any]) -> Table:
     spans = {f"{number(gap['horizon'])} s" if "horizon" in gap else "horizon": "", "whole run": "_whole_run"}
     for name, entry in gap.get("units", {}).items():
         for span, key in spans.items():
-            cells = (_error(entry[f"{model}{key}"]) for model in models)
+            cells = (error_cell(entry[f"{model}{key}"]) for model in models)
             rows.append((Cell(name, name), Cell(span, span), *cells, _unit(entry["unit"])))
     columns = ("Output", "After", *models.values(), "Unit")
     about = (
@@ -86,7 +86,12 @@ def units_table(content: Mapping[str, Any]) -> Table:
     return Table("errors", "Errors of every output", columns, numeric, tuple(rows), about)
 
 
-def _error(value: float | None) -> Cell:
+def error_cell(value: float | None) -> Cell:
+    """Return the cell of an error.
+
+    Args:
+        value: error; None where the simulation diverges.
+    """
     return _number(value) if value is not None else Cell("diverges", "")
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import replacing
-from unmodelled.report.diagnosis_page import LIVE_SCRIPTS, PAGE, short
+from unmodelled.report.diagnosis_page import PAGE, short
+from unmodelled.report.diagnosis_tables import error_cell
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import amounts, number, unit_text
-from unmodelled.report.rendering import STATIC, THEME, policy, templates
+from unmodelled.report.rendering import one_file
 from unmodelled.report.search import as_block, table_entries
 from unmodelled.report.tables import Cell, Table
 
@@ -39,28 +40,18 @@ def write_simulation_page(
         BadInput: when the file cannot be written.
     """
     tables = [_errors(content), _experiments(content)]
-    scripts = [path.read_text() for path in (*LIVE_SCRIPTS, STATIC / "report.js")]
-    nothing = {"effects": [], "where": {"channels": []}}
-    text = (
-        templates()
-        .get_template("simulation.html.j2")
-        .render(
-            content=content,
-            sentence=_sentence(content),
-            drawing=machine_drawing(nothing, machine),
-            tables=tables,
-            downloads=[base64.b64encode(table.csv.encode()).decode() for table in tables],
-            worst=live["experiments"][0]["id"],
-            figure=base64.b64encode(drawn).decode(),
-            style="\n".join((STATIC / f"{name}.css").read_text() for name in ("uplot.min", "style")),
-            scripts=scripts,
-            search=as_block(table_entries(tables, "")),
-            live=as_block(live),
-            uplot_licence=(STATIC / "uplot.LICENSE.txt").read_text(),
-            policy=policy([THEME, *scripts]),
-            short=short,
-            root="",
-        )
+    text = one_file(
+        "simulation.html.j2",
+        live=as_block(live),
+        content=content,
+        sentence=_sentence(content),
+        drawing=machine_drawing({"effects": [], "where": {"channels": []}}, machine),
+        tables=tables,
+        downloads=[base64.b64encode(table.csv.encode()).decode() for table in tables],
+        worst=live["experiments"][0]["id"],
+        figure=base64.b64encode(drawn).decode(),
+        search=as_block(table_entries(tables, "")),
+        short=short,
     )
     with replacing(folder / PAGE) as temporary:
         temporary.write_text(text)
@@ -87,7 +78,8 @@ def _errors(content: Mapping[str, Any]) -> Table:
     rows = []
     for name, entry in content["gap"]["units"].items():
         errors = (entry["known"], entry["known_whole_run"], content["outputs"][name]["gap"])
-        rows.append((Cell(name, name), *map(_number, errors), Cell(unit_text(entry["unit"]), entry["unit"])))
+        unit = Cell(unit_text(entry["unit"]), entry["unit"])
+        rows.append((Cell(name, name), *map(error_cell, errors), unit))
     columns = ("Output", f"After {number(content['horizon'])} s", "Whole runs", "Gap", "Unit")
     about = (
         "Root mean square errors in units of the outputs, at the last sample of the free-run windows and "
@@ -99,10 +91,6 @@ def _errors(content: Mapping[str, Any]) -> Table:
 
 def _experiments(content: Mapping[str, Any]) -> Table:
     ordered: Sequence[Mapping[str, Any]] = sorted(content["experiments"], key=lambda row: -row["known"])
-    rows = tuple((Cell(row["id"], row["id"]), _number(row["known"])) for row in ordered)
+    rows = tuple((Cell(row["id"], row["id"]), error_cell(row["known"])) for row in ordered)
     about = "In standard deviations of the outputs, the largest first."
     return Table("experiments", "Gap of every experiment", ("Experiment", "Gap"), (False, True), rows, about)
-
-
-def _number(value: float | None) -> Cell:
-    return Cell("diverges", "") if value is None else Cell(number(value), str(value))

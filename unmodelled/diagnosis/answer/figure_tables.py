@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.files import write_json
 from unmodelled.base.tables import write_table
+from unmodelled.diagnosis.answer.live_machine import about_machine
 from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
@@ -25,7 +26,6 @@ from unmodelled.diagnosis.where.correction_tables import (
 )
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
-from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
@@ -96,21 +96,6 @@ def _about(diagnosis: Diagnosis, where: Where, found: pd.DataFrame, worst: str) 
             for output, sigma in zip(diagnosis.system.outputs, noise, strict=True)
         ],
     }
-
-
-def about_machine(system: System) -> dict[str, Any]:
-    """Return what a drawing of the machine shows: names and units of inputs, states, ports and outputs.
-
-    Args:
-        system: system to draw.
-    """
-    named = {
-        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
-        "states": [{"name": item.name, "unit": item.unit} for item in system.states],
-        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
-    }
-    ports = [{"name": port.name, "effort": port.effort, "unit": port.unit} for port in system.ports]
-    return {**named, "ports": ports}
 
 
 def _units(diagnosis: Diagnosis, where: Where, channels: list[str]) -> dict[str, str]:

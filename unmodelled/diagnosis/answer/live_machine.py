@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from unmodelled.diagnosis.answer.live_numbers import parameter_sliders
+from unmodelled.diagnosis.answer.live_numbers import parameter_sliders, values_of
 from unmodelled.diagnosis.data.gap import Gap, steps_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.engine.machine.javascript import as_data, as_text
@@ -43,12 +43,7 @@ def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, g
         The entries of tables/live.json of a diagnosis; no effects, and the experiment with the largest gap
         comes first.
     """
-    logged = logs.delays or (0.0,) * len(system.inputs)
-    values = {
-        "p": as_text(list(system.values)),
-        "inputs": [item.delay - late for item, late in zip(system.inputs, logged, strict=True)],
-        "outputs": [item.delay for item in system.outputs],
-    }
+    values = values_of(list(system.values), system, logs)
     order = sorted(runs, key=lambda i: -gap.per_experiment[logs.ids[i]])
     return {
         **machine(system, logs, [output.expression for output in system.outputs], horizon),
@@ -60,6 +55,21 @@ def simulated(system: System, logs: Logs, runs: Sequence[int], horizon: float, g
         "effects": [],
         "experiments": experiments(system, logs, order, [(c, c) for c in logs.c]),
     }
+
+
+def about_machine(system: System) -> dict[str, Any]:
+    """Return what a drawing of the machine shows: names and units of inputs, states, ports and outputs.
+
+    Args:
+        system: system to draw.
+    """
+    named = {
+        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
+        "states": [{"name": item.name, "unit": item.unit} for item in system.states],
+        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
+    }
+    ports = [{"name": port.name, "effort": port.effort, "unit": port.unit} for port in system.ports]
+    return {**named, "ports": ports}
 
 
 def machine(system: System, logs: Logs, observed: Sequence[sp.Expr], horizon: float) -> dict[str, Any]:

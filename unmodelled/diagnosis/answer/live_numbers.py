@@ -9,6 +9,7 @@ import numpy as np
 
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate
 from unmodelled.engine.machine.javascript import as_text
+from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
 #: Share of the span of a slider that lies beyond the values that it must reach, on either side.
@@ -33,9 +34,24 @@ def given_values(diagnosis: Diagnosis, system: System) -> dict[str, Any]:
     augmented = diagnosis.augmented.system
     off = {name: 0.0 for found in diagnosis.effects for name in found.added.amplitudes}
     own = {p.name: p.value for p in system.parameters}
-    logged = diagnosis.logs.delays or (0.0,) * len(system.inputs)
+    parameters = [own.get(p.name, off.get(p.name, p.value)) for p in augmented.parameters]
+    return values_of(parameters, system, diagnosis.logs)
+
+
+def values_of(parameters: Sequence[float], system: System, logs: Logs) -> dict[str, Any]:
+    """Return parameters, and the delays of a system.
+
+    Args:
+        parameters: parameters, shape (parameters,), SI.
+        system: system with the delays.
+        logs: measured experiments, whose inputs may be delayed already.
+
+    Returns:
+        Parameters as text (SI), delays of the inputs beyond those of the logs, and delays of the outputs, s.
+    """
+    logged = logs.delays or (0.0,) * len(system.inputs)
     return {
-        "p": as_text([own.get(p.name, off.get(p.name, p.value)) for p in augmented.parameters]),
+        "p": as_text(parameters),
         "inputs": [item.delay - late for item, late in zip(system.inputs, logged, strict=True)],
         "outputs": [item.delay for item in system.outputs],
     }
