@@ -36,7 +36,7 @@ def write(folder: Path, logs: Mapping[str, Mapping[str, Any]], **keys: Any) -> P
     for name, log in logs.items():
         pd.DataFrame(log).to_csv(folder / f"{name}.csv", index=False)
     content = {key: value for key, value in {**PLAIN, **keys}.items() if value is not None}
-    (folder / "mapping.yaml").write_text(yaml.safe_dump(content))
+    (folder / "mapping.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
     return folder
 
 
@@ -211,6 +211,17 @@ def test_runs_of_equal_values_are_experiments(tmp_path: Path) -> None:
     assert found.experiments["day"].tolist() == [3.0] * 3
 
 
+def test_constants_follow_from_the_paths_of_the_files(tmp_path: Path) -> None:
+    constants = {
+        "m": {"files": {"*unload*": 0.5, "*load*": 2.5}},
+        "payload": {"files": {"un*": "none", "*": "box"}},
+    }
+    write(tmp_path, {"a_load": run(100), "unload": run(100)}, constants=constants)
+    found = read_logs(tmp_path, motor())
+    assert found.c[:, 0].tolist() == [2.5, 0.5]
+    assert found.experiments["payload"].tolist() == ["box", "none"]
+
+
 def test_long_records_are_cut(tmp_path: Path) -> None:
     write(tmp_path, {"a": run(430)}, cut="0.2 s")  # 0.86 s
     found = read_logs(tmp_path, motor())
@@ -364,6 +375,9 @@ HEAD = f"schema: mapping/1\nfiles: '*.csv'\ntime: t\nconstants: {{m: 1}}\n{SIGNA
             "'angle' must keep one value in an experiment, it changes from 0 to",
         ),
         ("{m: 1}", "{m: {col: angle}}", "constants.m.col: unknown key 'col'"),
+        ("{m: 1}", "{m: {}}", "constants.m: must have either 'column' or 'files'"),
+        ("{m: 1}", "{m: {files: {}}}", "constants.m.files: is empty: write a value for every pattern"),
+        ("{m: 1}", "{m: {files: {b*: 1}}}", "constants.m.files: no pattern matches 'a.csv': add one, or '*'"),
     ],
 )
 def test_mappings_that_are_refused(tmp_path: Path, old: str, new: str, message: str) -> None:

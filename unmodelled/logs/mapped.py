@@ -16,7 +16,7 @@ from unmodelled.logs.assembly import assembled, check_log, in_si
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.constants import logged
 from unmodelled.logs.logs import Logs
-from unmodelled.logs.mapping import Column, LogMapping, mapping_of, read_mapping
+from unmodelled.logs.mapping import ByFile, Column, LogMapping, mapping_of, read_mapping
 from unmodelled.logs.readers.known import read_files
 from unmodelled.logs.readers.reader import Array, Table
 from unmodelled.logs.record import (
@@ -135,7 +135,7 @@ def _check_constants(mapping: LogMapping, system: System) -> None:
             where = mapping.node.entries().get("constants", mapping.node)
             raise where.wrong(
                 f"the constant {name!r} of the system file is missing{closest(name, mapping.constants)}: "
-                f"write 'constants: {{{name}: ...}}' with a number or {{column: ...}}"
+                f"write 'constants: {{{name}: ...}}' with a number, {{column: ...}} or {{files: ...}}"
             )
 
 
@@ -246,10 +246,12 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
     return parts
 
 
-def _described(record: Record, base: Found, rows: Rows, t: Array, column: Column | str) -> str:
-    """The one value that a column has during an experiment, as text."""
+def _described(record: Record, base: Found, rows: Rows, t: Array, column: Column | ByFile | str) -> str:
+    """The one value that a constant has during an experiment, as text."""
     if isinstance(column, str):
         return column
+    if isinstance(column, ByFile):
+        return column.of(record.path)
     found = record.find(column)
     cells = _texts(found)
     if len(found.table) == len(base.table):

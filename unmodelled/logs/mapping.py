@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
@@ -33,6 +34,34 @@ class Column:
 
     name: str
     node: Node
+
+
+@dataclass(frozen=True)
+class ByFile:
+    """A constant that follows from the path of a file.
+
+    Attributes:
+        values: value, as text, by pattern of paths relative to the mapping; the first that matches counts.
+        node: place in the mapping, for messages.
+    """
+
+    values: Mapping[str, str]
+    node: Node
+
+    def of(self, path: Path) -> str:
+        """Return the value of an experiment.
+
+        Args:
+            path: path of its file, with the group in it if that is the experiment.
+
+        Raises:
+            BadInput: when no pattern matches.
+        """
+        name = Path(os.path.relpath(path, self.node.file.parent)).as_posix()
+        for pattern, value in self.values.items():
+            if fnmatchcase(name, pattern):
+                return value
+        raise self.node.wrong(f"no pattern matches {shown(name)}: add one, or '*' as the last one")
 
 
 @dataclass(frozen=True)
@@ -79,8 +108,8 @@ class LogMapping:
         time: clock; None: that of the format.
         split_by: column whose runs of equal values are the experiments; None: every file is one.
         cut: length of the parts into which every experiment is cut, s; None: not cut.
-        constants: constant of the operating point, or another description of an experiment, by name: a number
-            or a column.
+        constants: constant of the operating point, or another description of an experiment, by name: a value,
+            a column, or values by file.
         node: top of the file, for messages.
     """
 
@@ -91,7 +120,7 @@ class LogMapping:
     time: Time | None
     split_by: Column | None
     cut: float | None
-    constants: Mapping[str, Column | str]
+    constants: Mapping[str, Column | ByFile | str]
     node: Node
 
     def paths(self) -> dict[str, Path]:
@@ -254,8 +283,15 @@ def _quantity(node: Node, example: str, kind: str) -> float:
     return value
 
 
-def _constant(node: Node) -> Column | str:
-    if isinstance(node.content, dict):
-        keys = node.fields(("column",))
+def _constant(node: Node) -> Column | ByFile | str:
+    if not isinstance(node.content, dict):
+        return node.text()
+    keys = node.fields((), ("column", "files"))
+    if ("column" in keys) == ("files" in keys):
+        raise node.wrong("must have either 'column' or 'files'")
+    if "column" in keys:
         return Column(keys["column"].text(), keys["column"])
-    return node.text()
+    values = {pattern: value.text() for pattern, value in keys["files"].entries().items()}
+    if not values:
+        raise keys["files"].wrong("is empty: write a value for every pattern, such as {'*load*': 1, '*': 0}")
+    return ByFile(values, keys["files"])
