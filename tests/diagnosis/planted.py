@@ -31,6 +31,8 @@ RATES, OTHER_RATES = (3.0, 8.0), {"end_stop": (5.0, 7.0), "flexible_transmission
 #: Of each run, a number of its own, in its plausible size; in no order, or it would be a drift.
 OWN = (1.2, -3.0, 4.5, -1.5)
 IDS = tuple(f"run{k}" for k in range(RUNS))
+#: Groups that take turns; what acts at a level only is planted in the last one, and needs more runs.
+GROUPS, GROUPED = ("old", "new"), tuple(f"run{k}" for k in range(2 * RUNS))
 TEXT = """
 schema: system/1
 name: pendulum
@@ -111,16 +113,18 @@ def with_companions(effect: Effect) -> tuple[Effect, ...]:
 
 
 def plant(
-    folder: Path, effect: Effect, ids: Sequence[str] = IDS, numbers: Mapping[str, float] | None = None
+    folder: Path, effect: Effect, ids: Sequence[str] | None = None, numbers: Mapping[str, float] | None = None
 ) -> None:
     """Write `folder`/logs of the machine with the effect, and `folder`/system.yaml without it.
 
     Args:
         folder: folder that is made.
         effect: effect to plant.
-        ids: ids of the experiments.
+        ids: ids of the experiments; default: run0, run1 and so on.
         numbers: values of some numbers of the law; default: a size that can be seen of every number.
     """
+    ids = ids or (GROUPED if effect.at_levels else IDS)
+    groups = [GROUPS[k % len(GROUPS)] for k in range(len(ids))]
     machines = (pendulum(folder, text=text) for text in (TEXT, VESSEL, ROOM, COIL, CELL, COUPLING, BED))
     known = next(machine for machine in machines if effect.places(machine))
     rates = OTHER_RATES.get(effect.family, RATES)
@@ -128,6 +132,9 @@ def plant(
     logs = read_logs(folder / "logs", known)
     sizes = Scales.measured(known, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
     place = effect.places(known)[0]
+    if effect.at_levels:
+        place = replace(place, factor="group", level=GROUPS[-1])
+        logs = replace(logs, experiments=logs.experiments.assign(group=groups))
     sizes = replace(sizes, effort={known.ports[0].name: EFFORT})
     planted, system = list[Added](), known
     for each in with_companions(effect):
@@ -141,6 +148,9 @@ def plant(
     numbered = with_numbers(system, planted, values | dict(numbers or {}))
     grown = in_columns(numbered, [Constant(p.name, p.unit) for p in numbered.parameters if p.name in own])
     _write(folder / "logs", grown, {**columns, **own}, ids, rates)
+    if effect.at_levels:
+        table = folder / "logs" / "experiments.csv"
+        pd.read_csv(table).assign(group=groups).to_csv(table, index=False)
 
 
 def _numbers(added: Added) -> dict[str, float]:
@@ -153,14 +163,14 @@ def _write(
     folder: Path, true: System, own: dict[str, Array], ids: Sequence[str], rates: tuple[float, float]
 ) -> None:
     """Logs of `true`, whose constants are `own`."""
-    rng = np.random.default_rng(0)
+    rng, runs = np.random.default_rng(0), len(ids)
     t = PERIOD * np.arange(SAMPLES)
-    rate, phase = np.linspace(*rates, RUNS), rng.uniform(0.0, 6.0, (2, RUNS))
+    rate, phase = np.linspace(*rates, runs), rng.uniform(0.0, 6.0, (2, runs))
     u = 0.9 * np.sin(rate * t[:, None] + phase[0]) + 0.5 * np.sin(2.3 * rate * t[:, None] + phase[1])
     # a further input moves more slowly
     others = [np.sin(0.6 * rate * t[:, None] + phase[1] + k) for k in range(1, len(true.inputs))]
     u = np.stack([u, *others], axis=-1)
-    c = np.column_stack([own[constant.name] for constant in true.operating_point] or [np.empty((RUNS, 0))])
+    c = np.column_stack([own[constant.name] for constant in true.operating_point] or [np.empty((runs, 0))])
     held = true.inputs[0].delay / PERIOD
     # (samples, runs, inputs)
     acting = _at(np.arange(SAMPLES) - held, u)
@@ -173,14 +183,14 @@ def _write(
         ]
     )
     folder.mkdir(parents=True, exist_ok=True)
-    for k in range(RUNS):
+    for k in range(runs):
         shown = {
             o.name: np.interp(t - o.delay, t, y[:, k, j]) + NOISE[j] * rng.standard_normal(SAMPLES)
             for j, o in enumerate(true.outputs)
         }
         given = {item.name: u[:, k, j] for j, item in enumerate(true.inputs)}
         pd.DataFrame({"t": t, **shown, **given}).to_csv(folder / f"run{k}.csv", index=False)
-    table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(RUNS)]})
+    table = pd.DataFrame({"id": ids, "file": [f"run{k}.csv" for k in range(runs)]})
     table.to_csv(folder / "experiments.csv", index=False)
 
 
@@ -203,7 +213,7 @@ def _path(system: System, u: Array, c: Array) -> Array:
         return PERIOD * np.asarray(rates(PERIOD * fine[k], x, torque[k], np.empty(0), p, c))
 
     initial = numpy_system_function(system, [state.initial for state in system.states], efforts_zero=True)
-    x = np.zeros((RUNS, len(system.states)))
+    x = np.zeros((u.shape[1], len(system.states)))
     for _ in range(2):  # what the library adds may start at the states of the machine
         x = np.asarray(initial(0.0, x, torque[0], np.empty(0), p, c))
     path = [x]

@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser
 
 from pipeline.__main__ import main
-from tests.diagnosis.planted import IDS, plant, with_companions
+from tests.diagnosis.planted import plant, with_companions
 from tests.report.case import Page
 from tests.report.test_browser import CHECKS
 from tests.report.test_site import check_addresses
@@ -40,13 +40,13 @@ def along_travel(effect: Effect) -> bool:
     return isinstance(effect, PortEffect) and "position" in effect.needs
 
 
-def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] = IDS) -> Iterator[Diagnosed]:
+def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] | None = None) -> Iterator[Diagnosed]:
     """A function that plants a law and runs the command line, once for each law.
 
     Args:
         alone: the search looks at this law only, and at one that it needs beside it, which takes a tenth of
             the time; all else is as always.
-        ids: of the experiments.
+        ids: of the experiments, default those of `plant`.
     """
     with pytest.MonkeyPatch.context() as patch:
 

@@ -8,7 +8,10 @@ from unmodelled.effects.place import Site
 
 
 class ActuatorGain(ActuatorEffect):
-    """Constant relative error of the actuator's gain."""
+    """Constant relative error of the actuator's gain, by at most a factor of two either way.
+
+    What needs more is another law, or a wrong unit.
+    """
 
     family = "actuator_gain"
     complexity = 1.0
@@ -16,5 +19,5 @@ class ActuatorGain(ActuatorEffect):
     def law(self, at: Site) -> Law:
         # the limits of the file are those of what acts
         limits = {name: f"{name}/(1 + g)" for name in ("ctrl_low", "ctrl_high")}
-        amplitudes = {"g": Amplitude("u", 0.1, (-0.95, 10.0))}
+        amplitudes = {"g": Amplitude("u", 0.1, (-0.5, 1.0))}
         return Law("(1 + g)*u", amplitudes, robot={"gain": "gain*(1 + g)", **limits})

@@ -28,6 +28,7 @@ from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
 from unmodelled.diagnosis.search.log_faults import without_copies
+from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import Where, where
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import several
@@ -158,6 +159,8 @@ def findings(
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
+    if (pushed := outside_forces(place.left)) is not None:
+        found = replace(found, faults=(*found.faults, pushed))
     robot, notes = _robot(found)
     with TemporaryDirectory() as folder:
         try:

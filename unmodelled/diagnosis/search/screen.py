@@ -166,6 +166,8 @@ class _Look:
 
     def screened(self, effect: Effect, place: Place) -> Iterator[Screened]:
         """A candidate in all experiments and at every level."""
+        if effect.at_levels and not self.levels:
+            return
         hypothesis = self.base.hypothesis.plus(effect, place)
         points = list(self._points(hypothesis))
         if hypothesis.effects[-1].per_experiment:
@@ -174,8 +176,9 @@ class _Look:
             tries = ((point, np.zeros(len(point.names))),)
             yield Screened(self.base, effect, place, gain, tries, True, hypothesis)
             return
-        yield replace(self._screened(effect, place, points, None), built=hypothesis)
-        for factor, level, members in self.levels if place.kind == "port" else ():
+        if not effect.at_levels:
+            yield replace(self._screened(effect, place, points, None), built=hypothesis)
+        for factor, level, members in self.levels if effect.at_levels or place.kind == "port" else ():
             local = replace(place, factor=factor, level=level)
             yield self._screened(effect, local, points, members)
 

@@ -1,0 +1,137 @@
+"""Outside forces: pushes, contacts and other efforts that act for a while and that no law explains."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from unmodelled.diagnosis.data.remark import listed, quantity
+from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.where.corrections import Corrections
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+
+#: Name of the fault in diagnosis.json.
+OUTSIDE_FORCE = "outside_force"
+#: Probability that the largest correction of an ordinary experiment is called unusual, at each port.
+BY_CHANCE = 1e-3
+#: By how much it must exceed that of the ordinary experiment, at least.
+LEAST_FACTOR = 2.0
+#: Windows that an outside force lasts at least: a shorter one may be a fault of a sensor.
+SHORTEST = 3
+#: Windows between two stretches that are one, and the largest share of an experiment.
+PAUSE, MOST = 5, 0.5
+#: Standard deviation of normal values by the median of their distances from the median.
+NORMAL = 1.4826
+#: Stretches of an experiment that a sentence lists.
+LISTED = 5
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """A part of an experiment, s since its start, with the largest correction at a port in it, SI."""
+
+    port: str
+    run: int
+    start: float
+    end: float
+    effort: float
+    square: float
+
+
+def outside_forces(corrections: Corrections) -> LogFault | None:
+    """Return when ports need far more effort for a while than ever in the ordinary experiment.
+
+    The largest correction is about the same in ordinary experiments. Where that of a few experiments is
+    larger by more than chance, and the rest of them is ordinary, no law of the machine explains it.
+
+    Args:
+        corrections: corrections of a model with the effects that were found.
+
+    Returns:
+        Ports, experiments and times as a fault of the logs that decides nothing; `explains` is the share of
+        the squared correction at the port where it is largest. None if there is no such effort.
+    """
+    found, shares = list[_Stretch](), list[float]()
+    for k, place in enumerate(corrections.places):
+        if place.kind == "port" and (stretches := list(_stretches(corrections, k))):
+            found += stretches
+            whole = float(np.sum(_size(corrections, k) ** 2))
+            shares.append(sum(stretch.square for stretch in stretches) / whole)
+    if not found:
+        return None
+    ids = corrections.recording.logs.ids
+    return LogFault(
+        channels=tuple(dict.fromkeys(stretch.port for stretch in found)),
+        problem=OUTSIDE_FORCE,
+        explains=max(shares),
+        experiments=tuple(ids[run] for run in sorted({stretch.run for stretch in found})),
+        sentence=_sentence(corrections.model.system, ids, found),
+        decides=False,
+    )
+
+
+def _size(corrections: Corrections, k: int) -> Array:
+    """Sizes of the corrections at a place; none in the short windows at the ends, which are noisier."""
+    steps = corrections.recording.steps
+    return np.where(corrections.seen[:, k] & (steps == steps.max()), np.abs(corrections.value[:, k]), 0.0)
+
+
+def _stretches(corrections: Corrections, k: int) -> Iterator[_Stretch]:
+    """Parts of unusual experiments in which the correction at a place exceeds the ordinary largest one."""
+    recording, size = corrections.recording, _size(corrections, k)
+    largest = np.array([size[recording.owner == run].max() for run in recording.runs])
+    ordinary, count = float(np.median(largest)), len(largest)
+    if count < 3 or not ordinary > 0.0:
+        return
+    apart = np.log(np.maximum(largest / ordinary, 1e-12))
+    spread = NORMAL * float(np.median(np.abs(apart))) * np.sqrt(1.0 + 1.0 / count)
+    above = max(float(student.ppf(1.0 - BY_CHANCE, count - 1)) * spread, np.log(LEAST_FACTOR))
+    for run in (run for run, peak in zip(recording.runs, apart, strict=True) if peak > above):
+        yield from _of_run(corrections, k, run, ordinary, ordinary * float(np.exp(above)))
+
+
+def _of_run(
+    corrections: Corrections, k: int, run: int, ordinary: float, unusual: float
+) -> Iterator[_Stretch]:
+    recording, logs = corrections.recording, corrections.recording.logs
+    mine = np.flatnonzero(recording.owner == run)
+    mine = mine[np.argsort(recording.start[mine])]
+    value, size = corrections.value[mine, k], _size(corrections, k)[mine]
+    high = np.flatnonzero(size > ordinary)
+    parts = np.split(high, np.flatnonzero(np.diff(high) > PAUSE) + 1)
+    if sum(part[-1] + 1 - part[0] for part in parts) > MOST * len(mine):
+        return
+    first = recording.start[mine] - logs.offsets[run]
+    last = first + recording.steps[mine]
+    for part in parts:
+        peak = part[np.argmax(size[part])]
+        if len(part) >= SHORTEST and size[peak] > unusual:
+            start, end = logs.period * float(first[part[0]]), logs.period * float(last[part[-1]])
+            square = float(np.sum(size[part] ** 2))
+            yield _Stretch(corrections.places[k].name, run, start, end, float(value[peak]), square)
+
+
+def _sentence(system: System, ids: Sequence[str], found: Sequence[_Stretch]) -> str:
+    """When and where, with amounts, and what to do about it."""
+    units = {port.name: port.unit for port in system.ports}
+    each = []
+    for run in sorted({stretch.run for stretch in found}):
+        mine = sorted((s for s in found if s.run == run), key=lambda s: s.start)
+        told = [
+            f"{quantity(s.effort, units[s.port])} at {s.port} from {s.start:.3g} to {s.end:.3g} s"
+            for s in mine[:LISTED]
+        ]
+        if len(mine) > LISTED:
+            told.append(f"{len(mine) - LISTED} times more")
+        each.append(f"{ids[run]} needs {listed(tuple(told))}")
+    return (
+        f"{'; '.join(each)}: no other experiment needs so much, and no law of the machine explains it. "
+        "It looks like an outside force, such as a push or a contact. Leave these times out (t_from, t_to), "
+        "or log the force as an input, then diagnose again."
+    )
