@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from unmodelled.api.diagnosis import diagnose as diagnose
     from unmodelled.api.example import example as example
     from unmodelled.api.fmu import write_fmu as write_fmu
+    from unmodelled.api.learned_laws import LearnedLaws as LearnedLaws
+    from unmodelled.api.learned_laws import learned_laws as learned_laws
     from unmodelled.api.next_experiment import NextExperiment as NextExperiment
     from unmodelled.api.next_experiment import next_experiment as next_experiment
     from unmodelled.api.plan import Plan as Plan
@@ -54,6 +56,7 @@ else:
         "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
         "api.example": ("example",),
         "api.fmu": ("write_fmu",),
+        "api.learned_laws": ("LearnedLaws", "learned_laws"),
         "api.next_experiment": ("NextExperiment", "next_experiment"),
         "api.plan": ("Plan", "plan"),
         "api.robot": ("supplement",),

@@ -12,12 +12,12 @@ import pandas as pd
 from pipeline.chapters import chapter4
 from pipeline.chapters import slider_crank as tables
 from pipeline.chapters.claims import complete
-from pipeline.chapters.closed_form import closed_form
 from pipeline.chapters.readable import training_seconds, write_table
 from pipeline.revision import revision
 from unmodelled.base.files import read_json, replacing_folder, write_json
 from unmodelled.base.ownership import verb
 from unmodelled.base.parquet import read_parquet, write_parquet
+from unmodelled.explanation.closed_form import closed_form
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.equations import equations
 from unmodelled.systems.reader import read_system

@@ -50,17 +50,20 @@ class Term:
         """Return the values of the term at positions and velocities of one shape."""
         return self._along(position) * self._during(velocity)
 
-    def text(self, position: str, velocity: str) -> str:
+    def text(self, position: str, velocity: str, jump: str = "", fade: str = "") -> str:
         """Return the term in the grammar of system files; "1" for a constant.
 
         Args:
             position: name of the position.
             velocity: name of the velocity.
+            jump: name of the velocity scale of dry friction; default: its value.
+            fade: name of the velocity scale of a Stribeck peak; default: its value.
 
         Returns:
             Expression.
         """
-        return "*".join([*self._along_text(position), *self._during_text(velocity)]) or "1"
+        scales = jump or short_number(self.jump), fade or short_number(self.fade)
+        return "*".join([*self._along_text(position), *self._during_text(velocity, *scales)]) or "1"
 
     def shaped(self, jump: float, fade: float) -> Term:
         """Return the term with other velocity scales, as far as it has them.
@@ -100,7 +103,7 @@ class Term:
         jump = np.tanh(v / self.jump) if self.jump else np.sign(v)
         return jump if self.motion is Motion.DRY else jump * np.exp(-((v / self.fade) ** 2))
 
-    def _during_text(self, v: str) -> list[str]:
+    def _during_text(self, v: str, jump: str, fade: str) -> list[str]:
         match self.motion:
             case Motion.NONE:
                 return []
@@ -110,8 +113,8 @@ class Term:
                 return [v, f"abs({v})"]
             case Motion.CUBIC:
                 return [f"{v}**3"]
-        jump = f"tanh({v}/{short_number(self.jump)})" if self.jump else f"sign({v})"
-        return [jump] if self.motion is Motion.DRY else [jump, f"exp(-({v}/{short_number(self.fade)})**2)"]
+        step = f"tanh({v}/{jump})" if self.jump else f"sign({v})"
+        return [step] if self.motion is Motion.DRY else [step, f"exp(-({v}/{fade})**2)"]
 
 
 def short_number(value: float) -> str:

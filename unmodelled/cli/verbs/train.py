@@ -29,7 +29,10 @@ def train(
     """Write the fitted models and `out`/fit.json (facts about the fit, such as folds, seed and duration).
 
     A hybrid model of a system (model=hybrid) needs `system` and `logs`. It writes `out`/model.pt (weights),
-    `out`/system.yaml and `out`/history.parquet (loss and parameters after every epoch). A model of another
+    `out`/system.yaml and `out`/history.parquet (loss and parameters after every epoch). What networks
+    have learned whose inputs are the coordinates of their ports is written down as formulas:
+    `out`/learned_system.yaml is the system with them, `out`/learned.json a summary, and `out`/index.html a
+    page that simulates this system. A model of another
     kind carries the paths of its data (model.<key>=...) and takes neither; the docstring of its class
     describes its files.
 
@@ -51,3 +54,13 @@ def train(
         BadInput: when the data are missing or too few, or do not suit the model.
     """
     model.train(system, logs, split, profile, start, device, seed, out)
+    if system is not None and logs is not None:  # models of other kinds refuse them
+        from unmodelled.api.learned_laws import learned_laws
+        from unmodelled.learning.fit import Fit
+        from unmodelled.logs.folder import read_logs
+
+        fit = Fit.load(out)
+        found = learned_laws(fit, read_logs(logs, fit.system))
+        print(found)
+        if found.laws:
+            found.save(out)

@@ -11,10 +11,10 @@ import sympy as sp
 from numpy.typing import NDArray
 from pytest import approx
 
-from pipeline.chapters.closed_form import LARGEST, ClosedForm, closed_form
 from pipeline.rigs.slider_crank import SliderCrankRig
 from pipeline.rigs.slider_crank_profiles import PROFILES
 from unmodelled.base.errors import BadInput
+from unmodelled.explanation.closed_form import LARGEST, ClosedForm, closed_form
 from unmodelled.explanation.formula_candidates import candidates, short_number
 from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import symbol

@@ -1,0 +1,124 @@
+"""The page of a training: what the networks have learned, and the machine with their formulas."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from unmodelled.base.files import replacing
+from unmodelled.report.diagnosis_page import PAGE, short
+from unmodelled.report.diagnosis_tables import error_cell
+from unmodelled.report.formula import formula
+from unmodelled.report.headline import percent
+from unmodelled.report.machine_drawing import machine_drawing
+from unmodelled.report.numbers import amounts, number, unit_text
+from unmodelled.report.rendering import one_file
+from unmodelled.report.search import as_block, table_entries
+from unmodelled.report.tables import Cell, Table
+
+
+def write_training_page(
+    folder: Path,
+    content: Mapping[str, Any],
+    live: Mapping[str, Any],
+    machine: Mapping[str, Any],
+    laws: Mapping[str, bytes],
+    losses: bytes,
+) -> None:
+    """Write index.html, the page of a training. Nothing in it comes from outside.
+
+    Args:
+        folder: folder of the fit.
+        content: content of learned.json.
+        live: data of the machine with the formulas, which the page simulates.
+        machine: names and units for the drawing of the machine, see `machine_drawing`.
+        laws: SVG file of every law by the name of its network.
+        losses: SVG file of the course of the training.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
+    tables = [_errors(content), *([_parameters(content)] if content["parameters"] else [])]
+    drawn = {"effects": [], "where": {"channels": []}}
+    text = one_file(
+        "training.html.j2",
+        live=as_block(live),
+        content=content,
+        sentence=_sentence(content),
+        drawing=machine_drawing(drawn, machine),
+        laws=[_law(law, laws[law["network"]]) for law in content["laws"]],
+        losses=base64.b64encode(losses).decode(),
+        tables=tables,
+        downloads=[base64.b64encode(table.csv.encode()).decode() for table in tables],
+        search=as_block(table_entries(tables, "")),
+        short=short,
+    )
+    with replacing(folder / PAGE) as temporary:
+        temporary.write_text(text)
+
+
+def _sentence(content: Mapping[str, Any]) -> str:
+    """What was learned where, and how far off the machine is with and without it."""
+    learned = " and ".join(
+        f"up to {amounts([law['largest']], law['unit'])[0]} at {law['port']}" for law in content["laws"]
+    )
+    name, entry = next(iter(content["units"].items()))
+    values = [v for v in (entry["known"], entry["formulas"]) if v is not None]
+    if len(values) < 2:
+        return f"The networks have learned an effort of {learned}."
+    before, after = amounts(values, entry["unit"])
+    horizon = amounts([content["horizon"]], "s")[0]
+    return (
+        f"The networks have learned an effort of {learned}: with its formula, the error of {name} after "
+        f"{horizon} is {after} instead of {before}."
+    )
+
+
+def _law(law: Mapping[str, Any], drawn: bytes) -> dict[str, Any]:
+    return {
+        **law,
+        "equation": formula(law["formula"], law["network"]),
+        "said": f"{percent(law['explains'])} of the variance of the network's effort",
+        "off": amounts([law["rmse"]], law["unit"])[0],
+        "figure": base64.b64encode(drawn).decode(),
+    }
+
+
+def _errors(content: Mapping[str, Any]) -> Table:
+    rows = []
+    for name, entry in content["units"].items():
+        errors = (entry["known"], entry["formulas"], entry["formulas_whole_run"])
+        unit = Cell(unit_text(entry["unit"]), entry["unit"])
+        rows.append((Cell(name, name), *map(error_cell, errors), unit))
+    after = f"after {number(content['horizon'])} s"
+    columns = (
+        "Output",
+        f"Physics alone, {after}",
+        f"With formulas, {after}",
+        "With formulas, whole runs",
+        "Unit",
+    )
+    about = (
+        "Root mean square errors of free runs along all experiments, those of the training among them: in "
+        "units of the outputs, at the last sample of the windows and over all samples of whole experiments."
+    )
+    return Table(
+        "errors", "Errors of every output", columns, (False, True, True, True, False), tuple(rows), about
+    )
+
+
+def _parameters(content: Mapping[str, Any]) -> Table:
+    rows = tuple(
+        (
+            Cell(row["parameter"], row["parameter"]),
+            *(Cell(number(row[key]), repr(row[key])) for key in ("known", "median", "low", "high")),
+            Cell(unit_text(row["unit"]), row["unit"]),
+        )
+        for row in content["parameters"]
+    )
+    columns = ("Parameter", "System file", "Identified (median)", "Lowest", "Highest", "Unit")
+    about = f"Over the {content['models']} models of {content['folds']} folds."
+    flags = (False, True, True, True, True, False)
+    return Table("parameters", "Identified parameters", columns, flags, rows, about)
