@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from unmodelled.api.inputs import read_inputs
+from unmodelled.api.uncertainty_page import write_page
 from unmodelled.base.ownership import verb
 from unmodelled.learning.uncertainty.identified import identified
 from unmodelled.learning.uncertainty.problem import read_problem
@@ -37,7 +39,8 @@ def identify_uncertainty(
     observed, deterministic least-squares prediction, log-likelihood by every method at its own optimum),
     `estimates` (method, name, value; of the exact method the limits of the 95 % profile likelihood and of the
     parametric bootstrap), `trace` (the search), `profiles`, `pairs` (profile likelihoods), `replicates`
-    (estimates of the exact method on data sets drawn from the identified distribution).
+    (estimates of the exact method on data sets drawn from the identified distribution). The page, index.html,
+    shows them; for a system, it simulates the machine.
 
     Args:
         system: system file with an event.
@@ -61,4 +64,8 @@ def identify_uncertainty(
     problem = read_problem(system, logs, event, uncertain, step, response, observations)
     found = identified(problem, uncertainty, profile["data_sets"], seed, workers)
     found.save(out)
+    if system is not None and logs is not None:
+        write_page(found, out, *read_inputs(system, logs))
+    else:
+        write_page(found, out)
     print(found)

@@ -1,0 +1,63 @@
+"""The page of an identified distribution, with the machine where there is one."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from unmodelled.api.simulation import simulate
+from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
+from unmodelled.diagnosis.answer.live_numbers import values_of
+from unmodelled.learning.uncertainty.identified import IdentifiedUncertainty
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+from unmodelled.uncertainty.methods import PUSH_FORWARD
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def write_page(
+    found: IdentifiedUncertainty, folder: Path, system: System | None = None, logs: Logs | None = None
+) -> None:
+    """Write index.html to the folder of a result.
+
+    Args:
+        found: identified distribution.
+        folder: folder that `found` was saved to.
+        system: system whose parameters scatter; default None: there is no machine in the page.
+        logs: measured experiments of the system; default None.
+
+    Raises:
+        BadInput: when the file cannot be written.
+    """
+    # load matplotlib and the templates
+    from unmodelled.report.figures.style import save
+    from unmodelled.report.figures.uncertainty import observations, profile_likelihoods
+    from unmodelled.report.uncertainty_page import write_uncertainty_page
+
+    def svg(figure: Figure) -> bytes:
+        file = io.BytesIO()
+        save(figure, file)
+        return file.getvalue()
+
+    best: dict[str, float] = found.content["methods"][PUSH_FORWARD]["alpha"]
+    figures = {
+        "profiles": svg(profile_likelihoods(found.profiles, best)),
+        "observations": svg(observations(found.points, found.content["unit"] or "")),
+    }
+    rows = found.estimates.to_dict("records")
+    if system is None or logs is None:
+        write_uncertainty_page(folder, found.content, rows, figures)
+        return
+    means = {
+        p.name: p.value * best[f"mu_{k}"]
+        for k, name in enumerate(found.content["parameters"], start=1)
+        for p in system.parameters
+        if p.name == name and f"mu_{k}" in best
+    }
+    run, mean = simulate(system, logs), system.with_values(means)
+    live = simulated(system, logs, run.runs, run.horizon, run.gap)
+    live["identified"] = values_of(list(mean.values), mean, logs)
+    write_uncertainty_page(folder, found.content, rows, figures, live, about_machine(system))
