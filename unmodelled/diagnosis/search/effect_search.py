@@ -92,10 +92,16 @@ class EffectSearch:
         every = [p for key, p in self.found.items() if not key & self.refused]
         return Candidates(tuple(every), self.study.thresholds)
 
+    @property
+    def is_large(self) -> bool:
+        """Return whether the machine has more outputs than `FEW_OUTPUTS`."""
+        return len(self.study.system.outputs) > FEW_OUTPUTS
+
     def run(self) -> Candidates:
         """Add effects as long as they predict left-out experiments better, exchange and remove effects.
 
-        Where effects were refused, the search goes on without them.
+        Where effects were refused, the search goes on without them; that of a large machine, which takes
+        minutes, only removes what does not pay without them.
         Numbers of single experiments come last: they absorb any structure. Effects are added to the best
         ones and exchanged once more: what differs between experiments and what they have in common hide each
         other.
@@ -103,6 +109,9 @@ class EffectSearch:
         Returns:
             All fitted candidates.
         """
+        if self.refused and self.is_large:
+            self._remove()
+            return self.candidates
         self._add()
         self._exchange()
         self._remove()
@@ -224,8 +233,7 @@ class EffectSearch:
 
     def _fitted(self, hypothesis: Hypothesis, start: Start) -> FittedHypothesis:
         """Fit a hypothesis, of a large machine only as far as candidates differ."""
-        large = len(self.study.system.outputs) > FEW_OUTPUTS
-        share = NEAR_ENOUGH if large else CONVERGED_SHARE
+        share = NEAR_ENOUGH if self.is_large else CONVERGED_SHARE
         substeps = self.base.fit.substeps
         return FittedHypothesis.of(hypothesis, self.fitted, [start], substeps=substeps, share=share)
 
