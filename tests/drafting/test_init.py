@@ -160,6 +160,21 @@ def servo(seed: int) -> dict[str, Array]:
     return {"t": t, "goal": goal, "q": q}
 
 
+@pytest.mark.parametrize("order", [("torque shoulder", "torque elbow"), ("torque elbow", "torque shoulder")])
+def test_several_joints_are_told_apart_by_their_words(tmp_path: Path, order: tuple[str, str]) -> None:
+    logs = tmp_path / "raw"
+    logs.mkdir()
+    for k in range(3):
+        one, other = LOGS[k], LOGS[(k + 1) % 3]
+        # the drives are not theirs, so that the values tell nothing
+        columns = {"shoulder pos": one["angle"], "elbow pos": other["angle"]}
+        columns |= dict(zip(order, (LOGS[(k + 2) % 3]["torque"], one["torque"]), strict=True))
+        pd.DataFrame({"t": one["t"], **columns}).to_csv(logs / f"run{k}.csv", index=False)
+    signals = drafted(logs)[0]["signals"]
+    assert [signals[name]["column"] for name in ("q1", "u1")] == ["shoulder pos", "torque shoulder"]
+    assert [signals[name]["column"] for name in ("q2", "u2")] == ["elbow pos", "torque elbow"]
+
+
 def test_messages_of_a_servo_follow_a_commanded_position(tmp_path: Path) -> None:
     for k in range(2):
         log = servo(k)

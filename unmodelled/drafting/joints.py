@@ -236,6 +236,14 @@ def _same(position: Signal, other: Signal) -> bool:
     return bool(number) and number == number_of(other.address)
 
 
+def _akin(position: Signal, near: Sequence[Signal], positions: Sequence[Signal]) -> list[Signal]:
+    """Columns without those whose names have a word that only another position has, such as its joint."""
+    words = {each.address: {*words_of(each.address)} for each in positions}
+    every = [word for each in words.values() for word in each]
+    other = {word for word in every if every.count(word) == 1} - words[position.address]
+    return [s for s in near if not other & {*words_of(s.address)}]
+
+
 def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     position, many, taken = home.position, len(homes) > 1, {each.position.address for each in homes}
     free = [signal for signal in home.signals if signal.address not in taken]
@@ -247,6 +255,7 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     unit, certain = _position_unit(position, velocity, widest)
     here = Channel(position, unit, certain)
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
+    near = _akin(position, near, [each.position for each in homes])
     efforts = [s for s in near if s.role in (Role.EFFORT, Role.CURRENT, Role.VOLTAGE)]
     goals = [s for s in near if s.role is Role.GOAL]
     unknown = [s for s in free if s.role is None]

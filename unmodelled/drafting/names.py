@@ -134,12 +134,15 @@ def unit_in(name: str) -> str | None:
 def number_of(name: str) -> str:
     """Return the number of the joint in a name: the element of a list, or the last digits; "" if none.
 
+    The number of a table without a name of its own, such as `group2`, is none.
+
     Args:
-        name: name of a column.
+        name: name of a column, with its table.
 
     Examples:
-        >>> number_of("positions[3]"), number_of("tau_con2"), number_of("speed")
-        ('3', '2', '')
+        >>> [number_of(name) for name in ("positions[3]", "tau_con2", "motor1.speed", "group2.speed")]
+        ['3', '2', '1', '']
     """
+    name = re.sub(r"^group\d+\.", "", name)
     found = re.search(r"\[(\w+)\]\s*$", name) or re.search(r"(\d+)\D*$", name)
     return found[1] if found else ""
