@@ -11,7 +11,7 @@ import unmodelled as um
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import effect
 from unmodelled.learning.fit import Fit
-from unmodelled.models.structures import one_per_port
+from unmodelled.models.structures import conservative_and_dissipative, one_per_port
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +55,17 @@ def test_ports_with_one_coordinate(tmp_path: Path, planted: str, coordinate: str
     other = {"position": "velocity", "velocity": "position"}[coordinate]
     assert law.samples[other].isna().all() and law.samples[coordinate].notna().all()
     found.plot()
+
+
+def test_networks_that_share_a_port(tmp_path: Path) -> None:
+    system, logs = um.example("pendulum")
+    found = um.learned_laws(um.train(system, logs, conservative_and_dissipative(8, 1e-5)), logs)
+    assert [law.network for law in found.laws] == ["tau_c", "tau_nc"]
+    (port,) = found.system.ports
+    added = [p.name for p in found.system.parameters if p.name.startswith("joint_")]
+    assert port.law is not None and {str(s) for s in port.law.free_symbols} >= set(added)
+    um.write_system(found.system, tmp_path / "system.yaml")
+    assert um.simulate(um.read_system(tmp_path / "system.yaml"), logs).value == found.simulation.value
 
 
 def test_networks_with_other_inputs_are_not_written_down() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -161,13 +160,8 @@ class LearnedLaws:
         self._check()
         # load matplotlib and the templates
         from unmodelled.report.figures.learned import losses
-        from unmodelled.report.figures.style import save
+        from unmodelled.report.figures.style import svg
         from unmodelled.report.training_page import write_training_page
-
-        def svg(figure: Figure) -> bytes:
-            file = io.BytesIO()
-            save(figure, file)
-            return file.getvalue()
 
         with writing("train", Path(folder), {"system": self.fit.system.source, "logs": self.logs.source}):
             write_system(self.system, Path(folder) / SYSTEM)
@@ -306,7 +300,7 @@ def _law(fit: Fit, logs: Logs, name: str, port: Port, efforts: pd.DataFrame) -> 
 
 def _with_formula(system: System, law: LearnedLaw) -> System:
     """The system with a formula in a port; its coefficients and velocity scales are parameters."""
-    port, names = law.port, {*scope_of(system).values}
+    port, names = system.port(law.port.name), {*scope_of(system).values}
     added: list[Parameter] = []
 
     def number(suffix: str, unit: str, value: float) -> str:

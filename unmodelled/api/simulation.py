@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -142,17 +141,15 @@ class Simulation:
             BadInput: when the folder may not be replaced or cannot be written.
         """
         # load matplotlib and the templates
-        from unmodelled.report.figures.style import save
+        from unmodelled.report.figures.style import svg
         from unmodelled.report.simulation_page import write_simulation_page
 
         sources = {"system": self.system.source, "logs": self.logs.source}
         with writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
             write_table(self.table(), new / TABLE)
             write_json(new / SUMMARY, content := self._content())
-            svg = io.BytesIO()
-            save(self.plot(), svg)
             live = simulated(self.system, self.logs, self.runs, self.horizon, self.gap)
-            write_simulation_page(new, content, live, about_machine(self.system), svg.getvalue())
+            write_simulation_page(new, content, live, about_machine(self.system), svg(self.plot()))
 
     def __repr__(self) -> str:
         name, each, over = self.worst, self.gap.per_experiment, f"{self.seconds:.3g} s"

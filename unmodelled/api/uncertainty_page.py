@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from unmodelled.api.simulation import simulate
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
@@ -13,9 +11,6 @@ from unmodelled.learning.uncertainty.identified import IdentifiedUncertainty
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.uncertainty.methods import PUSH_FORWARD
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def write_page(
@@ -33,14 +28,9 @@ def write_page(
         BadInput: when the file cannot be written.
     """
     # load matplotlib and the templates
-    from unmodelled.report.figures.style import save
+    from unmodelled.report.figures.style import svg
     from unmodelled.report.figures.uncertainty import observations, profile_likelihoods
     from unmodelled.report.uncertainty_page import write_uncertainty_page
-
-    def svg(figure: Figure) -> bytes:
-        file = io.BytesIO()
-        save(figure, file)
-        return file.getvalue()
 
     best: dict[str, float] = found.content["methods"][PUSH_FORWARD]["alpha"]
     figures = {

@@ -121,14 +121,23 @@ def save(figure: Figure, to: Path | BinaryIO) -> None:
         figure.savefig(to, format="svg", metadata={"Date": None})
 
 
+def svg(figure: Figure) -> bytes:
+    """Return the SVG file of a figure, as `save` writes it.
+
+    Args:
+        figure: figure to write.
+    """
+    file = BytesIO()
+    save(figure, file)
+    return file.getvalue()
+
+
 class Drawing(Figure):
     """A figure that a notebook shows as `save` writes it."""
 
     def _repr_svg_(self) -> str:
-        file = BytesIO()
         with verbatim():
-            save(self, file)
-        return file.getvalue().decode()
+            return svg(self).decode()
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
