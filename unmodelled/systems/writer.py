@@ -75,7 +75,6 @@ class _Text:
 
     def document(self, files: Mapping[str, str], model: str) -> str:
         system = self.system
-        states = [s.name for s in system.states]
         sections = {
             "states": {s.name: _braces(self._state(s)) for s in system.states},
             "inputs": {u.name: _braces(_input(u)) for u in system.inputs},
@@ -85,7 +84,7 @@ class _Text:
             "signals": {name: self._expression(f"signals.{name}", e) for name, e in system.signals.items()},
             "ports": {p.name: _braces(self._port(p)) for p in system.ports},
             "tables": {t.name: _braces(_table(t, files[t.name])) for t in system.tables},
-            "dynamics": self._rates("dynamics", dict(zip(states, system.dynamics, strict=True))),
+            "dynamics": self._dynamics(),
             "events": {e.name: _braces(self._event(e)) for e in system.events},
         }
         lines = ["schema: system/1", f"name: {_quoted(system.name)}"]
@@ -109,6 +108,16 @@ class _Text:
 
     def _rates(self, place: str, rates: Mapping[str, sp.Expr]) -> dict[str, str]:
         return {name: self._expression(f"{place}.{name}", rate) for name, rate in rates.items()}
+
+    def _dynamics(self) -> dict[str, str]:
+        """The derivatives of the states; those of a robot file are left out.
+
+        Then further numbers of the robot can be added to the parameters.
+        """
+        rates = {s.name: rate for s, rate in zip(self.system.states, self.system.dynamics, strict=True)}
+        known = {} if self.system.robot is None else self.system.robot.dynamics
+        found = self._rates("dynamics", rates)
+        return {name: text for name, text in found.items() if text != _quoted(known.get(name, ""))}
 
     def _means(self, written: str, expression: sp.Expr) -> bool:
         try:

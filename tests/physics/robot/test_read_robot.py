@@ -46,6 +46,19 @@ def refused(folder: Path, robot: str, more: str = "") -> str:
     return message.replace(f"{folder}/", "")
 
 
+def test_numbers_of_the_robot_can_be_added_to_a_written_file(tmp_path: Path) -> None:
+    inputs = "inputs: {i: {unit: A}, tau_elbow: {}}"
+    drive = "parameters: {k: {value: 2, unit: N m/A}}\nsignals: {drive_shoulder_pan: k*i}"
+    system = arm(tmp_path, f"{inputs}\n{drive}")
+    path = tmp_path / "written.yaml"
+    write_system(system, path)
+    text = path.read_text()
+    assert "acceleration_" not in text and "dynamics" not in text
+    assert read_system(path) == system
+    path.write_text(text.replace("parameters:\n", "parameters:\n  tip_mass: {unit: kg}\n"))
+    assert {p.name: p.value for p in read_system(path).parameters} == {"tip_mass": 0.3, "k": 2.0}
+
+
 def test_a_urdf_gives_states_torques_and_measured_positions(tmp_path: Path) -> None:
     system = arm(tmp_path)
     assert [(s.name, s.unit) for s in system.states] == [

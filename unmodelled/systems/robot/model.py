@@ -59,6 +59,7 @@ class RobotModel:
         locked: coordinate (rad or m) of each joint that does not move, by its name in the file.
         functions: functions that expressions can call, by name.
         notes: sentences on what the file says and the equations do not; not compared.
+        dynamics: equations that a system file need not write, by state; not compared.
     """
 
     file: str = field(compare=False)
@@ -66,6 +67,7 @@ class RobotModel:
     locked: Mapping[str, float]
     functions: Mapping[str, MotionFunction]
     notes: tuple[str, ...] = field(default=(), compare=False)
+    dynamics: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def function(self, call: evaluated) -> MotionFunction | None:
         """Return the function that a call calls; None if it is another procedure, such as a derivative.

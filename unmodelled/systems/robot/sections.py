@@ -93,7 +93,9 @@ class _Sections:
             words = "to identify them, give them bounds in parameters"
             notes.append(f"{', '.join(zeros)} are 0 in the robot file: {words}")
         file = self.sections["model"].text()
-        return sections, RobotModel(file, self.text, locked, functions, (*self.robot.notes, *notes))
+        notes = [*self.robot.notes, *notes]
+        rates = {name: str(text) for name, text in own["dynamics"].items()}
+        return sections, RobotModel(file, self.text, locked, functions, tuple(notes), rates)
 
     @cached_property
     def tree(self) -> Tree:
