@@ -15,6 +15,7 @@ from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 #: Name of the fault in diagnosis.json.
 OUTSIDE_FORCE = "outside_force"
@@ -48,7 +49,8 @@ def outside_forces(corrections: Corrections) -> LogFault | None:
     """Return when ports need far more effort for a while than ever in the ordinary experiment.
 
     The largest correction is about the same in ordinary experiments. Where that of a few experiments is
-    larger by more than chance, and the rest of them is ordinary, no law of the machine explains it.
+    larger by more than chance, at a motion and at inputs that ordinary experiments have, too, and the rest of
+    them is ordinary, no law of the machine explains it.
 
     Args:
         corrections: corrections of a model with the effects that were found.
@@ -92,12 +94,24 @@ def _stretches(corrections: Corrections, k: int) -> Iterator[_Stretch]:
     apart = np.log(np.maximum(largest / ordinary, 1e-12))
     spread = NORMAL * float(np.median(np.abs(apart))) * np.sqrt(1.0 + 1.0 / count)
     above = max(float(student.ppf(1.0 - BY_CHANCE, count - 1)) * spread, np.log(LEAST_FACTOR))
-    for run in (run for run, peak in zip(recording.runs, apart, strict=True) if peak > above):
-        yield from _of_run(corrections, k, run, ordinary, ordinary * float(np.exp(above)))
+    runs = [run for run, peak in zip(recording.runs, apart, strict=True) if peak > above]
+    known = _known(corrections, k, runs) if runs else np.empty(0, np.bool_)
+    for run in runs:
+        yield from _of_run(corrections, k, run, ordinary, ordinary * float(np.exp(above)), known)
+
+
+def _known(corrections: Corrections, k: int, runs: Sequence[int]) -> Mask:
+    """Mask, shape (windows,), of motions and inputs within the range of those outside of some experiments."""
+    coordinates, places = corrections.coordinates, corrections.places
+    at = [places[k], *(place for place in places if place.kind == "actuator")]
+    values = np.array([coordinate.values for place in at for coordinate in coordinates.of(place)])
+    others = values[:, ~np.isin(corrections.recording.owner, runs)]
+    low, high = others.min(1, keepdims=True), others.max(1, keepdims=True)
+    return np.asarray(((values >= low) & (values <= high)).all(0))
 
 
 def _of_run(
-    corrections: Corrections, k: int, run: int, ordinary: float, unusual: float
+    corrections: Corrections, k: int, run: int, ordinary: float, unusual: float, known: Mask
 ) -> Iterator[_Stretch]:
     recording, logs = corrections.recording, corrections.recording.logs
     mine = np.flatnonzero(recording.owner == run)
@@ -110,8 +124,8 @@ def _of_run(
     first = recording.start[mine] - logs.offsets[run]
     last = first + recording.steps[mine]
     for part in parts:
-        peak = part[np.argmax(size[part])]
-        if len(part) >= SHORTEST and size[peak] > unusual:
+        peak = part[np.argmax(size[part] * known[mine[part]])]
+        if len(part) >= SHORTEST and size[peak] > unusual and known[mine[peak]]:
             start, end = logs.period * float(first[part[0]]), logs.period * float(last[part[-1]])
             square = float(np.sum(size[part] ** 2))
             yield _Stretch(corrections.places[k].name, run, start, end, float(value[peak]), square)
@@ -131,7 +145,7 @@ def _sentence(system: System, ids: Sequence[str], found: Sequence[_Stretch]) -> 
             told.append(f"{len(mine) - LISTED} times more")
         each.append(f"{ids[run]} needs {listed(tuple(told))}")
     return (
-        f"{'; '.join(each)}: no other experiment needs so much, and no law of the machine explains it. "
-        "It looks like an outside force, such as a push or a contact. Leave these times out (t_from, t_to), "
+        f"{'; '.join(each)}: other experiments have such motions and inputs, but none needs so much. It "
+        "looks like an outside force, such as a push or a contact. Leave these times out (t_from, t_to), "
         "or log the force as an input, then diagnose again."
     )
