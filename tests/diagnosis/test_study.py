@@ -102,3 +102,10 @@ def test_room_for_delays(tmp_path: Path, samples: int, room: int) -> None:
 def test_room_for_a_delay_beside_the_known_one(tmp_path: Path) -> None:
     found = study(tmp_path, Bench(runs=2, samples=215), LATE)
     assert found.latest == pytest.approx((15 + 20) * PERIOD)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_one_of_few_experiments_of_a_level_is_held_out(seed: int) -> None:
+    loads = np.isin(np.arange(11), (0, 8, 10)).astype(float)
+    chosen = held_out(table(load=loads.tolist()), seed)
+    assert len(chosen) == 3 and np.sum(loads[list(chosen)]) == 1.0

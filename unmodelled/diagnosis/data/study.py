@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -95,6 +96,9 @@ def held_out(
 ) -> tuple[int, ...]:
     """Draw held-out experiments; a level of a factor keeps an experiment where that is possible.
 
+    The largest share of a level is left for learning in turn: also of a small level, such as the few
+    experiments with a load, one is held out and judges what only they have.
+
     Args:
         experiments: table of the experiments, one row each.
         seed: seed of the draw.
@@ -106,15 +110,22 @@ def held_out(
     count = len(experiments)
     many = max(1, round(thresholds.held_out_share * count))
     factors = [name for name in experiments.columns if name not in ("id", "file")]
-    remaining = {name: experiments[name].value_counts().to_dict() for name in factors}
+    whole = {name: experiments[name].value_counts().to_dict() for name in factors}
+    remaining = {name: dict(counts) for name, counts in whole.items()}
     chosen: list[int] = []
     order = np.random.default_rng([seed, 0]).permutation(count).tolist()
     while len(chosen) < many:
         left = [i for i in order if i not in chosen]
-        seen = {i: [remaining[n][experiments[n].iloc[i]] for n in factors] for i in left}
-        # as few levels as possible are lost; of the others, the most seen go first
-        best = max(left, key=lambda i: (-seen[i].count(1), min((n for n in seen[i] if n > 1), default=count)))
+        seen = {i: {n: remaining[n][experiments[n].iloc[i]] for n in factors} for i in left}
+        # as few levels as possible are lost; of the others, those of which the largest share is left go first
+        best = max(left, key=lambda i: _turn(seen[i], {n: whole[n][experiments[n].iloc[i]] for n in factors}))
         chosen.append(best)
         for name in factors:
             remaining[name][experiments[name].iloc[best]] -= 1
     return tuple(sorted(chosen))
+
+
+def _turn(seen: Mapping[str, int], whole: Mapping[str, int]) -> tuple[int, float]:
+    """How early an experiment is held out: by the lost levels, then by the smallest share left of a level."""
+    lost = sum(count == 1 for count in seen.values())
+    return -lost, min((seen[n] / whole[n] for n in seen if seen[n] > 1), default=np.inf)
