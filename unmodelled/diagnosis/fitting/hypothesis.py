@@ -140,7 +140,7 @@ class Hypothesis:
     def complexity(self) -> float:
         """Return the complexity: the sum over the effects."""
         each = zip(self.effects, self.laws, strict=True)
-        return sum(self.complexity_of(law.complexity, added.place) for added, law in each)
+        return sum(self._complexity_of(law, added.place) for added, law in each)
 
     @property
     def numbers(self) -> int:
@@ -148,18 +148,13 @@ class Hypothesis:
         unknowns = [u for e in self.effects for u in self._of(e)]
         return sum(len(self.study.learned) if u.own else 1 for u in unknowns)
 
-    def complexity_of(self, law: float, place: Place) -> float:
-        """Return the complexity of an effect at a place.
-
-        Args:
-            law: complexity of the effect's law.
-            place: place of the effect.
-        """
+    def _complexity_of(self, law: Effect, place: Place) -> float:
+        """Complexity at a place: more in some experiments only, unless that is what the law says."""
         known = {p.name for p in self.study.system.parameters if not p.identify}
         parameter = place.kind == "parameter" and place.name in known
         limits = self.study.thresholds
-        local = limits.local_complexity * (place.factor is not None)
-        return law + local + limits.known_parameter_complexity * parameter
+        local = limits.local_complexity * (place.factor is not None and not law.at_levels)
+        return law.complexity + local + limits.known_parameter_complexity * parameter
 
     @cached_property
     def c(self) -> Array:
