@@ -119,7 +119,7 @@ def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
     tangent = Tangent(FittedHypothesis.of(known, recording), recording)
     base = _Refitted(tangent, noise, known, len(study.recording.start) / len(recording.start))
     found: dict[tuple[str, Place], Visible] = {}
-    for effect in effects():
+    for effect in (each for each in effects() if not each.at_levels):
         for place in () if effect.beside else effect.places(system):
             added = known.plus(effect, place).effects[-1]
             if (effect.family, place) not in found and not (added.per_experiment or added.columns):

@@ -55,12 +55,11 @@ def train(
     """
     model.train(system, logs, split, profile, start, device, seed, out)
     if system is not None and logs is not None:  # models of other kinds refuse them
-        from unmodelled.api.learned_laws import learned_laws
-        from unmodelled.learning.fit import Fit
-        from unmodelled.logs.folder import read_logs
+        # by its public name: a change of pages repeats no training
+        import unmodelled as um
 
-        fit = Fit.load(out)
-        found = learned_laws(fit, read_logs(logs, fit.system))
+        fit = um.Fit.load(out)
+        found = um.learned_laws(fit, um.read_logs(logs, fit.system))
         print(found)
         if found.laws:
             found.save(out)
