@@ -72,6 +72,14 @@ def opened(page: Page, folder: Path) -> Page:
     return page
 
 
+def check_readable(browser: Browser, folder: Path, width: int, theme: Any) -> None:
+    """Nothing on the page is broken, hidden or hard to read."""
+    with browser.new_context(viewport={"width": width, "height": 844}, color_scheme=theme) as context:
+        page = opened(context.new_page(), folder)
+        for check in ("images", "overflows", "illegible"):
+            assert not page.evaluate(f"checks.{check}()")
+
+
 def errors(page: Page) -> tuple[float, float]:
     """Root mean square errors as given and now, once what was asked for has been drawn."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")

@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser
 
 import unmodelled as um
-from tests.report.test_live_page import EVIL, errors, opened, slider
+from tests.report.test_live_page import EVIL, check_readable, errors, opened, slider
 
 
 @pytest.fixture(scope="module")
@@ -52,10 +52,7 @@ def test_it_says_how_far_off_the_model_is_and_follows_its_sliders(
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1440])
 def test_it_can_be_read(width: int, theme: Any, browser: Browser, folder: Path) -> None:
-    with browser.new_context(viewport={"width": width, "height": 844}, color_scheme=theme) as context:
-        page = opened(context.new_page(), folder)
-        for check in ("images", "overflows", "illegible"):
-            assert not page.evaluate(f"checks.{check}()")
+    check_readable(browser, folder, width, theme)
 
 
 def test_names_stay_text(browser: Browser, simulation: um.Simulation, tmp_path: Path) -> None:

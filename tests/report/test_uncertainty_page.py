@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import Browser
 
 import unmodelled as um
-from tests.report.test_live_page import EVIL, errors, opened, slider
+from tests.report.test_live_page import EVIL, check_readable, errors, opened, slider
 from unmodelled.api.uncertainty_page import write_page
 from unmodelled.uncertainty.response import Formula
 
@@ -47,10 +47,7 @@ def test_it_says_what_scatters_and_has_the_machine(browser: Browser, folder: Pat
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("width", [390, 1440])
 def test_it_can_be_read(width: int, theme: Any, browser: Browser, folder: Path) -> None:
-    with browser.new_context(viewport={"width": width, "height": 844}, color_scheme=theme) as context:
-        page = opened(context.new_page(), folder)
-        for check in ("images", "overflows", "illegible"):
-            assert not page.evaluate(f"checks.{check}()")
+    check_readable(browser, folder, width, theme)
 
 
 def test_a_response_has_no_machine_and_names_stay_text(browser: Browser, tmp_path: Path) -> None:

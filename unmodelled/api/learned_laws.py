@@ -20,7 +20,7 @@ from unmodelled.base.files import write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
-from unmodelled.effects.place import Place, site
+from unmodelled.effects.place import Place, Site, site
 from unmodelled.effects.scales import Scales
 from unmodelled.effects.substitution import with_law
 from unmodelled.explanation.closed_form import ClosedForm, closed_form
@@ -245,32 +245,32 @@ def learned_laws(fit: Fit, logs: Logs) -> LearnedLaws:
         >>> bool(found.simulation.value < 0.5 * um.simulate(system, logs).value)
         True
     """
-    names = tuple(state.name for state in fit.system.states)
-    if logs.states != names:
-        raise BadInput(f"logs: have the states {', '.join(logs.states)}, the fit {', '.join(names)}")
-    trained = {fold: np.flatnonzero(np.isin(logs.ids, ids)) for fold, ids in fit.trained_on.items()}
+    trained = {fold: np.flatnonzero(known) for fold, known in fit.seen(logs).items()}
     if not any(len(runs) for runs in trained.values()):
         raise BadInput("logs: no experiment was trained on: give the logs of the training")
     efforts = learned_efforts(fit.model, logs, trained, fit.repeats)
     efforts = efforts.iloc[:: -(-len(efforts) // MOST_SAMPLES)]
+    scales = Scales.measured(fit.system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
     laws, notes = [], []
     for network in fit.model.structure.networks:
         name, port = network.label or network.port, fit.system.port(network.port)
         if {*network.inputs} <= {fit.system.expression(n) for n in port.coordinates}:
-            laws.append(_law(fit, logs, name, port, efforts))
+            laws.append(
+                _law(fit.system, logs, name, site(fit.system, Place("port", port.name), scales), efforts)
+            )
         else:
             notes.append(f"{name}: not written down, its inputs are not those of the port {port.name}")
     return LearnedLaws(fit, logs, tuple(laws), tuple(notes))
 
 
-def _law(fit: Fit, logs: Logs, name: str, port: Port, efforts: pd.DataFrame) -> LearnedLaw:
-    rows, system = efforts.index.to_numpy(), fit.system
+def _law(system: System, logs: Logs, name: str, at: Site, efforts: pd.DataFrame) -> LearnedLaw:
+    rows, port = efforts.index.to_numpy(), system.port(at.place.name)
     values = numpy_system_function(
         system, [system.expression(n) for n in port.coordinates], efforts_zero=True
     )
-    at = logs.t[rows], logs.x[rows], logs.u[rows], np.empty(0)
+    here = logs.t[rows], logs.x[rows], logs.u[rows], np.empty(0)
     columns = dict(
-        zip(port.coordinates, values(*at, np.array(system.values), logs.c[logs.owner[rows]]).T, strict=True)
+        zip(port.coordinates, values(*here, np.array(system.values), logs.c[logs.owner[rows]]).T, strict=True)
     )
     nothing = np.zeros(len(rows))
     x, v = (columns.get(n or "", nothing) for n in (port.position, port.velocity))
@@ -291,10 +291,8 @@ def _law(fit: Fit, logs: Logs, name: str, port: Port, efforts: pd.DataFrame) -> 
     )
     spread = float(np.var(effort))
     explains = 1.0 - float(np.mean((effort - formula) ** 2)) / spread if spread > 0.0 else 1.0
-    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
-    found = site(system, Place("port", port.name), scales).quantities
     own = {"position": "x", "velocity": "v"}
-    named = {column: found[local].unit for column, local in own.items() if local in found}
+    named = {column: at.quantities[local].unit for column, local in own.items() if local in at}
     return LearnedLaw(name, port, named, samples, form, explains)
 
 

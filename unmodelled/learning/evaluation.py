@@ -140,10 +140,7 @@ def evaluate(fit: Fit, logs: Logs) -> Evaluation:
         >>> bool(errors["median"][0] < 0.5 * um.simulate(system, logs).units["whole_run"][0])
         True
     """
-    names = tuple(state.name for state in fit.system.states)
-    if logs.states != names:
-        raise BadInput(f"logs: have the states {', '.join(logs.states)}, the fit {', '.join(names)}")
-    seen = {name: np.isin(logs.ids, ids) for name, ids in fit.trained_on.items()}
+    seen = fit.seen(logs)
     if all(known.all() for known in seen.values()):
         raise BadInput("logs: every experiment was trained on: give logs of other experiments")
     trained = {name: np.flatnonzero(known) for name, known in seen.items()}

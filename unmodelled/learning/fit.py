@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing, write_json
@@ -18,6 +20,7 @@ from unmodelled.base.shapes import check_shape
 from unmodelled.engine.compiled.structure import Augmented, Network
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.checkpoint import read_checkpoint, restore, save
+from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 from unmodelled.models.structures import network_inputs, texts_of
 from unmodelled.systems.model import System
@@ -71,6 +74,23 @@ class Fit:
     def folds(self) -> list[str]:
         """Names of the folds."""
         return list(self.trained_on)
+
+    def seen(self, logs: Logs) -> dict[str, NDArray[np.bool_]]:
+        """Return which experiments the models of every fold were trained on, by name of the fold.
+
+        Args:
+            logs: n experiments with the states of the system.
+
+        Returns:
+            Masks, shape (n,) each.
+
+        Raises:
+            BadInput: when the logs have other states than the system.
+        """
+        names = tuple(state.name for state in self.system.states)
+        if logs.states != names:
+            raise BadInput(f"logs: have the states {', '.join(logs.states)}, the fit {', '.join(names)}")
+        return {fold: np.isin(logs.ids, ids) for fold, ids in self.trained_on.items()}
 
     def table(self) -> pd.DataFrame:
         """Return the identified parameters.

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from unmodelled.base.files import replacing
-from unmodelled.report.diagnosis_page import PAGE, short
 from unmodelled.report.diagnosis_tables import error_cell
-from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import amounts, number, unit_text
-from unmodelled.report.rendering import one_file
-from unmodelled.report.search import as_block, table_entries
+from unmodelled.report.result_page import write_result_page
 from unmodelled.report.tables import Cell, Table
 
 #: Outputs that the first sentence tells.
@@ -39,22 +34,17 @@ def write_simulation_page(
     Raises:
         BadInput: when the file cannot be written.
     """
-    tables = [_errors(content), _experiments(content)]
-    text = one_file(
+    write_result_page(
+        folder,
         "simulation.html.j2",
-        live=as_block(live),
+        [_errors(content), _experiments(content)],
+        {"worst": drawn},
+        live,
+        machine,
         content=content,
         sentence=_sentence(content),
-        drawing=machine_drawing({"effects": [], "where": {"channels": []}}, machine),
-        tables=tables,
-        downloads=[base64.b64encode(table.csv.encode()).decode() for table in tables],
         worst=live["experiments"][0]["id"],
-        figure=base64.b64encode(drawn).decode(),
-        search=as_block(table_entries(tables, "")),
-        short=short,
     )
-    with replacing(folder / PAGE) as temporary:
-        temporary.write_text(text)
 
 
 def _sentence(content: Mapping[str, Any]) -> str:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from unmodelled.base.files import replacing
-from unmodelled.report.diagnosis_page import PAGE, short
 from unmodelled.report.diagnosis_tables import error_cell
 from unmodelled.report.formula import formula
 from unmodelled.report.headline import percent
-from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import amounts, number, unit_text
-from unmodelled.report.rendering import one_file
-from unmodelled.report.search import as_block, table_entries
+from unmodelled.report.result_page import write_result_page
 from unmodelled.report.tables import Cell, Table
 
 
@@ -40,23 +35,17 @@ def write_training_page(
     Raises:
         BadInput: when the file cannot be written.
     """
-    tables = [_errors(content), *([_parameters(content)] if content["parameters"] else [])]
-    drawn = {"effects": [], "where": {"channels": []}}
-    text = one_file(
+    write_result_page(
+        folder,
         "training.html.j2",
-        live=as_block(live),
+        [_errors(content), *([_parameters(content)] if content["parameters"] else [])],
+        {"losses": losses, **{f"law {network}": drawn for network, drawn in laws.items()}},
+        live,
+        machine,
         content=content,
         sentence=_sentence(content),
-        drawing=machine_drawing(drawn, machine),
-        laws=[_law(law, laws[law["network"]]) for law in content["laws"]],
-        losses=base64.b64encode(losses).decode(),
-        tables=tables,
-        downloads=[base64.b64encode(table.csv.encode()).decode() for table in tables],
-        search=as_block(table_entries(tables, "")),
-        short=short,
+        laws=[_law(law) for law in content["laws"]],
     )
-    with replacing(folder / PAGE) as temporary:
-        temporary.write_text(text)
 
 
 def _sentence(content: Mapping[str, Any]) -> str:
@@ -76,13 +65,12 @@ def _sentence(content: Mapping[str, Any]) -> str:
     )
 
 
-def _law(law: Mapping[str, Any], drawn: bytes) -> dict[str, Any]:
+def _law(law: Mapping[str, Any]) -> dict[str, Any]:
     return {
         **law,
         "equation": formula(law["formula"], law["network"]),
         "said": f"{percent(law['explains'])} of the variance of the network's effort",
         "off": amounts([law["rmse"]], law["unit"])[0],
-        "figure": base64.b64encode(drawn).decode(),
     }
 
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from unmodelled.base.files import replacing
-from unmodelled.report.diagnosis_page import PAGE, short
-from unmodelled.report.machine_drawing import machine_drawing
+from unmodelled.report.diagnosis_page import short
 from unmodelled.report.numbers import number
-from unmodelled.report.rendering import one_file
-from unmodelled.report.search import as_block, table_entries
+from unmodelled.report.result_page import write_result_page
 from unmodelled.report.tables import Cell, Table
 
 #: Method whose estimates have intervals.
@@ -44,21 +40,16 @@ def write_uncertainty_page(
     Raises:
         BadInput: when the file cannot be written.
     """
-    table = _estimates(estimates)
-    text = one_file(
+    write_result_page(
+        folder,
         "uncertainty.html.j2",
-        live="" if live is None else as_block(live),
+        [_estimates(estimates)],
+        figures,
+        live,
+        machine,
         content=content,
         sentence=_sentence(content, estimates, machine is not None),
-        drawing=machine and machine_drawing({"effects": [], "where": {"channels": []}}, machine),
-        figures={name: base64.b64encode(file).decode() for name, file in figures.items()},
-        table=table,
-        download=base64.b64encode(table.csv.encode()).decode(),
-        search=as_block(table_entries([table], "")),
-        short=short,
     )
-    with replacing(folder / PAGE) as temporary:
-        temporary.write_text(text)
 
 
 def _sentence(content: Mapping[str, Any], estimates: list[dict[str, Any]], is_system: bool) -> str:
@@ -74,17 +65,9 @@ def _sentence(content: Mapping[str, Any], estimates: list[dict[str, Any]], is_sy
 
 def _number(row: Mapping[str, Any]) -> str:
     limits = [row[end] for end in ("low", "high")]
-    shown = (
-        ""
-        if any(v != v for v in limits)
-        else f" ({number(_short(limits[0]))} to {number(_short(limits[1]))})"
-    )
+    shown = "" if any(v != v for v in limits) else f" ({short(limits[0])} to {short(limits[1])})"
     word = row["name"].rpartition("_")[0]
-    return f"{WORDS.get(word, word)} {number(_short(row['value']))}{shown}"
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.3g}")
+    return f"{WORDS.get(word, word)} {short(row['value'])}{shown}"
 
 
 def _estimates(estimates: list[dict[str, Any]]) -> Table:

@@ -97,7 +97,7 @@ def _stretches(corrections: Corrections, k: int) -> Iterator[_Stretch]:
     runs = [run for run, peak in zip(recording.runs, apart, strict=True) if peak > above]
     known = _known(corrections, k, runs) if runs else np.empty(0, np.bool_)
     for run in runs:
-        yield from _of_run(corrections, k, run, ordinary, ordinary * float(np.exp(above)), known)
+        yield from _of_run(corrections, k, run, size, ordinary, ordinary * float(np.exp(above)), known)
 
 
 def _known(corrections: Corrections, k: int, runs: Sequence[int]) -> Mask:
@@ -111,12 +111,12 @@ def _known(corrections: Corrections, k: int, runs: Sequence[int]) -> Mask:
 
 
 def _of_run(
-    corrections: Corrections, k: int, run: int, ordinary: float, unusual: float, known: Mask
+    corrections: Corrections, k: int, run: int, size: Array, ordinary: float, unusual: float, known: Mask
 ) -> Iterator[_Stretch]:
     recording, logs = corrections.recording, corrections.recording.logs
     mine = np.flatnonzero(recording.owner == run)
     mine = mine[np.argsort(recording.start[mine])]
-    value, size = corrections.value[mine, k], _size(corrections, k)[mine]
+    value, size = corrections.value[mine, k], size[mine]
     high = np.flatnonzero(size > ordinary)
     parts = np.split(high, np.flatnonzero(np.diff(high) > PAUSE) + 1)
     if sum(part[-1] + 1 - part[0] for part in parts) > MOST * len(mine):
