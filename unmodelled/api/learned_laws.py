@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.api.learned_law import LearnedLaw, law_of, with_formula
 from unmodelled.api.simulation import Simulation, simulate
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
-from unmodelled.effects.place import Place, Site, site
+from unmodelled.effects.place import Place, site
 from unmodelled.effects.scales import Scales
-from unmodelled.effects.substitution import with_law
-from unmodelled.explanation.closed_form import ClosedForm, closed_form
-from unmodelled.explanation.formula_candidates import Motion, Term
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import learned_efforts
 from unmodelled.logs.logs import Logs
-from unmodelled.systems import units
-from unmodelled.systems.grammar import evaluate
-from unmodelled.systems.model import Parameter, Port, System, symbol
-from unmodelled.systems.numeric import numpy_system_function
-from unmodelled.systems.scope import Value, scope_of
-from unmodelled.systems.units import parse_unit
+from unmodelled.systems.model import System
 from unmodelled.systems.writer import write_system
 
 if TYPE_CHECKING:
@@ -41,34 +31,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Powers of the velocity in terms.
-_SPEEDS = {Motion.VISCOUS: 1, Motion.QUADRATIC: 2, Motion.CUBIC: 3}
-
 SUMMARY, SYSTEM = "learned.json", "learned_system.yaml"
 #: Samples of a network that a formula is fitted to, at most.
 MOST_SAMPLES = 4000
-
-
-@dataclass(frozen=True, eq=False)
-class LearnedLaw:
-    """Effort of a network, and the formula that reproduces it.
-
-    Attributes:
-        network: name of the network: its label, or that of its port.
-        port: port of the network.
-        units: units of position and velocity, as far as the port has them.
-        samples: measured states of the training experiments: columns id, position, velocity (nan where the
-            port has none), effort (mean over the models) and formula, in SI units.
-        form: shortest formula that reproduces the effort.
-        explains: share of the effort's variance that the formula reproduces.
-    """
-
-    network: str
-    port: Port
-    units: Mapping[str, str]
-    samples: pd.DataFrame
-    form: ClosedForm
-    explains: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,7 +62,7 @@ class LearnedLaws:
         table = self.fit.table()
         system = self.fit.system.with_values(dict(zip(table["parameter"], table["median"], strict=True)))
         for law in self.laws:
-            system = _with_formula(system, law)
+            system = with_formula(system, law)
         return system
 
     @cached_property
@@ -256,83 +221,8 @@ def learned_laws(fit: Fit, logs: Logs) -> LearnedLaws:
         name, port = network.label or network.port, fit.system.port(network.port)
         if {*network.inputs} <= {fit.system.expression(n) for n in port.coordinates}:
             laws.append(
-                _law(fit.system, logs, name, site(fit.system, Place("port", port.name), scales), efforts)
+                law_of(fit.system, logs, name, site(fit.system, Place("port", port.name), scales), efforts)
             )
         else:
             notes.append(f"{name}: not written down, its inputs are not those of the port {port.name}")
     return LearnedLaws(fit, logs, tuple(laws), tuple(notes))
-
-
-def _law(system: System, logs: Logs, name: str, at: Site, efforts: pd.DataFrame) -> LearnedLaw:
-    rows, port = efforts.index.to_numpy(), system.port(at.place.name)
-    values = numpy_system_function(
-        system, [system.expression(n) for n in port.coordinates], efforts_zero=True
-    )
-    here = logs.t[rows], logs.x[rows], logs.u[rows], np.empty(0)
-    columns = dict(
-        zip(port.coordinates, values(*here, np.array(system.values), logs.c[logs.owner[rows]]).T, strict=True)
-    )
-    nothing = np.zeros(len(rows))
-    x, v = (columns.get(n or "", nothing) for n in (port.position, port.velocity))
-    angle = port.position in {state.name for state in system.states if state.unit == "rad"}
-    effort = efforts[name].to_numpy(np.float64)
-    form = closed_form(
-        x, v, effort, logs.owner[rows], (port.position or "x", port.velocity or "v"), angle=angle
-    )
-    formula = form(x, v)
-    samples = pd.DataFrame(
-        {
-            "id": efforts["id"],
-            "position": x if port.position else np.nan,
-            "velocity": v if port.velocity else np.nan,
-            "effort": effort,
-            "formula": formula,
-        }
-    )
-    spread = float(np.var(effort))
-    explains = 1.0 - float(np.mean((effort - formula) ** 2)) / spread if spread > 0.0 else 1.0
-    own = {"position": "x", "velocity": "v"}
-    named = {column: at.quantities[local].unit for column, local in own.items() if local in at}
-    return LearnedLaw(name, port, named, samples, form, explains)
-
-
-def _with_formula(system: System, law: LearnedLaw) -> System:
-    """The system with a formula in a port; its coefficients and velocity scales are parameters."""
-    port, names = system.port(law.port.name), {*scope_of(system).values}
-    added: list[Parameter] = []
-
-    def number(suffix: str, unit: str, value: float) -> str:
-        name = f"{port.name}_{suffix}"
-        while name in names:
-            name += "_"
-        names.add(name)
-        added.append(Parameter(name, unit, value))
-        return name
-
-    sizes = {kind: max((getattr(t, kind) for t in law.form.terms), default=0.0) for kind in ("jump", "fade")}
-    scales = {kind: number(kind, law.units["velocity"], size) for kind, size in sizes.items() if size}
-    scope, total, written = scope_of(system), sp.S.Zero, []
-    for k, (term, value) in enumerate(zip(law.form.terms, law.form.coefficients.values(), strict=True), 1):
-        name = number(f"c{k}", _unit(term, law), value)
-        text = term.text(port.position or "x", port.velocity or "v", **scales)
-        own = {n: Value(symbol(n)) for n in scales.values()}
-        total += (
-            symbol(name) * evaluate(text, replace(scope, values={**scope.values, **own}), name).expression
-        )
-        written.append(name if text == "1" else f"{name}*{text}")
-    if not added:
-        return system
-    return with_law(
-        replace(system, parameters=(*system.parameters, *added)), port, total, " + ".join(written)
-    )
-
-
-def _unit(term: Term, law: LearnedLaw) -> str:
-    """Unit of the coefficient of a term."""
-    powers = {"position": term.power, "velocity": _SPEEDS.get(term.motion, 0)}
-    found = parse_unit(law.port.unit).dimension
-    for coordinate, power in powers.items():
-        if power:
-            divisor = units.power(parse_unit(law.units[coordinate]).dimension, Fraction(-power))
-            found = units.times(found, divisor)
-    return units.describe(found)
