@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from unmodelled.api.learned_law import LearnedLaw, law_of, with_formula
 from unmodelled.api.simulation import Simulation, simulate
@@ -28,8 +27,6 @@ from unmodelled.systems.writer import write_system
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Array = NDArray[np.float64]
 
 SUMMARY, SYSTEM = "learned.json", "learned_system.yaml"
 #: Samples of a network that a formula is fitted to, at most.
