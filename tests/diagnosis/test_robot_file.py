@@ -65,6 +65,38 @@ def test_mujoco_moves_as_the_augmented_system(tmp_path: Path) -> None:
         assert np.nanmax(np.abs(theirs - ours)) < 1e-9
 
 
+@pytest.mark.parametrize(
+    "actuator",
+    [
+        'motor name="drive"',
+        'position name="drive" kp="2"',
+        'general name="drive" dyntype="filter" dynprm="0.02"',
+    ],
+)
+def test_the_lag_of_an_actuator_is_its_activation_in_mujoco(actuator: str, tmp_path: Path) -> None:
+    """Windows begin with the lagging input of their first sample. A lag in the file is known physics."""
+    text = MJCF.replace("<worldbody>", '<option timestep="0.0001"/><worldbody>')  # of order one in the step
+    lag = Said("actuator_lag", Place("actuator", "u_drive"), {"c_u": 1.0, "T_u": 0.02})
+    said = () if "filter" in actuator else (lag,)
+    diagnosis = rod(tmp_path, *said, robot=text.replace('motor name="drive"', actuator))
+    file, model = RobotFile.of(diagnosis), diagnosis.augmented
+    assert not file.found.missing and not file.found.supplement
+    assert numbers(compiled(file.found.text, "rod.xml"))["drive", "timeconst"] == 0.02
+    states = file.found.activations
+    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, activations=states)
+    recording = Recording.of(model.logs, 0.2)
+    ours, theirs, awake = (
+        simulation(simulation.values[None, None]).y
+        for simulation in (
+            Simulation(model.system, recording),
+            Simulation(model.system, recording, backend=backend),
+            Simulation(model.system, recording, backend=replace(backend, activations={})),
+        )
+    )
+    assert np.nanmax(np.abs(theirs - ours)) < 5e-3 * np.nanmax(np.abs(ours))
+    assert np.nanmax(np.abs(awake - ours)) > 1e-2 * np.nanmax(np.abs(ours))
+
+
 def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
     """The arm above its waist keeps its posture against gravity, and the waist feels its inertia."""
     text = (SYSTEMS / "arm.xml").read_text().replace("<worldbody>", RK4 + "<worldbody>").replace("0.05", "0")

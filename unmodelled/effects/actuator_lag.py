@@ -21,4 +21,6 @@ class ActuatorLag(DriveEffect):
             {"c_u": share("u_f - u")},
             {"T_u": Shape("t", grid, (0.5 * at.period, at.duration))},
             memory={"u_f": Memory("u", "(u - u_f)/T_u", start="u")},
+            # one lag behind another is said as a single one of the same delay
+            robot={"timeconst": "timeconst + T_u"},
         )

@@ -108,6 +108,18 @@ def test_what_moves_nothing_is_not_read(tmp_path: Path) -> None:
     assert system_of(tmp_path, robot).dynamics == system_of(tmp_path, SERVO).dynamics
 
 
+def test_a_servo_with_a_time_constant_has_its_activation_as_a_state(tmp_path: Path) -> None:
+    slow = SERVO.replace('kv="0.5"', 'kv="0.5" timeconst="0.1" ctrlrange="-1 1"')
+    system = system_of(tmp_path, slow, "identify: ['*.timeconst']\n")
+    assert [s.name for s in system.states] == ["q_j1", "qd_j1", "act_j1"]
+    assert str(system.states[-1].initial) == "minimum(maximum(u_j1, -1.0), 1.0)"
+    assert system.text["dynamics.act_j1"] == "(clip(u_j1, -1.0, 1.0) - act_j1)/j1_timeconst"
+    assert system.text["signals.drive_j1"] == "clip(8.0*(act_j1 - q_j1) - 0.5*qd_j1, -3.0, 3.0)"
+    assert [(p.name, p.value, p.unit) for p in system.parameters] == [("j1_timeconst", 0.1, "s")]
+    # a torque of the system file has no servo
+    assert len(system_of(tmp_path, slow, "signals: {drive_j1: 2*i}\ninputs: {i: {unit: N m}}\n").states) == 2
+
+
 def test_what_simulators_and_ros_add_to_a_urdf_is_not_read(tmp_path: Path) -> None:
     plugin = '<gazebo><plugin name="ros_control" filename="libgazebo_ros_control.so"/></gazebo>'
     transmission = '<transmission name="t"><joint name="elbow"/><actuator name="m"/></transmission>'
@@ -230,7 +242,19 @@ FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size=
             SERVO.replace("<actuator>", '<equality><joint name="e" joint1="1"/></equality><actuator>'),
             "equality joint 'e': a closed chain",
         ),
-        (SERVO.replace('kv="0.5"', 'kv="0.5" timeconst="0.1"'), "actuator '1': has a state of its own"),
+        (
+            SERVO.replace(
+                '<position name="1" joint="1" kp="8"',
+                '<intvelocity name="1" joint="1" actrange="-1 1" kp="8"',
+            ),
+            "actuator '1': has a state of its own",
+        ),
+        (
+            SERVO.replace('kp="8" kv="0.5"', 'dyntype="filter" actrange="-1 1"').replace(
+                "<position", "<general"
+            ),
+            "actuator '1': limits its activation (actrange)",
+        ),
         (
             SERVO.replace(
                 '<geom type="capsule" fromto="0 0 0 0 0 -0.5" size="0.02"/>', '<geom type="mesh" mesh="m"/>'

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 
 from unmodelled.diagnosis.answer.take_home import TakeHome
@@ -87,16 +87,18 @@ def _run(
     applied = found.efforts.applied(model.system)
     robot = diagnosis.system.robot
     assert robot is not None
-    backend = RobotInMujoco(text, found.name, controls, applied, robot.locked, supplement)
-    system = _with_known_sensors(model.system, diagnosis.system, found.efforts.joints)
+    known = {state.name for state in model.system.states}
+    states = {name: state for name, state in found.activations.items() if state in known}
+    backend = RobotInMujoco(text, found.name, controls, applied, robot.locked, supplement, states)
+    shown = {*states.values(), *(f"{s}_{joint}" for s in ("q", "qd") for joint in found.efforts.joints)}
+    system = _with_known_sensors(model.system, diagnosis.system, shown)
     gap, units = replayed(backend, system, model.logs, diagnosis.horizon, diagnosis.held_out)
     return Replayed(gap, units)
 
 
-def _with_known_sensors(system: System, given: System, joints: Sequence[str]) -> System:
+def _with_known_sensors(system: System, given: System, simulated: Set[str]) -> System:
     """The system in which sensors with a memory, which MuJoCo does not simulate, are those as given."""
-    moving = {f"{s}_{joint}" for s in ("q", "qd") for joint in joints}
-    hidden = {x for x in system.x if str(x) not in moving}
+    hidden = {x for x in system.x if str(x) not in simulated}
     known = {output.name: output for output in given.outputs}
     outputs = (known[o.name] if o.expression.free_symbols & hidden else o for o in system.outputs)
     return replace(system, outputs=tuple(outputs))

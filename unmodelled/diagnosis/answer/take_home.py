@@ -19,6 +19,7 @@ from unmodelled.systems.functions import lookup
 from unmodelled.systems.model import TIME, System, symbol
 from unmodelled.systems.printing import printed
 from unmodelled.systems.procedure import evaluated
+from unmodelled.systems.robot.actuators import activation
 from unmodelled.systems.robot.bodies import Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.efforts import Efforts
@@ -76,6 +77,7 @@ class TakeHome:
         supplement: numbers and forces for MuJoCo that the file cannot say.
         missing: parts of the augmented system that the file does not hold.
         efforts: efforts on the joints in the system as given.
+        activations: state that is the activation of an actuator of the file, by the input of the actuator.
     """
 
     name: str
@@ -84,6 +86,7 @@ class TakeHome:
     supplement: Supplement
     missing: tuple[Missing, ...]
     efforts: Efforts
+    activations: Mapping[str, str]
 
 
 def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect]) -> TakeHome:
@@ -122,7 +125,14 @@ def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect])
             *silent,
         ),
         efforts=efforts,
+        activations=_activations(efforts.robot, system, written),
     )
+
+
+def _activations(robot: Robot, system: System, effects: Sequence[_Written]) -> dict[str, str]:
+    lags = {e.added.place.name: name for e in effects if e.element for name in e.added.memory}
+    own = {f"u_{a.name}": activation(a.name) for a in robot.actuators}
+    return lags | {name: state for name, state in own.items() if symbol(state) in system.x}
 
 
 def _changes(given: Robot, text: str, name: str) -> Iterator[Change]:
@@ -300,7 +310,7 @@ class _Written:
             return f"robot files have no delay: apply the input {delays[0]:.3g} s later"
         if self.differs or self.added.place.kind == "parameter":
             return f"it changes with time or between experiments: simulate {FILE}"
-        if self.added.memory:
+        if self.added.memory and self.element is None:
             return f"it has states of its own: simulate {FILE}"
         if self.at_actuator and not self.controlled:
             return "the input is not one of the file: change the drive that you compute from it"

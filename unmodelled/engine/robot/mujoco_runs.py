@@ -38,6 +38,8 @@ class RobotInMujoco:
         applied: effort on a joint that no actuator of the file drives, by its name: expression of the system.
         locked: coordinate (rad or m) of each joint that does not move, by its name in the file.
         supplement: numbers and forces beside the file, default none.
+        activations: state of the system that is the activation of an actuator with a time constant, by the
+            input of the actuator; default none.
     """
 
     text: str
@@ -46,6 +48,7 @@ class RobotInMujoco:
     applied: Mapping[str, sp.Expr]
     locked: Mapping[str, float] = field(default_factory=dict)
     supplement: Supplement = field(default_factory=Supplement)
+    activations: Mapping[str, str] = field(default_factory=dict)
 
     def __call__(self, system: System, observed: Sequence[sp.Expr]) -> MujocoRuns:
         """Return the backend that runs the file in place of the equations of a system.
@@ -95,6 +98,9 @@ class MujocoRuns:
         actuators = [f"u_{plain_name(name)}" for name in written_names(model, "actuator")]
         self.controls = [actuators.index(name) for name in robot.controls]
         self.u = [inputs.index(name) for name in robot.controls]
+        slow = [k for k in np.flatnonzero(model.actuator_actadr >= 0) if actuators[k] in robot.activations]
+        self.activated = model.actuator_actadr[slow]
+        self.a = [names.index(robot.activations[actuators[k]]) for k in slow]
         off = [k for k, name in enumerate(actuators) if name not in robot.controls]
         model.actuator_gainprm[off], model.actuator_biasprm[off] = 0.0, 0.0
 
@@ -138,6 +144,7 @@ class MujocoRuns:
         x[0] = x0
         data.qpos[self.held] = self.at
         data.qpos[self.places], data.qvel[self.dofs], data.time = x0[self.q], x0[self.qd], t[0]
+        data.act[self.activated] = x0[self.a]
         later = np.vstack([u[1:], u[-1:]])
         for k in range(1, len(t)):
             for s in range(substeps):
@@ -150,6 +157,7 @@ class MujocoRuns:
                     data.qfrc_applied[self.to] = self.applied.evaluate(time, state, now, p, c)
                 mujoco.mj_step(self.model, data)
             x[k, self.q], x[k, self.qd] = data.qpos[self.places], data.qvel[self.dofs]
+            x[k, self.a] = data.act[self.activated]
             if not np.max(np.abs(x[k, [*self.q, *self.qd]])) < _LOST:
                 x[k] = np.nan
                 break

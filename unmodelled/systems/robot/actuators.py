@@ -14,6 +14,23 @@ Written = Callable[[str, str, float], str]
 
 
 @dataclass(frozen=True)
+class Activation:
+    """State of an actuator that follows its input.
+
+    Attributes:
+        drive: name of the signal of the torque that depends on it.
+        unit: unit of the state.
+        initial: value at the start of an experiment.
+        rate: time derivative.
+    """
+
+    drive: str
+    unit: str
+    initial: str
+    rate: str
+
+
+@dataclass(frozen=True)
 class Drives:
     """Torques on the joints of a robot.
 
@@ -34,6 +51,22 @@ class Drives:
             return {f"tau_{j.name}": {"unit": units_of(j).effort} for j in self._moving}
         moving = [a for a in self.robot.actuators if a.joint in self.joints]
         return {f"u_{a.name}": {"unit": input_unit(self.robot, a)} for a in moving}
+
+    @cached_property
+    def activations(self) -> dict[str, Activation]:
+        """Activation of each actuator that has a time constant, by the name of its state."""
+        found = {}
+        for actuator in self.robot.actuators:
+            if actuator.timeconst and actuator.joint in self.joints:
+                unit, wanted = (
+                    input_unit(self.robot, actuator),
+                    _clipped(f"u_{actuator.name}", actuator.inputs),
+                )
+                slow = self.written(actuator.name, "timeconst", actuator.timeconst)
+                name = activation(actuator.name)
+                drive = f"drive_{self.robot.joints[actuator.joint].name}"
+                found[name] = Activation(drive, unit, wanted, f"({wanted} - {name})/{slow}")
+        return found
 
     @cached_property
     def used(self) -> dict[str, list[str]]:
@@ -89,7 +122,8 @@ class Drives:
 
     def _force(self, actuator: Actuator) -> str:
         joint = self.robot.joints[actuator.joint]
-        u = _clipped(f"u_{actuator.name}", actuator.inputs)
+        wanted = _clipped(f"u_{actuator.name}", actuator.inputs)
+        u = activation(actuator.name) if actuator.timeconst else wanted
         gear = self.written(actuator.name, "gear", actuator.gear)
         turned = "" if gear == "1.0" else f"{gear}*"
         q, qd = f"{turned}q_{joint.name}", f"{turned}qd_{joint.name}"
@@ -105,6 +139,15 @@ class Drives:
         if actuator.bias:
             force += f" + {_number(actuator.bias)}"
         return _clipped(force, actuator.forces)
+
+
+def activation(actuator: str) -> str:
+    """Return the name of the state of an actuator with a time constant.
+
+    Args:
+        actuator: name of the actuator.
+    """
+    return f"act_{actuator}"
 
 
 def input_unit(robot: Robot, actuator: Actuator) -> str:

@@ -68,7 +68,9 @@ class Joint:
 
 @dataclass(frozen=True)
 class Actuator:
-    """Actuator of one joint: force = clip(gain*clip(u) + bias - kp*gear*q - kv*gear*qd), torque = gear*force.
+    """Actuator of one joint: force = clip(gain*a + bias - kp*gear*q - kv*gear*qd), torque = gear*force.
+
+    Its activation a is clip(u), or follows it by timeconst*d(a)/dt = clip(u) - a.
 
     Attributes:
         name: name, as a name of a system file.
@@ -78,6 +80,7 @@ class Actuator:
         bias: force without input, N m or N.
         kp: stiffness of the servo.
         kv: damping of the servo.
+        timeconst: time constant of the activation, s; 0: it is the input.
         inputs: smallest and largest input; None: no limits.
         forces: smallest and largest force; None: no limits.
     """
@@ -89,6 +92,7 @@ class Actuator:
     bias: float
     kp: float
     kv: float
+    timeconst: float
     inputs: tuple[float, float] | None
     forces: tuple[float, float] | None
 

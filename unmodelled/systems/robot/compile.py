@@ -151,9 +151,13 @@ class _Compiled:
         model, mujoco, what = self.model, self.mujoco, f"actuator {self.actuators[k]!r}"
         if int(model.actuator_trntype[k]) > int(mujoco.mjtTrn.mjTRN_JOINTINPARENT):
             raise self._wrong(what, "only actuators of a joint have equations here: remove it")
-        if int(model.actuator_dyntype[k]) != int(mujoco.mjtDyn.mjDYN_NONE):
-            words = "remove its dynamics (dyntype), and add a state in the system file"
+        filters = mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT
+        if int(model.actuator_dyntype[k]) not in map(int, (mujoco.mjtDyn.mjDYN_NONE, *filters)):
+            words = "use filterexact (timeconst), or remove dyntype and add a state in the system file"
             raise self._wrong(what, f"has a state of its own, which has no equation here: {words}")
+        if model.actuator_actlimited[k]:
+            words = "limit its input (ctrlrange) instead"
+            raise self._wrong(what, f"limits its activation (actrange), which has no equation here: {words}")
         gain, bias = int(model.actuator_gaintype[k]), int(model.actuator_biastype[k])
         straight = gain == int(mujoco.mjtGain.mjGAIN_FIXED) or (
             gain == int(mujoco.mjtGain.mjGAIN_AFFINE) and not np.any(model.actuator_gainprm[k, 1:])
@@ -213,6 +217,7 @@ class _Compiled:
             bias,
             -stiffness,
             -damping,
+            float(model.actuator_dynprm[k, 0]) if model.actuator_dyntype[k] else 0.0,
             self._limits("ctrl", k),
             self._limits("force", k),
         )

@@ -45,6 +45,13 @@ def _actuator(element: ET.Element, wanted: Mapping[str, float], new: Mapping[str
     if "gear" in new:
         _, *others = (element.get("gear") or "1").split()
         element.set("gear", " ".join([row(new["gear"]), *others]))
+    if "timeconst" in new and element.tag == "position":
+        element.set("timeconst", row(new["timeconst"]))
+    elif "timeconst" in new and element.tag != "general":
+        # no other kind has a time constant, and general ones say all that a motor or a velocity servo says
+        new = {**{q: wanted[q] for q in ("gain", "bias", "kp", "kv") if wanted[q]}, **new}
+        element.tag = "general"
+        element.attrib.pop("kv", None)
     if element.tag == "general":
         if "gain" in new:
             _, *others = (element.get("gainprm") or "1").split()
@@ -52,6 +59,9 @@ def _actuator(element: ET.Element, wanted: Mapping[str, float], new: Mapping[str
         if new.keys() & {"bias", "kp", "kv"}:
             element.set("biastype", "affine")
             element.set("biasprm", row(wanted["bias"], -wanted["kp"], -wanted["kv"]))
+        if "timeconst" in new:
+            element.set("dyntype", "filterexact")
+            element.set("dynprm", row(new["timeconst"]))
     for quantity in ("kp", "kv"):
         if quantity in new and element.tag in ("position", "velocity"):
             element.set(quantity, row(new[quantity]))

@@ -13,7 +13,18 @@ from unmodelled.systems.robot.properties import AXES, PAIRS, units_of
 Key = tuple[str, str]
 
 OF_JOINTS = ("armature", "damping", "stiffness", "springref", "frictionloss")
-OF_ACTUATORS = ("gear", "gain", "bias", "kp", "kv", "ctrl_low", "ctrl_high", "force_low", "force_high")
+OF_ACTUATORS = (
+    "gear",
+    "gain",
+    "bias",
+    "kp",
+    "kv",
+    "timeconst",
+    "ctrl_low",
+    "ctrl_high",
+    "force_low",
+    "force_high",
+)
 OF_BODIES = (
     *("mass", *(f"com_{axis}" for axis in AXES)),
     *(f"inertia_{AXES[i]}{AXES[j]}" for i, j in PAIRS),
@@ -50,7 +61,7 @@ def _of_joint(joint: Joint) -> dict[str, float]:
 
 
 def _of_actuator(actuator: Actuator) -> dict[str, float]:
-    given = (actuator.gear, actuator.gain, actuator.bias, actuator.kp, actuator.kv)
+    given = (actuator.gear, actuator.gain, actuator.bias, actuator.kp, actuator.kv, actuator.timeconst)
     limits = (*(actuator.inputs or (-inf, inf)), *(actuator.forces or (-inf, inf)))
     return dict(zip(OF_ACTUATORS, (*given, *limits), strict=True))
 
@@ -136,5 +147,5 @@ def unit_of(robot: Robot, key: Key) -> str:
         return input_unit(robot, actuators[element])
     stiffness, damping = f"{u.effort}/{u.position}", f"{u.effort} s/{u.position}"
     known = {"armature": u.inertia, "springref": u.position, "stiffness": stiffness, "kp": stiffness}
-    known |= {"damping": damping, "kv": damping, "gear": "1", "gain": "1"}
+    known |= {"damping": damping, "kv": damping, "gear": "1", "gain": "1", "timeconst": "s"}
     return known.get(quantity, u.effort)

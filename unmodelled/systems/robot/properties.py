@@ -110,6 +110,8 @@ def properties(robot: Robot, tree: Tree) -> Iterator[Property]:
 
 def _of_actuator(actuator: Actuator, units: Units) -> Iterator[Property]:
     yield Property(actuator.name, "gear", actuator.gear, "1")
+    if actuator.timeconst:
+        yield Property(actuator.name, "timeconst", actuator.timeconst, "s")
     if actuator.kp:
         yield Property(actuator.name, "kp", actuator.kp, f"{units.effort}/{units.position}")
     if actuator.kv:

@@ -12,7 +12,7 @@ import sympy as sp
 from unmodelled.base.errors import closest
 from unmodelled.systems import units
 from unmodelled.systems.document import Node, file_beside
-from unmodelled.systems.robot.actuators import Drives
+from unmodelled.systems.robot.actuators import Activation, Drives
 from unmodelled.systems.robot.bodies import Joint, Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.dynamics import Coordinates, Dynamics
@@ -73,10 +73,14 @@ class _Sections:
     def read(self) -> tuple[dict[str, Node], RobotModel]:
         functions = self._functions()
         used = {str(x) for f in functions.values() for x in f.procedure.inputs}
-        moves = {*used, *_words(self.drives.drives), *_words(self.drives.torques)}
+        rates = {name: a.rate for name, a in self._activations.items()}
+        moves = {*used, *_words(self.drives.drives), *_words(self.drives.torques), *_words(rates)}
         idle = [p for p in self.parameters if p.name not in moves]
         own: dict[str, Entries] = {
-            "states": {f"{s}_{j.name}": {"unit": u} for s, j, u in self._states},
+            "states": {
+                **{f"{s}_{j.name}": {"unit": u} for s, j, u in self._states},
+                **{name: {"unit": a.unit, "initial": a.initial} for name, a in self._activations.items()},
+            },
             "inputs": self.drives.inputs,
             "outputs": {f"{s}_{j.name}": {"unit": u, **_column(s, j)} for s, j, u in self._states},
             "parameters": {p.name: self._parameter(p) for p in self.parameters if p not in idle},
@@ -149,6 +153,12 @@ class _Sections:
         joints = tuple(link.joint for link in self.tree.links)
         return Drives(self.robot, joints, lambda e, quantity, value: names.get((e, quantity), repr(value)))
 
+    @cached_property
+    def _activations(self) -> dict[str, Activation]:
+        """States of the actuators that drive a joint; a signal of the system file replaces them."""
+        given = self.sections["signals"].entries() if "signals" in self.sections else {}
+        return {name: a for name, a in self.drives.activations.items() if a.drive not in given}
+
     def _port(self, joint: Joint) -> dict[str, str]:
         units_ = units_of(joint)
         entries = {"effort": f"load_{joint.name}", "unit": units_.effort}
@@ -192,7 +202,8 @@ class _Sections:
         first = functions[f"acceleration_{self.joints[0].name}"]
         arguments = ", ".join([*torques, *map(str, [*first.arguments][len(torques) :])])
         rates = {f"q_{j.name}": f"qd_{j.name}" for j in self.joints}
-        return rates | {f"qd_{j.name}": f"acceleration_{j.name}({arguments})" for j in self.joints}
+        rates |= {f"qd_{j.name}": f"acceleration_{j.name}({arguments})" for j in self.joints}
+        return rates | {name: a.rate for name, a in self._activations.items()}
 
     def _merged(self, section: str, own: Entries) -> Node:
         """A section with the entries of the robot and those of the system file."""
