@@ -189,6 +189,34 @@ def test_messages_of_a_servo_follow_a_commanded_position(tmp_path: Path) -> None
     assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2
 
 
+def test_a_joint_that_lags_far_behind_has_the_set_point_of_the_others(tmp_path: Path) -> None:
+    folder = tmp_path / "raw"
+    folder.mkdir()
+    for k in range(2):
+        log = servo(k)
+        late, near = (np.interp(log["t"] - lag, log["t"], log["q"]) for lag in (0.5, 0.05))
+        joints = {"goal 1": log["q"], "pos 1": late, "goal 2": log["q"][::-1], "pos 2": near[::-1]}
+        pd.DataFrame({"t": log["t"], **joints}).to_csv(folder / f"{k}.csv", index=False)
+    mapping, _ = drafted(folder)
+    units = {signal["column"]: signal["unit"] for signal in mapping["signals"].values()}
+    assert units == {"goal 1": "rad", "pos 1": "rad", "goal 2": "rad", "pos 2": "rad"}
+
+
+def test_a_set_point_of_nothing_is_a_position_where_the_position_follows_it(tmp_path: Path) -> None:
+    """Beside it, a command that the position does not follow drives it."""
+    logs = write(tmp_path / "raw", {"t": "t", "goal": "angle", "pos": "angle", "set": "torque"})
+    for path in logs.iterdir():
+        table = pd.read_csv(path)
+        sagging = 0.9 * table["pos"].shift(5, fill_value=table["pos"][0]) + 0.4
+        table.assign(pos=sagging).to_csv(path, index=False)
+    mapping, system = drafted(logs)
+    assert mapping["signals"] == {
+        "q": {"column": "pos", "unit": "rad"},
+        "u": {"column": "goal", "unit": "rad"},
+    }
+    assert system.inputs[0].unit == "rad"
+
+
 @pytest.mark.parametrize("name", [name for name in RECORDERS if name != "bag_2"])
 def test_files_of_every_format(tmp_path: Path, name: str) -> None:
     """The bag of ROS 2 has two topics with the column `data`: nothing says that one is a position."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.motion import Drive, at, drive_of, slope_of
-from unmodelled.drafting.names import Role, is_measured, number_of, words_of
+from unmodelled.drafting.names import Role, is_command, is_measured, number_of, words_of
 from unmodelled.logs.readers.reader import Array
 from unmodelled.systems.units import parse_logged
 
@@ -24,6 +24,8 @@ NAMED, UNNAMED = 0.7, 0.95
 EXPLAINED, FOUND = 0.1, 0.3
 #: Difference between such shares that says nothing.
 ALIKE = 0.05
+#: Standard deviations of a position by which the distance of its set point varies at most.
+NEAR = 0.5
 #: Range of an angle beyond which it is in degrees.
 DEGREES = 40.0
 #: Units of a position and of its speed, by the factor between them.
@@ -129,11 +131,13 @@ def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
 
 
 def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
-    """Joints with a drive where the columns of the others tell which one it is, by its number.
+    """Joints with a drive where the columns of the others tell which one it is, by its number, and what.
 
-    A joint that carries others is accelerated by more than its own drive, which the values then do not show.
+    A joint that carries others is accelerated by more than its own drive, which the values then do not show,
+    and follows its set point less closely.
     """
-    first = next((j for j in joints if j.drive and number_of(j.position.signal.address)), None)
+    known = [j for j in joints if j.drive and number_of(j.position.signal.address)]
+    first = max(known, key=lambda joint: joint.servo, default=None)
     if first is None or first.drive is None:
         return list(joints)
     found, drive = list[Joint](), first.drive
@@ -141,7 +145,7 @@ def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
         here = {signal.address: signal for signal in home.signals}
         address = _shifted(drive.signal.address, first.position.signal.address, joint.position.signal.address)
         signal = here.get(address)
-        if joint.drive is None and signal is not None:
+        if signal is not None and (joint.drive is None or joint.drive.signal is signal):
             like = Channel(signal, drive.unit, drive.certain)
             fit = _fit(joint.position, like, first.servo)
             joint = replace(joint, drive=like, servo=first.servo, fit=fit)
@@ -257,7 +261,7 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
     near = _akin(position, near, [each.position for each in homes])
     efforts = [s for s in near if s.role in (Role.EFFORT, Role.CURRENT, Role.VOLTAGE)]
-    goals = [s for s in near if s.role is Role.GOAL]
+    goals = [s for s in near if s.role is Role.GOAL or _follows(position, s)]
     unknown = [s for s in free if s.role is None]
     if goals:
         goal = max(goals, key=lambda signal: _correlation(position, signal))
@@ -271,6 +275,16 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
     fit, effort = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].values)))
     return Joint(here, velocity, _input(effort), False, fit, _without(effort, efforts))
+
+
+def _follows(position: Signal, other: Signal) -> bool:
+    """Whether a column that is called a set point, but not of what, moves as the position does."""
+    if other.role is not None or not is_command(other.address):
+        return False
+    t = position.t[:SAMPLES]
+    q = position.values[: len(t)]
+    # not how far they are apart: a servo sags under a load
+    return bool(np.std(at(t, other.t, other.values) - q) < NEAR * np.std(q))
 
 
 def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:
