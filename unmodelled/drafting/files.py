@@ -82,12 +82,7 @@ def survey(logs: Path) -> Survey:
         faults = Faults()
         read = read_files([logs], None, faults)
         faults.check()
-        pattern = _groups(read[logs])
-        if pattern is not None:
-            inside = in_groups(read[logs], [pattern])
-            runs = {Path(f"{logs}:/{group}"): tables for group, tables in inside.items()}
-            return Survey(logs.parent, (logs.name,), runs, {}, (pattern,))
-        return Survey(logs.parent, (logs.name,), read, {})
+        return _of_groups(Survey(logs.parent, (logs.name,), read, {}))
     places = _places(logs)
     if not places:
         raise BadInput(f"{logs}: holds no files: give the folder with the logs")
@@ -107,11 +102,24 @@ def survey(logs: Path) -> Survey:
     left_out |= {place: "other columns" for place in read if place not in kept}
     # what was not looked into is of the experiments, if it has the ending of one
     rest = [place for place in places[MOST:] if place.suffix in {kept_place.suffix for kept_place in kept}]
-    return Survey(logs, patterns_of(logs, [*kept, *rest]), {place: read[place] for place in kept}, left_out)
+    found = Survey(logs, patterns_of(logs, [*kept, *rest]), {place: read[place] for place in kept}, left_out)
+    return _of_groups(found) if len(kept) == 1 and not rest else found
+
+
+def _of_groups(found: Survey) -> Survey:
+    """The survey of a single file: of its groups, if these are the experiments."""
+    ((path, tables),) = found.read.items()
+    pattern = _groups(tables)
+    if pattern is None:
+        return found
+    runs = {Path(f"{path}:/{group}"): inside for group, inside in in_groups(tables, [pattern]).items()}
+    return replace(found, read=runs, groups=(pattern,))
 
 
 def _groups(tables: Sequence[Table]) -> str | None:
     """A pattern of groups with equal columns, one for each experiment; None if a file has no such groups."""
+    if any(table.clock is not None for table in tables):
+        return None  # tables of a recorder with a clock for all of them are one recording
     names = [parts_of_name(table.name) for table in tables]
     heads = {tuple(name[:k]) for name in names for k in range(len(name))}
     for head in sorted(heads, key=lambda each: (len(each), each)):
