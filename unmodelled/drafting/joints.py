@@ -8,14 +8,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from unmodelled.drafting.channels import (
+    SAMPLES,
+    Channel,
+    correlation,
+    fit_of,
+    follows,
+    input_channel,
+    position_channel,
+    slope,
+    velocity_channel,
+)
 from unmodelled.drafting.columns import Signal
-from unmodelled.drafting.motion import Drive, at, drive_of, slope_of
-from unmodelled.drafting.names import Role, is_command, is_measured, number_of, words_of
-from unmodelled.logs.readers.reader import Array
+from unmodelled.drafting.motion import Drive, at
+from unmodelled.drafting.names import Role, is_measured, number_of, words_of
 from unmodelled.systems.units import parse_logged
 
-#: Joints of a first model, and samples of a log that are looked at.
-MOST, SAMPLES = 6, 20_000
+#: Joints of a first model.
+MOST = 6
 #: Share of the largest motion below which a position stands still, and sizes of noise that motion is beyond.
 STILL, NOISE = 0.02, 20.0
 #: Correlation with the slope of a position from which on a column is its speed: named so, and without a name.
@@ -24,39 +34,6 @@ NAMED, UNNAMED = 0.7, 0.95
 EXPLAINED, FOUND = 0.1, 0.3
 #: Difference between such shares that says nothing.
 ALIKE = 0.05
-#: Standard deviations of a position by which the distance of its set point varies at most.
-NEAR = 0.5
-#: Range of an angle beyond which it is in degrees.
-DEGREES = 40.0
-#: Units of a position and of its speed, by the factor between them.
-RATIOS = {
-    ("rad", "rad/s"): 1.0,
-    ("deg", "deg/s"): 1.0,
-    ("m", "m/s"): 1.0,
-    ("mm", "mm/s"): 1.0,
-    ("rad", "deg/s"): 180.0 / np.pi,
-    ("deg", "rad/s"): np.pi / 180.0,
-    ("rad", "rpm"): 30.0 / np.pi,
-    ("deg", "rpm"): 1.0 / 6.0,
-    ("mm", "m/s"): 1e-3,
-    ("m", "mm/s"): 1e3,
-}
-_LENGTHS = frozenset(["travel", "stroke", "weg", "x"])
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A signal in a unit.
-
-    Attributes:
-        signal: signal of the logs.
-        unit: its unit.
-        certain: whether the file or the name gives the unit.
-    """
-
-    signal: Signal
-    unit: str
-    certain: bool
 
 
 @dataclass(frozen=True)
@@ -147,7 +124,7 @@ def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
         signal = here.get(address)
         if signal is not None and (joint.drive is None or joint.drive.signal is signal):
             like = Channel(signal, drive.unit, drive.certain)
-            fit = _fit(joint.position, like, first.servo)
+            fit = fit_of(joint.position, like, first.servo)
             joint = replace(joint, drive=like, servo=first.servo, fit=fit)
         found.append(joint)
     return found
@@ -167,7 +144,7 @@ def _pairs(signals: Sequence[Signal]) -> dict[Signal, Signal]:
     unnamed = [signal for signal in signals if signal.role is None]
     for position in (signal for signal in unnamed if _Home(signal, signals, None).moves(0.0)):
         others = [other for other in unnamed if other is not position]
-        rated = [(abs(_slope(position, other)[0]), other) for other in others]
+        rated = [(abs(slope(position, other).correlation), other) for other in others]
         best, velocity = max(rated, key=lambda pair: pair[0], default=(0.0, position))
         if best > UNNAMED and velocity not in found:
             found[position] = velocity
@@ -181,23 +158,8 @@ def _fitted(joint: Joint, experiments: Sequence[Sequence[Signal]]) -> Joint:
         here = {signal.address: signal for signal in signals}
         q, u = here.get(joint.position.signal.address), here.get(drive.signal.address if drive else "")
         if drive and q and u:
-            fits.append(_fit(replace(joint.position, signal=q), replace(drive, signal=u), joint.servo))
+            fits.append(fit_of(replace(joint.position, signal=q), replace(drive, signal=u), joint.servo))
     return replace(joint, fit=max(fits, key=lambda fit: fit.share * (fit.gain > 0.0 or not joint.servo)))
-
-
-def _slope(position: Signal, other: Signal) -> tuple[float, float]:
-    t = position.t[:SAMPLES]
-    found = slope_of(t, _plain(position)[: len(t)], at(t, other.t, other.values))
-    return found.correlation, found.ratio
-
-
-def _plain(signal: Signal) -> Array:
-    """Values of a position, unwrapped if it jumps by a turn."""
-    for turn in (2.0 * np.pi, 360.0):
-        jumps = np.abs(np.diff(signal.values)) > 0.9 * turn
-        if jumps.any() and np.ptp(signal.values) < 1.01 * turn:
-            return np.asarray(np.unwrap(signal.values, period=turn))
-    return signal.values
 
 
 def _distinct(homes: Sequence[_Home]) -> list[_Home]:
@@ -223,15 +185,13 @@ def _velocity(home: _Home, free: Sequence[Signal]) -> Channel | None:
         same = [s for s in free if s.role is Role.VELOCITY and _same(position, s)]
         known = same or [s for s in free if s.role is Role.VELOCITY]
         best, found = max(
-            ((_slope(position, s)[0], s) for s in known), key=lambda pair: pair[0], default=(0.0, None)
+            ((slope(position, s).correlation, s) for s in known),
+            key=lambda pair: pair[0],
+            default=(0.0, None),
         )
         if found is None or best < NAMED:
             return None
-    ratio = abs(_slope(position, found)[1])
-    units = [pair for pair, factor in RATIOS.items() if abs(np.log(max(ratio, 1e-9) / factor)) < 0.15]
-    own = position.unit or (None if found.unit or not units else units[0][0])
-    fitting = [v for p, v in units if own in (None, p)] or ["rad/s"]
-    return Channel(found, found.unit or fitting[0], found.unit is not None)
+    return velocity_channel(position, found)
 
 
 def _same(position: Signal, other: Signal) -> bool:
@@ -256,35 +216,26 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     # elements of one list have one unit
     name = _without_number(position.address)
     widest = max(each.motion for each in homes if _without_number(each.position.address) == name)
-    unit, certain = _position_unit(position, velocity, widest)
-    here = Channel(position, unit, certain)
+    here = position_channel(position, velocity, widest)
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
     near = _akin(position, near, [each.position for each in homes])
     efforts = [s for s in near if s.role in (Role.EFFORT, Role.CURRENT, Role.VOLTAGE)]
-    goals = [s for s in near if s.role is Role.GOAL or _follows(position, s)]
+    goals = [s for s in near if s.role is Role.GOAL or follows(position, s)]
     unknown = [s for s in free if s.role is None]
     if goals:
-        goal = max(goals, key=lambda signal: _correlation(position, signal))
-        servo = Channel(goal, goal.unit or unit, goal.unit is not None)
-        return Joint(here, velocity, servo, True, _fit(here, servo, True), (*efforts, *_without(goal, goals)))
-    rated = [(_fit(here, _input(s), False), s) for s in efforts or unknown]
+        goal = max(goals, key=lambda signal: correlation(position, signal))
+        servo = Channel(goal, goal.unit or here.unit, goal.unit is not None)
+        return Joint(
+            here, velocity, servo, True, fit_of(here, servo, True), (*efforts, *_without(goal, goals))
+        )
+    rated = [(fit_of(here, input_channel(s), False), s) for s in efforts or unknown]
     best = max((fit.share for fit, _ in rated), default=0.0)
     if not efforts and best < FOUND:
         return Joint(here, velocity, None, False, Drive(0.0, 0.0, 0.0), ())
     # of those that explain about the same: the first with a telling name, otherwise what varies most
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
     fit, effort = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].values)))
-    return Joint(here, velocity, _input(effort), False, fit, _without(effort, efforts))
-
-
-def _follows(position: Signal, other: Signal) -> bool:
-    """Whether a column that is called a set point, but not of what, moves as the position does."""
-    if other.role is not None or not is_command(other.address):
-        return False
-    t = position.t[:SAMPLES]
-    q = position.values[: len(t)]
-    # not how far they are apart: a servo sags under a load
-    return bool(np.std(at(t, other.t, other.values) - q) < NEAR * np.std(q))
+    return Joint(here, velocity, input_channel(effort), False, fit, _without(effort, efforts))
 
 
 def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:
@@ -293,41 +244,3 @@ def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:
 
 def _without_number(address: str) -> str:
     return re.sub(r"\[\w+\]$|\d+", "", address)
-
-
-def _position_unit(position: Signal, velocity: Channel | None, widest: float) -> tuple[str, bool]:
-    """Unit of a position, and whether it is certain; `widest` is the largest motion of positions like it."""
-    if position.unit is not None:
-        return position.unit, True
-    if velocity is not None:
-        ratio = abs(_slope(position, velocity.signal)[1])
-        for (own, other), factor in RATIOS.items():
-            fits = other == velocity.unit and abs(np.log(max(ratio, 1e-9) / factor)) < 0.15
-            if fits and not (own == "rad" and widest > DEGREES and not velocity.certain):
-                return own, velocity.certain
-    if _LENGTHS & set(words_of(position.address)):
-        return "m", False
-    return ("deg" if widest > DEGREES else "rad"), False
-
-
-def _input(signal: Signal) -> Channel:
-    unit = signal.unit or {Role.CURRENT: "A", Role.VOLTAGE: "V"}.get(signal.role or Role.OTHER, "N m")
-    return Channel(signal, unit, signal.unit is not None)
-
-
-def _correlation(position: Signal, other: Signal) -> float:
-    t = position.t[:SAMPLES]
-    return float(np.corrcoef(position.values[: len(t)], at(t, other.t, other.values))[0, 1])
-
-
-def _fit(position: Channel, drive: Channel, servo: bool) -> Drive:
-    """The acceleration of a position by a drive, or by the error of a commanded position, in SI units."""
-    t = position.signal.t[:SAMPLES]
-    q = _si(position.unit, _plain(position.signal)[: len(t)])
-    u = _si(drive.unit, at(t, drive.signal.t, drive.signal.values))
-    return drive_of(t, q, u - q if servo else u)
-
-
-def _si(unit: str, values: Array) -> Array:
-    _, logged = parse_logged(unit)
-    return values if logged is None else logged.to_si(values)

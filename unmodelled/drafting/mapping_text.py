@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import re
 
+from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.comments import numbered, one_line, word
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Channel, Joint
+from unmodelled.drafting.joints import Joint
 
 #: Files that are left out, and constants, that are named in a comment.
 NAMES = 5

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.comments import numbered, one_line, word
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Channel, Joint
+from unmodelled.drafting.joints import Joint
 from unmodelled.systems.units import describe, parse_logged, parse_unit
 
 #: Other columns that are named in a comment.
