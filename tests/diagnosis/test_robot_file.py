@@ -124,13 +124,26 @@ def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> N
     assert off.whole_run < 0.1 * before.whole_run
 
 
-def test_a_sensor_with_a_memory_is_replayed_as_given(tmp_path: Path) -> None:
-    lag = Said("sensor_lag", Place("sensor", "q_pin"), {"T_y": 0.003})
-    file = RobotFile.of(rod(tmp_path, *ALL, lag))
-    assert file.replay.improves and not file.replay.patched.diverged
+def test_a_sensor_with_a_memory_is_simulated_beside_the_robot(tmp_path: Path) -> None:
+    exact = MJCF.replace("<worldbody>", '<option integrator="RK4" timestep="0.001"/><worldbody>')
+    lag = Said("sensor_lag", Place("sensor", "q_pin"), {"c_y": 1.0, "T_y": 0.02})
+    diagnosis = rod(tmp_path, lag, robot=exact)
+    file, model = RobotFile.of(diagnosis), diagnosis.augmented
     assert [m.reason for m in file.found.missing] == [
         "the sensor is no part of the robot: correct what it shows"
     ]
+    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {})
+    recording = Recording.of(model.logs, 0.2)
+    ours, theirs, without = (
+        simulation(simulation.values[None, None]).y
+        for simulation in (
+            Simulation(model.system, recording),
+            Simulation(model.system, recording, backend=backend),
+            Simulation(diagnosis.known.system, Recording.of(diagnosis.known.logs, 0.2)),
+        )
+    )
+    assert np.nanmax(np.abs(theirs - ours)) < 1e-3
+    assert np.nanmax(np.abs(without - ours)) > 0.05
 
 
 def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from unmodelled.diagnosis.answer.take_home import TakeHome
 from unmodelled.diagnosis.data.gap import Off
@@ -11,7 +11,6 @@ from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.fitting.free_runs import replayed
 from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.engine.robot.supplement import Supplement
-from unmodelled.systems.model import System
 
 
 @dataclass(frozen=True)
@@ -90,15 +89,5 @@ def _run(
     known = {state.name for state in model.system.states}
     states = {name: state for name, state in found.activations.items() if state in known}
     backend = RobotInMujoco(text, found.name, controls, applied, robot.locked, supplement, states)
-    shown = {*states.values(), *(f"{s}_{joint}" for s in ("q", "qd") for joint in found.efforts.joints)}
-    system = _with_known_sensors(model.system, diagnosis.system, shown)
-    gap, units = replayed(backend, system, model.logs, diagnosis.horizon, diagnosis.held_out)
+    gap, units = replayed(backend, model.system, model.logs, diagnosis.horizon, diagnosis.held_out)
     return Replayed(gap, units)
-
-
-def _with_known_sensors(system: System, given: System, simulated: Set[str]) -> System:
-    """The system in which sensors with a memory, which MuJoCo does not simulate, are those as given."""
-    hidden = {x for x in system.x if str(x) not in simulated}
-    known = {output.name: output for output in given.outputs}
-    outputs = (known[o.name] if o.expression.free_symbols & hidden else o for o in system.outputs)
-    return replace(system, outputs=tuple(outputs))

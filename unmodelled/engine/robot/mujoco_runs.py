@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import ceil
@@ -66,6 +66,9 @@ class RobotInMujoco:
 class MujocoRuns:
     """Free runs in MuJoCo with the integrator of the file, and its time step or a little less.
 
+    States of the system that the robot does not have, such as the memory of a sensor, are integrated beside
+    it by Heun's method, as far as the observed values depend on them.
+
     Args:
         robot: robot file and its inputs.
         system: system whose states, inputs and parameters the runs have.
@@ -101,6 +104,8 @@ class MujocoRuns:
         slow = [k for k in np.flatnonzero(model.actuator_actadr >= 0) if actuators[k] in robot.activations]
         self.activated = model.actuator_actadr[slow]
         self.a = [names.index(robot.activations[actuators[k]]) for k in slow]
+        self.beside = _beside(system, observed, {*self.q, *self.qd, *self.a})
+        self.rates = Program.of(system, [system.dynamics[k] for k in self.beside])
         off = [k for k, name in enumerate(actuators) if name not in robot.controls]
         model.actuator_gainprm[off], model.actuator_biasprm[off] = 0.0, 0.0
 
@@ -145,23 +150,48 @@ class MujocoRuns:
         data.qpos[self.held] = self.at
         data.qpos[self.places], data.qvel[self.dofs], data.time = x0[self.q], x0[self.qd], t[0]
         data.act[self.activated] = x0[self.a]
+        state, step = x0.copy(), self.model.opt.timestep
         later = np.vstack([u[1:], u[-1:]])
         for k in range(1, len(t)):
             for s in range(substeps):
                 now = u[k - 1] + hold * (later[k - 1] - u[k - 1]) * (s + 0.5) / substeps
                 data.ctrl[self.controls] = now[self.u]
                 if len(self.to):
-                    state = x0.copy()
-                    state[self.q], state[self.qd] = data.qpos[self.places], data.qvel[self.dofs]
-                    time = np.array(data.time)
-                    data.qfrc_applied[self.to] = self.applied.evaluate(time, state, now, p, c)
+                    data.qfrc_applied[self.to] = self.applied.evaluate(np.array(data.time), state, now, p, c)
+                rates = self._rates(data.time, state, now, p, c)
                 mujoco.mj_step(self.model, data)
-            x[k, self.q], x[k, self.qd] = data.qpos[self.places], data.qvel[self.dofs]
-            x[k, self.a] = data.act[self.activated]
+                state = self._state(data, state)
+                state[self.beside] += step * rates
+                after = self._rates(data.time, state, now, p, c)
+                state[self.beside] += 0.5 * step * (after - rates)
+            x[k] = state
             if not np.max(np.abs(x[k, [*self.q, *self.qd]])) < _LOST:
                 x[k] = np.nan
                 break
         return x
+
+    def _state(self, data: Any, before: Array) -> Array:
+        """All states, shape (states,): those of MuJoCo, and the others as before."""
+        state = before.copy()
+        state[self.q], state[self.qd] = data.qpos[self.places], data.qvel[self.dofs]
+        state[self.a] = data.act[self.activated]
+        return state
+
+    def _rates(self, t: float, state: Array, u: Array, p: Array, c: Array) -> Array:
+        """Rates of the states beside the robot, shape (such states,)."""
+        return self.rates.evaluate(np.array(t), state, u, p, c) if self.beside else np.zeros(0)
+
+
+def _beside(system: System, observed: Sequence[sp.Expr], moving: Set[int]) -> list[int]:
+    """Numbers of the states that observed values depend on, and that MuJoCo does not have."""
+    names = list(system.x)
+    found, todo = set[int](), [*observed]
+    while todo:
+        used = {names.index(name) for name in todo.pop().free_symbols if name in names}
+        new = used - moving - found
+        found |= new
+        todo += [system.dynamics[k] for k in new]
+    return sorted(found)
 
 
 @contextmanager
