@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -42,13 +42,18 @@ def driven_port(system: System, item: Input) -> tuple[Port, int] | None:
         'rail'
     """
     states = {state.name: state.unit for state in system.states}
-    for port in system.ports:
-        if port.velocity is None or port.domain != "power" or states.get(str(port.position)) == item.unit:
-            continue
-        sign = _sign(_Pair(system.closed, symbol(item.name), symbol(port.effort), system))
-        if sign and not system.expression(port.velocity).has(*system.u):
-            return port, sign
-    return None
+    pairs = {
+        port: _Pair(system.closed, symbol(item.name), symbol(port.effort), system)
+        for port in system.ports
+        if not (
+            port.velocity is None or port.domain != "power" or states.get(str(port.position)) == item.unit
+        )
+        and not system.expression(port.velocity).has(*system.u)
+    }
+    # where the two meet is told without derivatives of the rates, which are long for a robot
+    met = {port: replace(pair, rates=(node,)) for port, pair in pairs.items() if (node := pair.meeting)}
+    signs = ((port, _sign(pair)) for port, pair in (met or pairs).items())
+    return next((found for found in signs if found[1]), None)
 
 
 def stiffness(system: System, port: Port) -> sp.Expr | None:
@@ -85,6 +90,17 @@ class _Pair:
     item: sp.Symbol
     effort: sp.Symbol
     system: System = field(compare=False)
+
+    @property
+    def meeting(self) -> sp.Expr | None:
+        """The only sum with the effort, if rates depend on effort and input through it alone; else None."""
+        own = {self.effort, -self.effort}
+        sums = {node for rate in self.rates for node in rate.atoms(sp.Add) if not own.isdisjoint(node.args)}
+        if len(sums) != 1:
+            return None
+        (node,) = sums
+        rest = (rate.xreplace({node: sp.Dummy(real=True)}) for rate in self.rates)
+        return node if node.has(self.item) and not any(e.has(self.item, self.effort) for e in rest) else None
 
 
 @lru_cache(maxsize=256)
