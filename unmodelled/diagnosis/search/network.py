@@ -25,8 +25,11 @@ HIDDEN = 20
 LARGEST_WEIGHT = 2.0
 #: Prior standard deviations of the weights, of which cross-validation chooses one; its folds.
 WEIGHT_PRIORS, PRIOR_FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
-#: Weight at which derivatives are taken; iterations of the fit.
-TRIED_WEIGHT, ITERATIONS = 0.1, 10
+#: Weight at which derivatives are taken.
+TRIED_WEIGHT = 0.1
+#: Iterations of the fit, and the share of the loss by which one must lower it, or the fit ends: what the last
+#: iterations gain is noise of the fitted experiments.
+ITERATIONS, LEAST_GAIN = 10, 0.01
 #: Steepness of units whose inputs reach from -1 to 1: from nearly straight to nearly a step.
 STEEPNESS = 0.5, 30.0
 #: Steepness of further units at rest, where friction has its step.
@@ -60,7 +63,8 @@ def fit_network(
         )
         for p in WEIGHT_PRIORS
     ]
-    return FittedHypothesis.of(tries[int(np.argmax(gains))], fitted, [dict(base.fit.values)], ITERATIONS)
+    best, start = tries[int(np.argmax(gains))], dict(base.fit.values)
+    return FittedHypothesis.of(best, fitted, [start], ITERATIONS, share=LEAST_GAIN)
 
 
 def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
