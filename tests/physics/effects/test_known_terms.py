@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from unmodelled.effects import known_terms
 from unmodelled.effects.known_terms import driven_port, stiffness
 from unmodelled.effects.library import effects
 from unmodelled.systems.model import System
@@ -50,6 +51,16 @@ def test_an_input_drives_the_port_whose_effort_acts_like_it(
     file: str, found: list[tuple[str, int] | None]
 ) -> None:
     assert driven(read_system(SYSTEMS / file)) == found
+
+
+@pytest.mark.parametrize("file", ["arm.yaml", "withheld/hoist.yaml", "withheld/belt_axis.yaml"])
+def test_where_input_and_effort_meet_tells_what_all_rates_tell(
+    file: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = read_system(SYSTEMS / file)
+    found = driven(system)
+    monkeypatch.setattr(known_terms._Pair, "meeting", None)
+    assert driven(system) == found and None not in found
 
 
 def test_the_speed_of_an_input_that_drives_backwards_has_the_opposite_sign(tmp_path: Path) -> None:
