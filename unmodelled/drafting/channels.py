@@ -65,6 +65,9 @@ def plain(signal: Signal) -> Array:
 
     Args:
         signal: position.
+
+    Returns:
+        Values, shape (samples,).
     """
     for turn in (2.0 * np.pi, 360.0):
         jumps = np.abs(np.diff(signal.values)) > 0.9 * turn
