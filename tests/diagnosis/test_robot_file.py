@@ -18,6 +18,7 @@ from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.diagnosis.answer import findings
 from unmodelled.diagnosis.answer.robot_file import RobotFile
+from unmodelled.diagnosis.answer.take_home import take_home
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.simulation import Simulation
@@ -79,12 +80,13 @@ def test_the_lag_of_an_actuator_is_its_activation_in_mujoco(actuator: str, tmp_p
     lag = Said("actuator_lag", Place("actuator", "u_drive"), {"c_u": 1.0, "T_u": 0.02})
     said = () if "filter" in actuator else (lag,)
     diagnosis = rod(tmp_path, *said, robot=text.replace('motor name="drive"', actuator))
-    file, model = RobotFile.of(diagnosis), diagnosis.augmented
-    assert not file.found.missing and not file.found.supplement
-    assert numbers(compiled(file.found.text, "rod.xml"))["drive", "timeconst"] == 0.02
-    states = file.found.activations
-    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, activations=states)
-    recording = Recording.of(model.logs, 0.2)
+    model = diagnosis.augmented
+    home = take_home(diagnosis.system, model.system, diagnosis.effects)
+    assert not home.missing and not home.supplement
+    assert numbers(compiled(home.text, "rod.xml"))["drive", "timeconst"] == 0.02
+    states = home.activations
+    backend = RobotInMujoco(home.text, "rod.xml", ["u_drive"], {}, {}, activations=states)
+    recording = Recording.of(model.logs, 0.2).thinned(6)
     ours, theirs, awake = (
         simulation(simulation.values[None, None]).y
         for simulation in (
