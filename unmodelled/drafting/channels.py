@@ -85,10 +85,9 @@ def follows(position: Signal, other: Signal) -> bool:
     """
     if other.role is not None or not is_command(other.address):
         return False
-    t = position.t[:SAMPLES]
-    q = position.values[: len(t)]
+    q, wanted = _together(position, other)
     # not how far they are apart: a servo sags under a load
-    return bool(np.std(at(t, other.t, other.values) - q) < NEAR * np.std(q))
+    return bool(np.std(wanted - q) < NEAR * np.std(q))
 
 
 def position_channel(position: Signal, velocity: Channel | None, widest: float) -> Channel:
@@ -148,8 +147,13 @@ def correlation(position: Signal, other: Signal) -> float:
         position: position.
         other: column.
     """
+    return float(np.corrcoef(*_together(position, other))[0, 1])
+
+
+def _together(position: Signal, other: Signal) -> tuple[Array, Array]:
+    """Values of two columns at the instants of the first one, shape (samples,) each."""
     t = position.t[:SAMPLES]
-    return float(np.corrcoef(position.values[: len(t)], at(t, other.t, other.values))[0, 1])
+    return position.values[: len(t)], at(t, other.t, other.values)
 
 
 def fit_of(position: Channel, drive: Channel, servo: bool) -> Drive:

@@ -150,25 +150,37 @@ class MujocoRuns:
         data.qpos[self.held] = self.at
         data.qpos[self.places], data.qvel[self.dofs], data.time = x0[self.q], x0[self.qd], t[0]
         data.act[self.activated] = x0[self.a]
-        state, step = x0.copy(), self.model.opt.timestep
+        state = x0
         later = np.vstack([u[1:], u[-1:]])
         for k in range(1, len(t)):
             for s in range(substeps):
                 now = u[k - 1] + hold * (later[k - 1] - u[k - 1]) * (s + 0.5) / substeps
                 data.ctrl[self.controls] = now[self.u]
-                if len(self.to):
-                    data.qfrc_applied[self.to] = self.applied.evaluate(np.array(data.time), state, now, p, c)
-                rates = self._rates(data.time, state, now, p, c)
-                mujoco.mj_step(self.model, data)
-                state = self._state(data, state)
-                state[self.beside] += step * rates
-                after = self._rates(data.time, state, now, p, c)
-                state[self.beside] += 0.5 * step * (after - rates)
+                state = self._step(data, state, now, p, c)
+            state = self._state(data, state)
             x[k] = state
             if not np.max(np.abs(x[k, [*self.q, *self.qd]])) < _LOST:
                 x[k] = np.nan
                 break
         return x
+
+    def _step(self, data: Any, state: Array, u: Array, p: Array, c: Array) -> Array:
+        """All states, shape (states,), after a step; those of MuJoCo only where something depends on them."""
+        import mujoco
+
+        if len(self.to):
+            data.qfrc_applied[self.to] = self.applied.evaluate(np.array(data.time), state, u, p, c)
+        if not self.beside:
+            mujoco.mj_step(self.model, data)
+            return self._state(data, state) if len(self.to) else state
+        step = self.model.opt.timestep
+        rates = self.rates.evaluate(np.array(data.time), state, u, p, c)
+        mujoco.mj_step(self.model, data)
+        state = self._state(data, state)
+        state[self.beside] += step * rates
+        after = self.rates.evaluate(np.array(data.time), state, u, p, c)
+        state[self.beside] += 0.5 * step * (after - rates)
+        return state
 
     def _state(self, data: Any, before: Array) -> Array:
         """All states, shape (states,): those of MuJoCo, and the others as before."""
@@ -176,10 +188,6 @@ class MujocoRuns:
         state[self.q], state[self.qd] = data.qpos[self.places], data.qvel[self.dofs]
         state[self.a] = data.act[self.activated]
         return state
-
-    def _rates(self, t: float, state: Array, u: Array, p: Array, c: Array) -> Array:
-        """Rates of the states beside the robot, shape (such states,)."""
-        return self.rates.evaluate(np.array(t), state, u, p, c) if self.beside else np.zeros(0)
 
 
 def _beside(system: System, observed: Sequence[sp.Expr], moving: Set[int]) -> list[int]:

@@ -118,8 +118,12 @@ class _Sections:
     @cached_property
     def parameters(self) -> list[Property]:
         """Numbers of the robot file that are parameters of the system."""
-        given = self.sections["parameters"].entries() if "parameters" in self.sections else {}
+        given = self._given("parameters")
         return [p for p in self.known if p.name in given or p.name in self.identified]
+
+    def _given(self, section: str) -> dict[str, Node]:
+        """Entries of a section of the system file."""
+        return self.sections[section].entries() if section in self.sections else {}
 
     @cached_property
     def known(self) -> list[Property]:
@@ -156,7 +160,7 @@ class _Sections:
     @cached_property
     def _activations(self) -> dict[str, Activation]:
         """States of the actuators that drive a joint; a signal of the system file replaces them."""
-        given = self.sections["signals"].entries() if "signals" in self.sections else {}
+        given = self._given("signals")
         return {name: a for name, a in self.drives.activations.items() if a.drive not in given}
 
     def _port(self, joint: Joint) -> dict[str, str]:
@@ -230,7 +234,7 @@ class _Sections:
 
     def _driving(self, base: Node, given: dict[str, Node], own: dict[str, Node]) -> dict[str, Node]:
         """Inputs of the system file, or those of the robot that no signal of the system file replaces."""
-        signals = self.sections["signals"].entries() if "signals" in self.sections else {}
+        signals = self._given("signals")
         used = self.drives.used.items()
         needed = {name: drive for drive, inputs in used if drive not in signals for name in inputs}
         if not base.entries():
