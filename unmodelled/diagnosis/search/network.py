@@ -27,9 +27,9 @@ LARGEST_WEIGHT = 2.0
 WEIGHT_PRIORS, PRIOR_FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
 #: Weight at which derivatives are taken.
 TRIED_WEIGHT = 0.1
-#: Iterations of the fit, and the share of the loss by which one must lower it, or the fit ends: what the last
-#: iterations gain is noise of the fitted experiments.
-ITERATIONS, LEAST_GAIN = 10, 0.01
+#: Iterations of the fit, and the share of the loss by which one must lower it, or the fit ends: what further
+#: iterations gain is noise of the fitted experiments, and steep units, which take many integration steps.
+ITERATIONS, LEAST_GAIN = 3, 0.01
 #: Steepness of units whose inputs reach from -1 to 1: from nearly straight to nearly a step.
 STEEPNESS = 0.5, 30.0
 #: Steepness of further units at rest, where friction has its step.
