@@ -21,24 +21,25 @@ def gap_steps(data: Path) -> Figure:
 
     First the uncertain parameters are refitted, then each effect is added and all parameters are refitted.
     The percentage is the change of the squared gap above the noise floor. The axis is logarithmic. If the
-    purple line (a network in every port) is well left of the last bar, a flexible model could still explain a
+    purple line (a network in every port) is well left of the last dot, a flexible model could still explain a
     part of the gap. The grey line is the noise floor, the gap that sensor noise alone causes.
     """
     steps = table(data, "steps")
-    bars = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)
+    models = steps[steps["kind"].isin(LOOK)].reset_index(drop=True)
     lines = {row.kind: row.gap for row in steps.itertuples() if row.kind not in LOOK}
     low, high = 0.6 * min(steps["gap"].min(), lines["floor"]), 2.2 * float(steps["gap"].max())
-    figure = new_figure(1.5 + 0.55 * len(bars), 8.5)
+    figure = new_figure(1.5 + 0.55 * len(models), 8.5)
     axes = figure.subplots()
-    for place, row in bars.iterrows():
+    axes.plot(models["gap"], models.index, color="0.75", lw=1.0)
+    for place, row in models.iterrows():
         colour = LOOKS[LOOK[row["kind"]]].colour
-        axes.barh(place, row["gap"] - low, left=low, height=0.62, color=colour, edgecolor="black", lw=0.5)
-    _numbers(axes, bars, lines["floor"])
+        axes.plot(row["gap"], place, "o", color=colour, markeredgecolor="black", markersize=9)
+    _numbers(axes, models, lines["floor"])
     for name in ("neural", "floor"):
         axes.axvline(lines[name], color=LOOKS[name].colour, linestyle="--", linewidth=1.8)
     log_gaps(axes, low, high)
-    axes.set_yticks(bars.index, [_label(row) for _, row in bars.iterrows()])
-    axes.invert_yaxis()
+    axes.set_yticks(models.index, [_label(row) for _, row in models.iterrows()])
+    axes.set_ylim(len(models) - 0.4, -0.6)
     axes.set_xlabel(GAP)
     figure.legend(handles=[line_handle("neural"), line_handle("floor")], loc="outside upper right", ncols=2)
     return figure
@@ -48,10 +49,10 @@ def _label(row: pd.Series) -> str:
     return fill(f"+ {row['label']}" if row["kind"] == "effect" else str(row["label"]), 32)
 
 
-def _numbers(axes: Axes, bars: pd.DataFrame, floor: float) -> None:
-    """The gap beside its bar, and by how much its square above the floor fell."""
+def _numbers(axes: Axes, models: pd.DataFrame, floor: float) -> None:
+    """The gap beside its dot, and by how much its square above the floor fell."""
     before: float | None = None
-    for place, gap in enumerate(bars["gap"]):
+    for place, gap in enumerate(models["gap"]):
         square = max(gap**2 - floor**2, 0.0)
         text = number(gap)
         if before:
@@ -59,6 +60,6 @@ def _numbers(axes: Axes, bars: pd.DataFrame, floor: float) -> None:
         # on white, so that the dashed lines do not cross the text
         on_white = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
         axes.annotate(
-            text, (gap, place), (6, 0), textcoords="offset points", va="center", fontsize=9, bbox=on_white
+            text, (gap, place), (9, 0), textcoords="offset points", va="center", fontsize=9, bbox=on_white
         )
         before = square
