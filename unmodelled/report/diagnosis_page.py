@@ -31,6 +31,8 @@ from unmodelled.report.search import as_block, figure_entries, table_entries
 from unmodelled.report.tables import Table
 
 PAGE = "index.html"
+#: Outputs whose errors are sentences; those of more outputs are read more easily in their table.
+MOST_SENTENCES = 2
 
 
 def write_page(folder: Path, command: str) -> None:
@@ -147,7 +149,9 @@ def _summary(content: Mapping[str, Any]) -> str:
         f"parameters by {gap['reidentified']}"
     )
     found += f", with the effects found by {gap['augmented']}" if content["effects"] else ""
-    errors = " ".join(_error(name, entry, content) for name, entry in content["gap"].get("units", {}).items())
+    outputs = content["gap"].get("units", {})
+    errors = " ".join(_error(name, entry, content) for name, entry in outputs.items())
+    errors = errors if len(outputs) <= MOST_SENTENCES else "The table below has the errors of every output."
     if "persistence" in gap:
         found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are on held-out experiments, which were not used for fitting or choosing."
