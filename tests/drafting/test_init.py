@@ -403,9 +403,32 @@ def test_a_lerobot_data_set(tmp_path: Path) -> None:
         pd.DataFrame(table).to_parquet(place / f"episode_{episode:06d}.parquet")
     mapping, system = drafted(tmp_path)
     assert mapping["files"] == "data/chunk-000/*.parquet"
-    assert mapping["signals"]["u2"] == {"column": "action[1]", "unit": "rad"}
+    assert mapping["signals"]["u2"] == {"column": "action[lift.pos]", "unit": "rad"}
     assert values(system)["K2"] == pytest.approx(64.0, rel=0.1)
     assert simulate(system, read_logs(tmp_path, system)).gap.value < 0.2
+
+
+def test_names_of_elements_tell_positions_from_speeds(tmp_path: Path) -> None:
+    (tmp_path / "meta").mkdir()
+    state = {"names": ["hip.pos", "knee.pos", "hip.vel", "knee.vel"]}
+    torques = {"names": ["hip.torque", "knee.torque"]}
+    info = {"features": {"observation.state": state, "action": torques}}
+    (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
+    for k in range(3):
+        hip, knee = LOGS[k], LOGS[(k + 1) % 3]
+        signals = [log[name] for name in ("angle", "speed") for log in (hip, knee)]
+        table = {
+            "observation.state": np.column_stack(signals).tolist(),
+            "action": np.column_stack([hip["torque"], knee["torque"]]).tolist(),
+            "timestamp": hip["t"],
+        }
+        pd.DataFrame(table).to_parquet(tmp_path / f"episode_{k}.parquet")
+    mapping, _ = drafted(tmp_path)
+    columns = {name: signal["column"] for name, signal in mapping["signals"].items()}
+    for k, joint in ((1, "hip"), (2, "knee")):
+        assert columns[f"q{k}"] == f"observation.state[{joint}.pos]"
+        assert columns[f"w{k}"] == f"observation.state[{joint}.vel]"
+        assert columns[f"u{k}"] == f"action[{joint}.torque]"
 
 
 ARM = """

@@ -40,7 +40,7 @@ class Signal:
     """A column that changes, in one experiment.
 
     Attributes:
-        address: name by which a mapping finds it.
+        address: name by which a mapping finds it, with the name that the file gives to an element of a list.
         t: time of its values, shape (samples,), s.
         values: values, shape (samples,), as logged.
         unit: unit that file or name give; None: neither does.
@@ -106,7 +106,7 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
     found = []
     for table in (table for table in tables if len(table) >= ROWS):
         t = _clock(table, tables, timing)
-        labels = {own: other for other, own in table.aliases.items()}
+        elements = {own: other for other, own in table.aliases.items() if other.endswith("]")}
         for name, values in table.columns.items():
             rows = np.flatnonzero(np.isfinite(values) & np.isfinite(t))
             if name == timing.column or len(np.unique(values[rows])) < VALUES:
@@ -114,9 +114,10 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             unit = _known(table.units.get(name)) or unit_in(name)
-            role = role_of(table.address(labels.get(name, name)), unit)
+            address = table.address(elements.get(name, name))
+            role = role_of(address, unit)
             if len(rows) >= ROWS and role is not Role.TIME:
-                found.append(Signal(table.address(name), t[rows], values[rows], unit, role))
+                found.append(Signal(address, t[rows], values[rows], unit, role))
     return found
 
 

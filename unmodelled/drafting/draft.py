@@ -111,7 +111,7 @@ def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[J
 
 
 def _table_of(tables: Sequence[Table], address: str) -> Table:
-    return next(t for t in tables for name in t.columns if t.address(name) == address)
+    return next(t for t in tables for name in (*t.columns, *t.aliases) if t.address(name) == address)
 
 
 def _split_by(table: Table) -> str | None:

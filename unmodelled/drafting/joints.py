@@ -132,6 +132,9 @@ def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
 
 def _shifted(address: str, origin: str, other: str) -> str:
     """The address that is to `other` what `address` is to `origin`: its number is as much larger."""
+    own = number_of(origin)
+    if own and not own.isdigit():
+        return address.replace(own, number_of(other))
     mine, from_, to = (re.search(r"(\d+)(\D*)$", text) for text in (address, origin, other))
     if mine is None or from_ is None or to is None:
         return ""
@@ -243,4 +246,4 @@ def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:
 
 
 def _without_number(address: str) -> str:
-    return re.sub(r"\[\w+\]$|\d+", "", address)
+    return re.sub(r"\[[^\]]*\]$|\d+", "", address)

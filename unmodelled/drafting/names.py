@@ -53,16 +53,17 @@ _UNIT_WORDS = {
 
 
 def words_of(name: str) -> list[str]:
-    """Return the words of a name in lower case, without numbers.
+    """Return the words of a name in lower case, without numbers and units.
 
     Args:
         name: name of a column, with its table.
 
     Examples:
-        >>> words_of("/joint_states.posMeas1[2]")
-        ['joint', 'states', 'pos', 'meas']
+        >>> words_of("/joint_states.posMeas1[2]"), words_of("state[hip.vel]"), words_of("speed [rpm]")
+        (['joint', 'states', 'pos', 'meas'], ['state', 'hip', 'vel'], ['speed'])
     """
-    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", re.sub(r"[\[(].*", "", name))
+    beside = r"[\[(].*" if unit_in(name) else r"\(.*"
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", re.sub(beside, "", name))
     return [word.lower() for word in re.findall(r"[A-Za-zµ]+", apart)]
 
 
@@ -132,7 +133,7 @@ def unit_in(name: str) -> str | None:
 
 
 def number_of(name: str) -> str:
-    """Return the number of the joint in a name: the element of a list, or the last digits; "" if none.
+    """Return the number or name of the joint in a name: element of a list, or last digits; "" if none.
 
     The number of a table without a name of its own, such as `group2`, is none.
 
@@ -140,9 +141,9 @@ def number_of(name: str) -> str:
         name: name of a column, with its table.
 
     Examples:
-        >>> [number_of(name) for name in ("positions[3]", "tau_con2", "motor1.speed", "group2.speed")]
-        ['3', '2', '1', '']
+        >>> [number_of(name) for name in ("positions[3]", "state[hip.pos]", "motor1.speed", "group2.speed")]
+        ['3', 'hip', '1', '']
     """
     name = re.sub(r"^group\d+\.", "", name)
-    found = re.search(r"\[(\w+)\]\s*$", name) or re.search(r"(\d+)\D*$", name)
+    found = re.search(r"\[(\w+)(?:\.\w+)?\]\s*$", name) or re.search(r"(\d+)\D*$", name)
     return found[1] if found else ""

@@ -37,10 +37,11 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     pairs = _pairs(joints, list(numbered(draft.joints)), robot)
     order = [joint for joint in joints if joint in pairs]
     drives = dict(zip(joints, (item.name for item in system.inputs), strict=False))
-    how = "by their names" if _named(order, pairs) else "in their order. Is it so?"
+    by_name = "# Joints are those of the logs by their names."
+    in_order = "# Question: joints are those of the logs in their order. Is it so?"
     lines = [
         "# The robot file is the known physics. Its dry friction is left out: a diagnosis looks for it.",
-        f"# Question: joints are those of the logs {how}",
+        by_name if _named(order, pairs) else in_order,
         *("schema: system/1", f"name: {word(name)}", f"model: {robot.name}", "inputs:"),
         *(_input(joint, drives[joint], *pairs[joint]) for joint in order if joint in drives),
         "outputs:",
