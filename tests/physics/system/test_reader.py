@@ -41,7 +41,7 @@ def test_the_example_of_the_contract(tmp_path: Path) -> None:
 def test_the_systems_that_come_along(name: str) -> None:
     begin = time.perf_counter()
     system = read_system(SYSTEMS / f"{name}.yaml")
-    assert time.perf_counter() - begin < 2.0
+    assert time.perf_counter() - begin < 20.0
     assert system.name == name
     assert len(system.dynamics) == len(system.states) == 2
     assert {str(s) for f in system.dynamics for s in f.free_symbols} <= {
