@@ -467,6 +467,22 @@ def test_a_robot_file_is_the_known_physics(tmp_path: Path) -> None:
     assert np.isfinite(simulate(system, read_logs(out, system)).gap.value)
 
 
+def test_gains_of_servos_in_a_robot_file_are_uncertain(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
+    drives = '<actuator><position name="hip" joint="hip" kp="500" kv="5"/><motor joint="knee"/></actuator>'
+    robot.write_text(ARM.replace("</mujoco>", f"{drives}</mujoco>"))
+    raw, hip, knee = tmp_path / "raw", servo(0), servo(1)
+    raw.mkdir()
+    columns = {"t": hip["t"], "pos_hip": hip["q"], "pos_knee": knee["q"], "goal_hip": hip["goal"]}
+    pd.DataFrame(columns).to_csv(raw / "run.csv", index=False)
+    init(raw, robot, None, out)
+    assert "is it the gain of the firmware?" in (out / "system.yaml").read_text()
+    system = read_system(out / "system.yaml")
+    assert system.uncertain == ("hip_kp", "hip_kv")
+    assert [p.bounds for p in system.parameters] == [(0.5, 5e5), (0.0, 5e3)]
+
+
 def test_a_robot_with_other_joints_is_refused(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     robot, out = tmp_path / "leg.xml", tmp_path / "draft"

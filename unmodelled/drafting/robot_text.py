@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence, Set
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
@@ -12,10 +12,13 @@ from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
+from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.units import parse_logged
 
 #: Bounds of the torque constant of a drive, N m/A.
 CONSTANTS = 0.001, 1000.0
+#: Factor between the gain of a servo and that of the robot file, either way, that it is searched within.
+GAINS = 1000.0
 
 
 def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
@@ -48,8 +51,9 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
         *(line for joint in order for line in _outputs(joint, *pairs[joint])),
     ]
     currents = [joint for joint in order if _is_current(pairs[joint][1])]
+    parameters = [*map(_constant, currents), *_gains(system, {drives[j] for j in order if j in drives})]
+    lines += ["parameters:", *parameters] if parameters else []
     if currents:
-        lines += ["parameters:", *map(_constant, currents)]
         lines += ["signals:", *(f"  drive_{joint}: k_{joint}*i_{joint}" for joint in currents)]
     still = [joint for joint in joints if joint not in pairs]
     if still:
@@ -110,6 +114,21 @@ def _input(joint: str, name: str, number: str, found: Joint) -> str:
 def _outputs(joint: str, number: str, found: Joint) -> list[str]:
     speed = [f"  qd_{joint}: {{column: w{number}}}"] if found.velocity else []
     return [f"  q_{joint}: {{column: q{number}}}  # {one_line(found.position.signal.address)}", *speed]
+
+
+def _gains(system: System, drives: Set[str]) -> Iterator[str]:
+    """Gains of the position servos, which a simulation seldom has from the firmware."""
+    assert system.robot is not None
+    asked = "  # Question: is it the gain of the firmware? Then remove this line."
+    for actuator in compiled(system.robot.text, system.robot.file).actuators:
+        if actuator.is_servo and actuator.kp and f"u_{actuator.name}" in drives:
+            yield f"  {actuator.name}_kp: {_within(actuator.kp, 1.0 / GAINS)}{asked}"
+            if actuator.kv:
+                yield f"  {actuator.name}_kv: {_within(actuator.kv, 0.0)}"
+
+
+def _within(value: float, least: float) -> str:
+    return f"{{identify: true, bounds: [{least * value:.3g}, {GAINS * value:.3g}]}}"
 
 
 def _constant(joint: str) -> str:
