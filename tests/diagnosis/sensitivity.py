@@ -31,11 +31,9 @@ from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.decide.decision import Decision, decide
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
-from unmodelled.diagnosis.search.network import fit_network
 from unmodelled.diagnosis.where.where import where
 from unmodelled.effects.added import Added
 from unmodelled.logs.folder import read_logs
@@ -81,7 +79,7 @@ def varied(name: str) -> Iterator[tuple[float, Thresholds]]:
 
 def decider(search: EffectSearch) -> Callable[[Thresholds], Decision]:
     """What is decided with other thresholds."""
-    networks: dict[int, LeftOut] = {}
+    networks: dict[int, Candidates] = {}
 
     def decided(limits: Thresholds) -> Decision:
         study = replace(search.study, thresholds=limits)
@@ -94,8 +92,9 @@ def decider(search: EffectSearch) -> Callable[[Thresholds], Decision]:
         named = candidates.named()
         if named not in networks:
             fitted = list(search.found.values())[named].fitted
-            networks[named] = LeftOut.of(fit_network(fitted, search.fitted, search.screened, 0))
-        return decide(candidates, named, networks[named], judged_model("", candidates.fits[named]).gap)
+            _, networks[named] = search.beside_network(fitted)
+        beside = replace(networks[named], thresholds=limits)
+        return decide(candidates, named, beside, judged_model("", candidates.fits[named]).gap)
 
     return decided
 

@@ -53,8 +53,14 @@ def candidates(found: Study) -> Candidates:
 def decided(found: Candidates) -> Decision:
     """With the network beside the named candidate."""
     named = found.fits[found.named()]
-    network = fit_network(named, named.recording, named.recording.thinned(16), 0)
-    return decide(found, found.named(), LeftOut.of(network), judged_model("", named).gap)
+    network = fit_network(named, named.recording, 0)
+    return decide(found, found.named(), beside(found, found.named(), network), judged_model("", named).gap)
+
+
+def beside(found: Candidates, named: int, network: FittedHypothesis) -> Candidates:
+    """The known physics, the named candidate, and a network."""
+    alike = (found.predictions[0], found.predictions[named], LeftOut.of(network))
+    return replace(found, predictions=alike)
 
 
 def limited(found: Candidates, **limits: float) -> Candidates:
@@ -334,7 +340,7 @@ def test_a_gap_of_held_out_experiments_that_nothing_predicts_says_that_something
     flawless: Candidates, named: int, verdicts: tuple[str, str]
 ) -> None:
     chosen = flawless.fits[named]
-    gap, network = judged_model("", chosen).gap, LeftOut.of(chosen)
+    gap, network = judged_model("", chosen).gap, beside(flawless, named, chosen)
     most = flawless.thresholds.unexplained_gap * flawless.persistence
     for value, verdict in zip((gap.value, 2.0 * most), verdicts, strict=True):
         found = decide(flawless, named, network, replace(gap, value=value))
@@ -349,5 +355,5 @@ def test_an_effect_that_leaves_most_of_the_gap_does_not_explain_it(
 ) -> None:
     found = limited(rubbing, unexplained_gap=1e9)
     chosen = found.fits[named]
-    said = decide(found, named, LeftOut.of(chosen), judged_model("", chosen).gap)
+    said = decide(found, named, beside(found, named, chosen), judged_model("", chosen).gap)
     assert said.verdict == verdict

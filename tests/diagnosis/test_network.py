@@ -43,7 +43,7 @@ def base(rubbing: Study, recording: Recording) -> FittedHypothesis:
 
 
 def of_seed(base: FittedHypothesis, seed: int) -> FittedHypothesis:
-    return fitted_network(base, base.recording, base.recording, seed)
+    return fitted_network(base, base.recording, seed)
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
     known = study(tmp_path, Bench(friction=0.0, samples=400))
     recording = known.recording.thinned(16)
     base = FittedHypothesis.of(Hypothesis.known(known), recording)
-    with_it = judged_model("neural", fitted_network(base, recording, recording, 0))
+    with_it = judged_model("neural", fitted_network(base, recording, 0))
     assert with_it.gap.value < 1.05 * judged_model("re-identified", base).gap.value
 
 

@@ -28,7 +28,6 @@ from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.jackknife import interval
 from unmodelled.diagnosis.fitting.judged_models import judged_model, known_model, values_per_experiment
-from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.effects.added import Added
@@ -83,10 +82,9 @@ def diagnose_gap(
         named.reidentified,
         *(judged_model(f"with {e.family} at {e.place.channel}", f) for e, f in path),
     ]
-    network, flexible = search.with_networks([search.base, chosen])
-    beside = LeftOut.of(flexible)
+    network, flexible = search.beside_network(chosen)
     candidates = search.candidates
-    decision = decide(candidates, candidates.fits.index(chosen), beside, steps[-1].gap)
+    decision = decide(candidates, candidates.fits.index(chosen), flexible, steps[-1].gap)
     models = [known_model(study), *steps, judged_model("neural", network)]
     found = _told(search.study, decision, models, [effect for effect, _ in path], faults, seed)
     return replace(found, notes=(*found.notes, *named.notes))

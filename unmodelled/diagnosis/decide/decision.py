@@ -50,13 +50,14 @@ class Decision:
         return tuple(self.candidates.predictions[k] for k in self.candidates.as_good(self.named))
 
 
-def decide(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap) -> Decision:
+def decide(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Decision:
     """Decide on the verdict.
 
     Args:
         candidates: fitted hypotheses, compared by left-out experiments.
         named: number of the named candidate.
-        flexible: left-out predictions of the named candidate with a network in every port.
+        flexible: the known physics, the named candidate, and this with a network in every port, compared over
+            windows of their own.
         held_out: gap of the named candidate on the held-out experiments.
 
     Returns:
@@ -89,14 +90,13 @@ def _above_noise(fitted: FittedHypothesis) -> float:
     return float(np.sqrt(max(float(np.mean(left**2 - noise**2)), 0.0)))
 
 
-def _remainder(candidates: Candidates, named: int, flexible: LeftOut, held_out: Gap) -> Remainder | None:
+def _remainder(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Remainder | None:
     """What is left beyond the named candidate, and the place of the best further effect."""
-    with_network = Candidates((*candidates.predictions, flexible), candidates.thresholds)
-    network = len(candidates.fits)
-    predicts = with_network.beats(network, named, priced=False)
+    predicts = flexible.beats(2, 1, priced=False)
     if not predicts and not _is_unexplained(candidates, named, held_out):
         return None
-    left = with_network.remaining**2
+    left = candidates.remaining**2
+    _, before, after = flexible.remaining**2
     own = candidates.fits[named].hypothesis.key
     further = [k for k, f in enumerate(candidates.fits) if own < f.hypothesis.key]
     best = min(further, key=lambda k: float(left[k]), default=None)
@@ -104,7 +104,7 @@ def _remainder(candidates: Candidates, named: int, flexible: LeftOut, held_out: 
     places = [e.place for e in more if e.key not in own]
     return Remainder(
         share=float(left[named]),
-        predictable=float(left[named] - left[network]) if predicts else 0.0,
+        predictable=float(left[named] * (1.0 - after / before)) if predicts else 0.0,
         place=places[0] if places else None,
     )
 

@@ -293,20 +293,24 @@ class EffectSearch:
         for key in [e.key for e in gone]:
             fitted = self.without(fitted, next(e for e in fitted.hypothesis.effects if e.key == key))
 
-    def with_networks(self, fits: Sequence[FittedHypothesis]) -> list[FittedHypothesis]:
-        """Return the fits of hypotheses with a network in every port.
+    def beside_network(self, named: FittedHypothesis) -> tuple[FittedHypothesis, Candidates]:
+        """Fit a network in every port of the known physics, and of a named hypothesis.
 
         Args:
-            fits: fitted hypotheses.
+            named: fitted hypothesis.
+
+        Returns:
+            The known physics with networks; the known physics, the named hypothesis, and this with networks,
+            compared over the windows of a screen.
         """
-        new = {f.hypothesis.key: f for f in fits}
-        for f in new.values():
+        fits = {f.hypothesis.key: f for f in (self.base, named)}
+        for f in fits.values():
             self.progress(f"fit a network in every port on top of {f.hypothesis}")
-        seed = self.study.seed
+        few, seed = self.screened, self.study.seed
         with threads_of(self.workers) as pool:
-            made = pool.map(lambda f: fit_network(f, self.fitted, self.screened, seed), new.values())
-            found = dict(zip(new, made, strict=True))
-        return [found[f.hypothesis.key] for f in fits]
+            made = list(pool.map(lambda f: fit_network(f, few, seed), fits.values()))
+        alike = [*(self._scouting.as_short(f) for f in (self.base, named)), LeftOut.of(made[-1])]
+        return made[0], Candidates(tuple(alike), self.study.thresholds)
 
     def _discover(self) -> bool:
         """Fit formulas in the ports, alone, where the named candidate leaves more than a negligible error.

@@ -66,7 +66,7 @@ class Scouting:
         """
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(self._short, chosen))
-        before = self._as_short(parent) if parent.hypothesis.effects else self._without
+        before = self.as_short(parent) if parent.hypothesis.effects else self._without
         scouted = Candidates((self._without, before, *scouts), self.known.hypothesis.study.thresholds)
         better = [scouted.is_material(2 + k, 1) for k in range(len(scouts))]
         costs, best = scouted.costs[2:], int(np.argmin(scouted.remaining[2:])) if scouts else 0
@@ -84,10 +84,14 @@ class Scouting:
     @cached_property
     def _without(self) -> LeftOut:
         """The known physics, fitted like the candidates."""
-        return self._as_short(self.known)
+        return self.as_short(self.known)
 
-    def _as_short(self, fitted: FittedHypothesis) -> LeftOut:
-        """A hypothesis, fitted like the candidates."""
+    def as_short(self, fitted: FittedHypothesis) -> LeftOut:
+        """Return the left-out predictions of a hypothesis that is fitted again, like the candidates.
+
+        Args:
+            fitted: fitted hypothesis.
+        """
         start, substeps = fitted.fit.every, fitted.fit.substeps
         short = FittedHypothesis.of(fitted.hypothesis, self.recording, [start], SCOUTING, substeps)
         return LeftOut.of(short)
