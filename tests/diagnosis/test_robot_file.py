@@ -148,6 +148,25 @@ def test_a_sensor_with_a_memory_is_simulated_beside_the_robot(tmp_path: Path) ->
     assert np.nanmax(np.abs(without - ours)) > 0.05
 
 
+def test_a_law_with_a_memory_is_in_the_supplement(tmp_path: Path) -> None:
+    bristles = Said("hysteresis", PIN, {"F_h": 0.3, "x_h": 0.002}, "dahl")
+    diagnosis = rod(tmp_path, bristles)
+    file = RobotFile.of(diagnosis)
+    assert [m.supplemented for m in file.found.missing] == [True]
+    assert file.found.supplement.rates.keys() == {"z"}
+    model = diagnosis.augmented
+    recording = Recording.of(model.logs, 0.2)
+    backend = RobotInMujoco(file.found.text, "rod.xml", ["u_drive"], {}, {}, file.found.supplement)
+    ours, theirs = (
+        simulation(simulation.values[None, None], substeps=8).y
+        for simulation in (
+            Simulation(model.system, recording),
+            Simulation(model.system, recording, backend=backend),
+        )
+    )
+    assert np.nanmax(np.abs(theirs - ours)) < 0.02 * np.nanstd(ours)
+
+
 def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> None:
     file = RobotFile.of(rod(tmp_path, *OF_URDF, robot=URDF))
     run = file.replay

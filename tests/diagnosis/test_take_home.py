@@ -54,9 +54,13 @@ def difference(home: TakeHome, system: System) -> float:
     for _ in range(6):
         q, qd = rng.normal(size=3), rng.choice([-1.0, 1.0], 3) * rng.uniform(2.0, 4.0, 3)
         u = rng.normal(size=3)
-        x = np.concatenate([q[order], qd[order], np.zeros(len(system.states) - 6)])
+        beside = rng.normal(size=len(system.states) - 6)
+        x = np.concatenate([q[order], qd[order], beside])
         wanted = program.evaluate(np.zeros(()), x, u, np.array(system.values), np.zeros(len(system.c)))
-        data.qpos[:], data.qvel[:], data.ctrl[:], data.act[:], data.time = q, qd, u, 0.0, 0.0
+        data.qpos[:], data.qvel[:], data.ctrl[:], data.time = q, qd, u, 0.0
+        data.act[:] = beside[: len(data.act)]
+        own = dict(zip((s.name for s in system.states[6:]), beside, strict=True))
+        forces.begin(0.0, np.array([own[name] for name in home.supplement.rates]))
         mujoco.mj_forward(model, data)
         off = max(off, float(np.max(np.abs(data.qacc[order] - wanted[3:6]))))
         largest = max(largest, float(np.max(np.abs(wanted[3:6]))))
@@ -76,9 +80,11 @@ def test_the_patched_file_moves_as_the_arm_with_an_effect_or_says_what_it_lacks(
         home = take_home(arm(), system, [found])
         added = found.added
         elsewhere = place.kind in ("sensor", "parameter")
-        unsaid = added.memory and not added.robot
+        unsaid = added.memory and place.kind == "actuator" and not added.robot
         if elsewhere or unsaid or added.delays or added.columns or added.per_experiment:
             assert lacking(home) == [named(added)]
+        elif added.memory and any(part.reason.startswith("it depends on") for part in home.missing):
+            assert lacking(home)[0] == named(added)  # the acceleration moves what it remembers by
         else:
             assert not lacking(home)
             assert difference(home, system) < 1e-9
@@ -159,8 +165,8 @@ def test_an_effect_that_no_file_holds_names_one_that_a_file_could_hold_instead()
     place = next(p for p in part.places(arm()) if p.name == "elbow")
     system, found = planted(part, place, arm())
     alike = replace(found, indistinguishable=(inertia.add(arm(), place, arm_scales()),))
-    (missing,) = take_home(arm(), system, [alike]).missing
-    assert not missing.supplemented
+    missing, further = take_home(arm(), system, [alike]).missing
+    assert not missing.supplemented and "depends on an acceleration" in further.reason
     assert missing.reason.endswith(
         "cannot tell it from inertia_error at elbow, which a robot has a number for"
     )

@@ -41,8 +41,25 @@ def test_numbers_and_forces_act_as_they_say() -> None:
     assert found == pytest.approx((2.0 + 4.0 - 0.5 - 0.3 + 0.3 + 0.4 + 2.0) / 2)
 
 
+def test_a_force_remembers_by_its_states() -> None:
+    """A state that follows the time with a lag, far faster than the time step: exact where linear."""
+    values, rates, starts = {"T": 1e-5}, {"z": "(3*q_rail_x - z)/T", "w": "1"}, {"w": 0.5}
+    model = mujoco.MjModel.from_xml_string(CART)
+    forces = Supplement({}, {"rail_x": "z + w"}, values, rates, starts).complete(model)
+    data = mujoco.MjData(model)
+    for time, z, w in ((1.0, 0.0, 0.5), (1.25, 0.6, 0.75), (1.25, 0.6, 0.75), (0.5, 0.0, 0.5)):
+        data.time, data.qpos[0], data.qfrc_passive[0] = time, 0.2, 0.0
+        forces(model, data)
+        assert data.qfrc_passive[0] == pytest.approx(z + w)  # an earlier time is a new run
+    forces.begin(0.5, np.array([2.0, 0.0]))
+    data.qfrc_passive[0] = 0.0
+    forces(model, data)
+    assert data.qfrc_passive[0] == pytest.approx(2.0)
+
+
 def test_a_supplement_is_read_as_it_was_written(tmp_path: Path) -> None:
-    supplement = Supplement({"rail_x": {"armature": 0.5}}, {"rail_x": "-c*qd_rail_x"}, {"c": 0.5})
+    memory = {"z": "qd_rail_x - z"}, {"z": 0.1}
+    supplement = Supplement({"rail_x": {"armature": 0.5}}, {"rail_x": "-c*z"}, {"c": 0.5}, *memory)
     supplement.write(tmp_path / "supplement.json")
     assert Supplement.read(tmp_path / "supplement.json") == supplement
 
@@ -53,7 +70,9 @@ def test_a_supplement_is_read_as_it_was_written(tmp_path: Path) -> None:
         ([], "schema: must be 'supplement/1'"),
         ({"schema": "other"}, "schema: must be 'supplement/1'"),
         ({"numbers": 3}, "must be objects"),
-        ({"forces": {"rail_x": 3}}, "a force must be a text"),
+        ({"forces": {"rail_x": 3}}, "a force or a rate must be a text"),
+        ({"rates": {"z": 3}}, "a force or a rate must be a text"),
+        ({"rates": {"z": "q_elbow"}}, "rates.z: unknown symbol 'q_elbow'"),
         ({"values": {"c": None}}, "missing or not finite"),
         ({"numbers": {"rail_x": {"armature": True}}}, "missing or not finite"),
         ({"numbers": {"rail_x": {"armatur": 1.0}}}, "did you mean 'armature'"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import copysign, inf
 from pathlib import Path
@@ -113,9 +113,14 @@ def take_home(given: System, system: System, effects: Sequence[DiagnosedEffect])
     for (element, quantity), value in file.missing.items():
         if quantity in QUANTITIES:
             beside.setdefault(element, {})[quantity] = value
-    used = {str(s) for e in forces.values() for s in e.free_symbols}
-    texts = {joint: printed(e, [str(s) for s in e.free_symbols], []) for joint, e in forces.items()}
-    supplement = Supplement(beside, texts, {n: v for n, v in values.items() if n in used})
+    rates = _memory(system, forces.values(), efforts)
+    used = {str(s) for e in (*forces.values(), *rates.values()) for s in e.free_symbols}
+    texts, memory = (
+        {name: printed(e, [str(s) for s in e.free_symbols], []) for name, e in each.items()}
+        for each in (forces, rates)
+    )
+    starts = {s.name: float(s.initial) for s in system.states if s.name in rates and s.initial.is_number}
+    supplement = Supplement(beside, texts, {n: v for n, v in values.items() if n in used}, memory, starts)
     return TakeHome(
         *(name, file.text, tuple(_changes(efforts.robot, file.text, name)), supplement),
         missing=(
@@ -176,6 +181,19 @@ def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, 
     return wanted
 
 
+def _memory(system: System, forces: Iterable[sp.Expr], efforts: Efforts) -> dict[str, sp.Expr]:
+    """Rates of the states that forces remember by: those that are no motion of the robot."""
+    motion = {f"{s}_{joint}" for s in ("q", "qd") for joint in efforts.joints}
+    rates = {s.name: e for s, e in zip(system.states, system.dynamics, strict=True) if s.name not in motion}
+    found: dict[str, sp.Expr] = {}
+    todo = [*forces]
+    while todo:
+        new = sorted({str(s) for s in todo.pop().free_symbols} & (rates.keys() - found.keys()))
+        found |= {name: rates[name] for name in new}
+        todo += [rates[name] for name in new]
+    return found
+
+
 def _forces(
     system: System, efforts: Efforts, effects: Sequence[_Written]
 ) -> tuple[dict[str, sp.Expr], list[Missing]]:
@@ -194,8 +212,10 @@ def _forces(
         force = laws.xreplace(off) + drive.xreplace(off_in_drives)
         if force == 0:
             continue
-        foreign = sorted(map(str, force.free_symbols - known))
-        if foreign or force.has(evaluated, lookup):
+        rates = _memory(system, [force], efforts)
+        parts = [force, *rates.values()]
+        foreign = sorted({str(s) for e in parts for s in e.free_symbols - known} - rates.keys())
+        if foreign or any(e.has(evaluated, lookup) for e in parts):
             what = foreign[0] if foreign else "an acceleration or a table"
             reason = f"it depends on {what}, which MuJoCo does not know: simulate {FILE}"
             silent.append(Missing(f"further effort on {joint}", reason, False))
@@ -287,18 +307,16 @@ class _Written:
             file: patched file.
             forces: forces of the supplement.
         """
+        others = [named(other) for other in self.found.indistinguishable if other.robot]
+        alike = (
+            f"; the logs cannot tell it from {others[0]}, which a robot has a number for" if others else ""
+        )
         if self.absent:
-            others = [named(other) for other in self.found.indistinguishable if other.robot]
-            alike = (
-                f"; the logs cannot tell it from {others[0]}, which a robot has a number for"
-                if others
-                else ""
-            )
             yield Missing(named(self.added), self.absent + alike, False)
         elif rest := [n for n in self.added.amplitudes if n not in self.off]:
             part = f"{', '.join(rest)} of {named(self.added)}" if self.off else named(self.added)
             held = any(symbol(n) in force.free_symbols for n in rest for force in forces.values())
-            yield Missing(part, f"{file.format} has no such law", held)
+            yield Missing(part, f"{file.format} has no such law{'' if held else alike}", held)
 
     @property
     def absent(self) -> str:
@@ -310,7 +328,7 @@ class _Written:
             return f"robot files have no delay: apply the input {delays[0]:.3g} s later"
         if self.differs or self.added.place.kind == "parameter":
             return f"it changes with time or between experiments: simulate {FILE}"
-        if self.added.memory and self.element is None:
+        if self.added.memory and self.at_actuator and self.element is None:
             return f"it has states of its own: simulate {FILE}"
         if self.at_actuator and not self.controlled:
             return "the input is not one of the file: change the drive that you compute from it"

@@ -71,7 +71,8 @@ class MujocoRuns:
 
     Args:
         robot: robot file and its inputs.
-        system: system whose states, inputs and parameters the runs have.
+        system: system whose states, inputs and parameters the runs have; those that the supplement
+            remembers by have the same names.
         observed: expressions whose values are wanted.
     """
 
@@ -104,7 +105,8 @@ class MujocoRuns:
         slow = [k for k in np.flatnonzero(model.actuator_actadr >= 0) if actuators[k] in robot.activations]
         self.activated = model.actuator_actadr[slow]
         self.a = [names.index(robot.activations[actuators[k]]) for k in slow]
-        self.beside = _beside(system, observed, {*self.q, *self.qd, *self.a})
+        self.z = [names.index(name) for name in robot.supplement.rates]
+        self.beside = _beside(system, observed, {*self.q, *self.qd, *self.a, *self.z})
         self.rates = Program.of(system, [system.dynamics[k] for k in self.beside])
         off = [k for k, name in enumerate(actuators) if name not in robot.controls]
         model.actuator_gainprm[off], model.actuator_biasprm[off] = 0.0, 0.0
@@ -150,6 +152,7 @@ class MujocoRuns:
         data.qpos[self.held] = self.at
         data.qpos[self.places], data.qvel[self.dofs], data.time = x0[self.q], x0[self.qd], t[0]
         data.act[self.activated] = x0[self.a]
+        self.forces.begin(t[0], x0[self.z])
         state = x0
         later = np.vstack([u[1:], u[-1:]])
         for k in range(1, len(t)):
@@ -186,7 +189,7 @@ class MujocoRuns:
         """All states, shape (states,): those of MuJoCo, and the others as before."""
         state = before.copy()
         state[self.q], state[self.qd] = data.qpos[self.places], data.qvel[self.dofs]
-        state[self.a] = data.act[self.activated]
+        state[self.a], state[self.z] = data.act[self.activated], self.forces.memory
         return state
 
 

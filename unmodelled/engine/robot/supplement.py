@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import sympy as sp
+from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.files import read_json, write_json
@@ -17,6 +18,8 @@ from unmodelled.systems import grammar
 from unmodelled.systems.model import symbol
 from unmodelled.systems.robot.compile import plain_name, written_names
 from unmodelled.systems.scope import Scope, Value
+
+Array = NDArray[np.float64]
 
 SCHEMA = "supplement/1"
 #: Where a model of MuJoCo holds a number of a joint: array, and the array with the place of the joint in it.
@@ -48,13 +51,17 @@ class Supplement:
         numbers: numbers by joint or actuator and then by quantity, SI; they replace those of the file.
         forces: effort on a joint by its name, N m or N: expression of the grammar of system files in
             q_<joint>, qd_<joint>, applied_<joint> (`qfrc_applied`), u_<actuator> (`ctrl`), t and the names in
-            `values`.
+            `values` and `rates`.
         values: numbers of the expressions by name, SI.
+        rates: time derivative of each state that a force remembers by, by its name: such an expression.
+        starts: value of these states at the start of a run, default 0.
     """
 
     numbers: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     forces: Mapping[str, str] = field(default_factory=dict)
     values: Mapping[str, float] = field(default_factory=dict)
+    rates: Mapping[str, str] = field(default_factory=dict)
+    starts: Mapping[str, float] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         return bool(self.numbers or self.forces)
@@ -83,18 +90,21 @@ class Supplement:
         content = read_json(path)
         if not isinstance(content, dict) or content.get("schema") != SCHEMA:
             raise BadInput(f"{path}: schema: must be {SCHEMA!r}: give the file that diagnose wrote")
-        parts = {name: content.get(name, {}) for name in ("numbers", "forces", "values")}
+        parts = {f.name: content.get(f.name, {}) for f in fields(cls)}
         elements = parts["numbers"] if _is_object(parts["numbers"]) else {"": None}
-        numbers = [parts["values"], *elements.values()]
-        if not all(map(_is_object, [*numbers, parts["forces"]])):
-            raise BadInput(f"{path}: numbers, forces and values must be objects: give the file of diagnose")
+        numbers, texts = (
+            [parts["values"], parts["starts"], *elements.values()],
+            [parts["forces"], parts["rates"]],
+        )
+        if not all(map(_is_object, [*numbers, *texts])):
+            raise BadInput(f"{path}: {', '.join(parts)} must be objects: give the file of diagnose")
         if not all(_is_number(value) for entries in numbers for value in entries.values()):
             raise BadInput(f"{path}: a number is missing or not finite: give the file of diagnose")
-        if not all(isinstance(text, str) for text in parts["forces"].values()):
-            raise BadInput(f"{path}: a force must be a text: give the file of diagnose")
+        if not all(isinstance(text, str) for entries in texts for text in entries.values()):
+            raise BadInput(f"{path}: a force or a rate must be a text: give the file of diagnose")
         return cls(**parts)
 
-    def complete(self, model: Any, where: str = "supplement") -> Callback:
+    def complete(self, model: Any, where: str = "supplement") -> Forces:
         """Set the numbers in a model of MuJoCo, and return the forces as a callback of passive forces.
 
         Args:
@@ -113,36 +123,79 @@ class Supplement:
             for quantity, value in numbers.items():
                 _set(model, element, quantity, value, where)
         mujoco.mj_setConst(model, mujoco.MjData(model))  # inertias that MuJoCo computes once
-        return self._callback(model, where) if self.forces else lambda *_: None
+        return Forces(self, model, where)
 
-    def _callback(self, model: Any, where: str) -> Callback:
+
+class Forces:
+    """Passive forces of the expressions of a supplement, with the states that they remember by.
+
+    Args:
+        supplement: supplement.
+        model: model of the robot.
+        where: start of the error message.
+
+    Attributes:
+        memory: values, shape (states,), of the states in `Supplement.rates`.
+    """
+
+    def __init__(self, supplement: Supplement, model: Any, where: str) -> None:
         joints, actuators = _names(model, "joint"), _names(model, "actuator")
         states = [f"{s}_{name}" for s in ("q", "qd") for name in joints]
         inputs = [*(f"applied_{name}" for name in joints), *(f"u_{name}" for name in actuators)]
-        strange = [name for name in self.forces if name not in joints]
+        strange = [name for name in supplement.forces if name not in joints]
         if strange:
             raise BadInput(f"{where}: forces: the robot has no joint {strange[0]!r}: use its own file")
-        x, u, p = ([symbol(name) for name in names] for names in (states, inputs, self.values))
+        names = ([*states, *supplement.rates], inputs, supplement.values)
+        x, u, p = ([symbol(name) for name in each] for each in names)
         scope = Scope({str(s): Value(s) for s in (*x, *u, *p)})
-        laws = [grammar.parse(text, scope, f"{where}: forces.{n}") for n, text in self.forces.items()]
-        equations = Equations(x, u, p, (), [sp.S.Zero] * len(x), laws, {}, ())
-        to = [joints.index(name) for name in self.forces]
-        return _Forces(assembled(equations), model, to, [*self.values.values()])
+        laws, rates = (
+            [grammar.parse(text, scope, f"{where}: {part}.{n}") for n, text in texts.items()]
+            for part, texts in (("forces", supplement.forces), ("rates", supplement.rates))
+        )
+        slopes = [sp.diff(rate, symbol(n)) for rate in rates for n in supplement.rates]
+        still = [sp.S.Zero] * len(x)
+        self.laws = assembled(Equations(x, u, p, (), still, laws, {}, ()))
+        self.changes = assembled(Equations(x, u, p, (), still, [*rates, *slopes], {}, ()))
+        self.places, self.dofs = np.array(model.jnt_qposadr), np.array(model.jnt_dofadr)
+        self.to = self.dofs[[joints.index(name) for name in supplement.forces]]
+        self.values = np.array([*supplement.values.values()], np.float64)
+        self.starts = np.array([supplement.starts.get(name, 0.0) for name in supplement.rates])
+        self.begin(np.inf, self.starts)
 
+    def begin(self, time: float, memory: Array) -> None:
+        """Set what the forces remember.
 
-class _Forces:
-    """Passive forces of the expressions of a supplement."""
-
-    def __init__(self, program: Program, model: Any, joints: list[int], values: list[float]) -> None:
-        self.program, self.dofs = program, np.array(model.jnt_dofadr)
-        self.places, self.to = np.array(model.jnt_qposadr), np.array(model.jnt_dofadr)[joints]
-        self.values, self.nothing = np.array(values, np.float64), np.empty(0)
+        Args:
+            time: time of it, s.
+            memory: values, shape (states,).
+        """
+        self.time, self.memory = time, memory.copy()
 
     def __call__(self, _: Any, data: Any) -> None:
-        x = np.concatenate([data.qpos[self.places], data.qvel[self.dofs]])
+        if not len(self.to):
+            return
+        if data.time < self.time:  # a new run
+            self.begin(data.time, self.starts)
+        q, qd = data.qpos[self.places], data.qvel[self.dofs]
         u = np.concatenate([data.qfrc_applied[self.dofs], data.ctrl])
-        t = np.array(data.time)
-        data.qfrc_passive[self.to] += self.program.evaluate(t, x, u, self.values, self.nothing)
+        if data.time > self.time and len(self.memory):
+            self._advance(data.time, np.concatenate([q, qd, self.memory]), u)
+        x = np.concatenate([q, qd, self.memory])
+        data.qfrc_passive[self.to] += self._evaluated(self.laws, data.time, x, u)
+
+    def _advance(self, time: float, x: Array, u: Array) -> None:
+        """Integrate the memory to a time, exactly where its rates are linear in it: bristles are stiff."""
+        from scipy.linalg import expm
+
+        n = len(self.memory)
+        both = self._evaluated(self.changes, time, x, u)
+        ahead = np.zeros((n + 1, n + 1))
+        ahead[:n, :n], ahead[:n, n] = both[n:].reshape(n, n), both[:n]
+        self.memory = self.memory + expm((time - self.time) * ahead)[:n, n]
+        self.time = time
+
+    def _evaluated(self, program: Program, time: float, x: Array, u: Array) -> Array:
+        return program.evaluate(np.array(time), x, u, self.values, np.empty(0))
 
 
 def _set(model: Any, element: str, quantity: str, value: float, where: str) -> None:
