@@ -255,10 +255,14 @@ def test_an_effect_at_many_places_is_told_once() -> None:
         }
         for k, value in enumerate((2.5, 50.0, 7.0))
     ]
+    damping = {"value": 900.0, "unit": "N m s", "interval": [800.0, 1000.0]}
+    doubtful = {"F_3": {"value": 0.1, "unit": "N m", "interval": [0.0, 0.2]}, "d_3": damping}
     content = {"verdict": "effect", "confidence": 0.8, "gap": {"shrink": 0.9}}
     assert headline(content | {"effects": friction}).startswith(
         "Coulomb friction at 3 places (2.5\xa0N\xa0m to 50\xa0N\xa0m) explains"
     )
+    friction.append({"family": "coulomb_friction", "port": "joint3", "parameters": doubtful})
+    assert "at 4 places (2.5\xa0N\xa0m to 50\xa0N\xa0m) explains" in headline(content | {"effects": friction})
     assert headline(content | {"effects": friction[:2]}).startswith(
         "Coulomb friction at joint0 and Coulomb friction at joint1 explain"
     )

@@ -101,7 +101,9 @@ def _each(effects: Sequence[Mapping[str, Any]], told: Callable[[Mapping[str, Any
             texts += map(told, alike)
             continue
         numbers = [entry for entry in map(main_number, alike) if entry is not None]
-        ends = [pick(entry["value"] for entry in numbers) for pick in (min, max)] if numbers else []
+        # the first number of one of them may be doubtful, and the next one something else
+        same = [entry["value"] for entry in numbers if entry["unit"] == numbers[0]["unit"]]
+        ends = [pick(same) for pick in (min, max)] if same else []
         span = f" ({' to '.join(amounts(ends, numbers[0]['unit'], 3))})" if numbers else ""
         texts.append(f"{effect_name(alike[0]).split(' at ')[0]} at {len(alike)} places{span}")
     return texts
