@@ -92,10 +92,8 @@ class Supplement:
             raise BadInput(f"{path}: schema: must be {SCHEMA!r}: give the file that diagnose wrote")
         parts = {f.name: content.get(f.name, {}) for f in fields(cls)}
         elements = parts["numbers"] if _is_object(parts["numbers"]) else {"": None}
-        numbers, texts = (
-            [parts["values"], parts["starts"], *elements.values()],
-            [parts["forces"], parts["rates"]],
-        )
+        numbers = [parts["values"], parts["starts"], *elements.values()]
+        texts = [parts["forces"], parts["rates"]]
         if not all(map(_is_object, [*numbers, *texts])):
             raise BadInput(f"{path}: {', '.join(parts)} must be objects: give the file of diagnose")
         if not all(_is_number(value) for entries in numbers for value in entries.values()):
