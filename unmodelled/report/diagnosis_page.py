@@ -150,8 +150,9 @@ def _summary(content: Mapping[str, Any]) -> str:
     )
     found += f", with the effects found by {gap['augmented']}" if content["effects"] else ""
     outputs = content["gap"].get("units", {})
-    errors = " ".join(_error(name, entry, content) for name, entry in outputs.items())
-    errors = errors if len(outputs) <= MOST_SENTENCES else "The table below has the errors of every output."
+    errors = "The table below has the errors of every output."
+    if len(outputs) <= MOST_SENTENCES:
+        errors = " ".join(_error(name, entry, content) for name, entry in outputs.items())
     if "persistence" in gap:
         found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are on held-out experiments, which were not used for fitting or choosing."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -319,6 +319,29 @@ class System:
     def place(self) -> str:
         """Return how a message about the system begins: its file, or its name where it has none."""
         return self.source or f"system {self.name}"
+
+    def states_behind(self, expressions: Iterable[sp.Expr], apart: Set[sp.Symbol]) -> list[int]:
+        """Return the numbers of the states that expressions depend on, also through the rates of such states.
+
+        Args:
+            expressions: expressions of the system's symbols.
+            apart: symbols of states that do not count, and whose rates are not followed.
+
+        Examples:
+            >>> from pathlib import Path
+            >>> from unmodelled.systems.reader import read_system
+            >>> system = read_system(Path("systems/pendulum.yaml"))
+            >>> theta, omega = system.x
+            >>> system.states_behind([2 * theta], set()), system.states_behind([2 * theta], {omega})
+            ([0, 1], [0])
+        """
+        numbers = {x: k for k, x in enumerate(self.x) if x not in apart}
+        found, todo = set[int](), [*expressions]
+        while todo:
+            new = {numbers[x] for x in todo.pop().free_symbols & numbers.keys()} - found
+            found |= new
+            todo += [self.dynamics[k] for k in new]
+        return sorted(found)
 
     @cached_property
     def x(self) -> tuple[sp.Symbol, ...]:

@@ -183,15 +183,9 @@ def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, 
 
 def _memory(system: System, forces: Iterable[sp.Expr], efforts: Efforts) -> dict[str, sp.Expr]:
     """Rates of the states that forces remember by: those that are no motion of the robot."""
-    motion = {f"{s}_{joint}" for s in ("q", "qd") for joint in efforts.joints}
-    rates = {s.name: e for s, e in zip(system.states, system.dynamics, strict=True) if s.name not in motion}
-    found: dict[str, sp.Expr] = {}
-    todo = [*forces]
-    while todo:
-        new = sorted({str(s) for s in todo.pop().free_symbols} & (rates.keys() - found.keys()))
-        found |= {name: rates[name] for name in new}
-        todo += [rates[name] for name in new]
-    return found
+    motion = {symbol(f"{s}_{joint}") for s in ("q", "qd") for joint in efforts.joints}
+    behind = system.states_behind(forces, motion)
+    return {system.states[k].name: system.dynamics[k] for k in behind}
 
 
 def _forces(

@@ -66,8 +66,8 @@ class Scouting:
         """
         with threads_of(self.workers) as pool:
             scouts = list(pool.map(self._short, chosen))
-        before = self.as_short(parent) if parent.hypothesis.effects else self._without
-        scouted = Candidates((self._without, before, *scouts), self.known.hypothesis.study.thresholds)
+        before, thresholds = self.as_short(parent), self.known.hypothesis.study.thresholds
+        scouted = Candidates((self._without, before, *scouts), thresholds)
         better = [scouted.is_material(2 + k, 1) for k in range(len(scouts))]
         costs, best = scouted.costs[2:], int(np.argmin(scouted.remaining[2:])) if scouts else 0
         order = sorted(range(len(scouts)), key=lambda k: (k != best, not better[k], costs[k]))
@@ -84,14 +84,17 @@ class Scouting:
     @cached_property
     def _without(self) -> LeftOut:
         """The known physics, fitted like the candidates."""
-        return self.as_short(self.known)
+        return self._again(self.known)
 
     def as_short(self, fitted: FittedHypothesis) -> LeftOut:
         """Return the left-out predictions of a hypothesis that is fitted again, like the candidates.
 
         Args:
-            fitted: fitted hypothesis.
+            fitted: fitted hypothesis; one without effects is the known physics.
         """
+        return self._again(fitted) if fitted.hypothesis.effects else self._without
+
+    def _again(self, fitted: FittedHypothesis) -> LeftOut:
         start, substeps = fitted.fit.every, fitted.fit.substeps
         short = FittedHypothesis.of(fitted.hypothesis, self.recording, [start], SCOUTING, substeps)
         return LeftOut.of(short)

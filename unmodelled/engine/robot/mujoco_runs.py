@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from math import ceil
@@ -106,7 +106,8 @@ class MujocoRuns:
         self.activated = model.actuator_actadr[slow]
         self.a = [names.index(robot.activations[actuators[k]]) for k in slow]
         self.z = [names.index(name) for name in robot.supplement.rates]
-        self.beside = _beside(system, observed, {*self.q, *self.qd, *self.a, *self.z})
+        of_robot = {system.x[k] for k in (*self.q, *self.qd, *self.a, *self.z)}
+        self.beside = system.states_behind(observed, of_robot)
         self.rates = Program.of(system, [system.dynamics[k] for k in self.beside])
         off = [k for k, name in enumerate(actuators) if name not in robot.controls]
         model.actuator_gainprm[off], model.actuator_biasprm[off] = 0.0, 0.0
@@ -191,18 +192,6 @@ class MujocoRuns:
         state[self.q], state[self.qd] = data.qpos[self.places], data.qvel[self.dofs]
         state[self.a], state[self.z] = data.act[self.activated], self.forces.memory
         return state
-
-
-def _beside(system: System, observed: Sequence[sp.Expr], moving: Set[int]) -> list[int]:
-    """Numbers of the states that observed values depend on, and that MuJoCo does not have."""
-    names = list(system.x)
-    found, todo = set[int](), [*observed]
-    while todo:
-        used = {names.index(name) for name in todo.pop().free_symbols if name in names}
-        new = used - moving - found
-        found |= new
-        todo += [system.dynamics[k] for k in new]
-    return sorted(found)
 
 
 @contextmanager

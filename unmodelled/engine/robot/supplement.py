@@ -174,11 +174,11 @@ class Forces:
             return
         if data.time < self.time:  # a new run
             self.begin(data.time, self.starts)
-        q, qd = data.qpos[self.places], data.qvel[self.dofs]
+        x = np.concatenate([data.qpos[self.places], data.qvel[self.dofs], self.memory])
         u = np.concatenate([data.qfrc_applied[self.dofs], data.ctrl])
         if data.time > self.time and len(self.memory):
-            self._advance(data.time, np.concatenate([q, qd, self.memory]), u)
-        x = np.concatenate([q, qd, self.memory])
+            self._advance(data.time, x, u)
+            x[-len(self.memory) :] = self.memory
         data.qfrc_passive[self.to] += self._evaluated(self.laws, data.time, x, u)
 
     def _advance(self, time: float, x: Array, u: Array) -> None:
