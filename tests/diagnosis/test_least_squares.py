@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from unmodelled.diagnosis.search.least_squares import Products
+from unmodelled.diagnosis.search.least_squares import Columns, Products
 
 Array = NDArray[np.float64]
 FREE = np.inf
@@ -51,7 +51,7 @@ class Drawn:
         columns, r, starts, moved = self.arrays()
         chosen = list(range(self.columns)) if which is None else list(which)
         bounds = np.full(len(chosen), low), np.full(len(chosen), high)
-        return Products.of(columns[:, chosen], r, starts, moved, self.owner, bounds)
+        return Columns.of(columns[:, chosen], r, starts, moved, self.owner, np.stack(bounds)).alone
 
 
 def whole(columns: Array, r: Array, starts: Array, moved: Array) -> tuple[Array, Array]:
@@ -117,7 +117,7 @@ def test_a_column_that_is_not_there_gets_nothing() -> None:
     columns, r, starts, moved = Drawn().arrays()
     columns[:, 2] = 0.0
     free = np.full(4, FREE)
-    products = Products.of(columns, r, starts, moved, Drawn().owner, (-free, free))
+    products = Columns.of(columns, r, starts, moved, Drawn().owner, np.stack([-free, free])).alone
     found, fall = products.solved()
     assert found[2] == 0.0
     without, least = Drawn().products(which=[0, 1, 3]).solved()
@@ -129,7 +129,7 @@ def test_columns_that_are_alike_share() -> None:
     columns, r, starts, moved = Drawn().arrays()
     columns[:, 3] = columns[:, 0]
     free = np.full(4, FREE)
-    products = Products.of(columns, r, starts, moved, Drawn().owner, (-free, free))
+    products = Columns.of(columns, r, starts, moved, Drawn().owner, np.stack([-free, free])).alone
     found, fall = products.solved()
     alone, least = Drawn().products(which=[0, 1, 2]).solved()
     assert found[0] + found[3] == pytest.approx(alone[0], rel=1e-5)
@@ -141,12 +141,28 @@ def test_some_columns_count_in_some_experiments_only() -> None:
     columns, r, starts, moved = drawn.arrays()
     columns[~np.isin(drawn.owner, members), 2:] = 0.0
     free = np.full(4, FREE)
-    expected = Products.of(columns, r, starts, moved, drawn.owner, (-free, free))
+    expected = Columns.of(columns, r, starts, moved, drawn.owner, np.stack([-free, free])).alone
     before = drawn.products()
     found = before.only(2, members)
     np.testing.assert_allclose(found.gram, expected.gram, atol=1e-12)
     np.testing.assert_allclose(found.solved()[0], expected.solved()[0])
     np.testing.assert_array_equal(before.gram, drawn.products().gram)
+
+
+@pytest.mark.parametrize("sets", [[[2], [3]], [[2, 3]]])
+def test_further_columns_are_as_if_all_came_together(sets: list[list[int]]) -> None:
+    drawn = Drawn()
+    columns, r, starts, moved = drawn.arrays()
+    free = np.full((2, 2), [[-FREE], [FREE]])
+    shared = Columns.of(columns[:, :2], r, starts, moved, drawn.owner, free)
+    chosen = np.array(sets, np.int64)
+    bounds = np.full((2, *chosen.shape), [[[-1.0]], [[2.0]]])
+    each = zip(sets, shared.beside(columns[:, chosen], bounds), strict=True)
+    for further, found in each:
+        expected = drawn.products(which=[0, 1, *further])
+        np.testing.assert_allclose(found.gram, expected.gram, rtol=1e-9, atol=1e-9)
+        np.testing.assert_array_equal(found.low, [-FREE, -FREE, *[-1.0 for _ in further]])
+        np.testing.assert_array_equal(found.high, [FREE, FREE, *[2.0 for _ in further]])
 
 
 def test_a_prior_holds_back() -> None:
@@ -182,7 +198,8 @@ def test_experiments_that_are_left_out_say_nothing() -> None:
     columns, r, starts, moved = drawn.arrays()
     kept = drawn.owner != 2
     free = np.full(4, FREE)
-    rest = Products.of(columns[kept], r[kept], starts[kept], moved[kept], drawn.owner[kept], (-free, free))
+    bounds = np.stack([-free, free])
+    rest = Columns.of(columns[kept], r[kept], starts[kept], moved[kept], drawn.owner[kept], bounds).alone
     np.testing.assert_allclose(drawn.products().solved(np.array([2]))[0], rest.solved()[0])
 
 

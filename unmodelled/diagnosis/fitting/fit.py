@@ -6,17 +6,15 @@ that the errors of a true model are those of the sensor noise.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE, Descent, begin, iterate
 from unmodelled.diagnosis.fitting.deviation import Deviation, gap, substeps_needed
-from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.normal_equations import NormalEquations
-from unmodelled.diagnosis.fitting.residuals import Errors, loss, spread, weights
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.diagnosis.fitting.unknowns import Start, Unknown, Unknowns
 
@@ -27,10 +25,6 @@ Array = NDArray[np.float64]
 SCOUTING, SCOUTED_SAMPLES, SCOUTED_WINDOWS = 2, 2000, 8
 #: Share of a model's error that the integration may add during a search: more accuracy changes no comparison.
 OF_ERROR = 0.05
-#: A fit has converged when an iteration lowers the loss by less, in all or as a share of it. The share is
-#: `NEAR_SHARE` where the iteration moves everything by less than `CONVERGED_STEP` of its standard deviation.
-#: Such a small step alone is not enough: far from the noise, standard deviations are large.
-CONVERGED_LOSS, CONVERGED_SHARE, NEAR_SHARE, CONVERGED_STEP = 1e-2, 1e-5, 1e-3, 0.03
 
 
 @dataclass(frozen=True)
@@ -158,8 +152,8 @@ def _result(descent: Descent, simulations: int) -> Fit:
     errors, unknowns = descent.errors, descent.errors.unknowns
     simulation, recording = unknowns.simulation, unknowns.simulation.recording
     around = errors(*errors.around(descent.z, descent.moved))
-    normal, scale = descent.normal(around)
     r = around[:, 0]
+    normal, scale = descent.normal(r, errors.slopes(descent.z, around))
     numbers, unit = unknowns.numbers(descent.z[None]), recording.noise / recording.scale
     ids = [recording.logs.ids[i] for i in sorted(recording.runs)]
     values = unknowns.values(descent.z)
@@ -183,120 +177,3 @@ def _result(descent: Descent, simulations: int) -> Fit:
         converged=descent.converged and bool(np.mean(np.abs(r) >= errors.largest) < 0.5),
         normal=normal,
     )
-
-
-#: Dampings that are tried at once, relative to the one that was best before.
-DAMPINGS = np.array([1.0 / 30.0, 1.0, 30.0])
-FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-9, 1e6
-
-
-#: Vectors (sets, entries) and starts (windows, sets, measured states) that are to be simulated.
-Asked = tuple[Array, Array]
-
-
-@dataclass
-class Descent:
-    """The state of a fit between iterations.
-
-    Attributes:
-        errors: errors that are minimised.
-        z: fitted vector, shape (entries,).
-        moved: corrections, shape (windows, measured states), of the initial states, in standard deviations.
-        damping: best damping of the last iteration.
-        loss: loss before the last step.
-        converged: whether the loss stopped falling.
-        share: share of the loss by which an iteration must lower it, default 1e-5.
-    """
-
-    errors: Errors
-    z: Array
-    moved: Array
-    damping: float = FIRST_DAMPING
-    loss: float = np.inf
-    converged: bool = False
-    share: float = CONVERGED_SHARE
-
-    def normal(self, r: Array) -> tuple[NormalEquations, Array]:
-        """Return the normal equations at the current point, and the robust spread of its errors.
-
-        Args:
-            r: errors at the points of `Errors.around`, shape (windows, points, most steps, outputs).
-
-        Returns:
-            Normal equations, and the spread, shape (outputs,).
-        """
-        unknowns, here = self.errors.unknowns, r[:, 0]
-        scale = spread(here, unknowns.simulation.recording.counted)
-        slopes = self.errors.slopes(self.z, r)
-        normal = NormalEquations.of(
-            here, slopes, weights(here, scale), self.moved, unknowns.entry, unknowns.precision
-        )
-        return normal, scale
-
-    def iteration(self) -> Generator[Asked, Array, None]:
-        """Step to the best of several dampings; where none is better, try stronger ones.
-
-        Yields:
-            Vectors, shape (sets, entries), and corrections of initial states, shape (windows, sets, measured
-            states), to simulate; their errors are sent back.
-        """
-        r = yield self.errors.around(self.z, self.moved)
-        normal, scale = self.normal(r)
-        here = float(self._losses(r[:, :1], self.z[None], self.moved[:, None], scale)[0])
-        self.loss = here
-        while self.damping <= LARGEST_DAMPING:
-            dampings = np.maximum(self.damping * DAMPINGS, LEAST_DAMPING)
-            steps = [normal.step(damping, self.z, self.errors.unknowns.bounds) for damping in dampings]
-            z = np.stack([there for there, _ in steps])
-            moved = self.moved[:, None] + np.stack([moves for _, moves in steps], axis=1)
-            losses = self._losses((yield z, moved), z, moved, scale)
-            best = int(np.argmin(losses))
-            if losses[best] < here:
-                near = np.abs(z[best] - self.z) <= CONVERGED_STEP * np.sqrt(np.diag(normal.covariance()))
-                share = max(NEAR_SHARE if near.all() else 0.0, self.share)
-                self.z, self.moved, self.loss = z[best], moved[:, best], float(losses[best])
-                self.damping = float(dampings[best])
-                self.converged = here - self.loss < CONVERGED_LOSS + share * here
-                return
-            self.damping = float(dampings[-1] * DAMPINGS[-1])
-        self.converged = True
-
-    def _losses(self, r: Array, z: Array, moved: Array, scale: Array) -> Array:
-        """(sets,) minimised loss: Huber's loss of the errors, and priors of initial states and vectors."""
-        unlikely = 0.5 * np.sum(moved**2, axis=(0, 2)) + 0.5 * z**2 @ self.errors.unknowns.precision
-        return np.asarray(loss(r, scale) + unlikely)
-
-
-def begin(
-    unknowns: Unknowns, starts: Sequence[Array], substeps: int, share: float = CONVERGED_SHARE
-) -> list[Descent]:
-    """Return fits that start at the measured initial states.
-
-    Args:
-        unknowns: numbers to fit.
-        starts: initial vectors, shape (entries,), one per fit.
-        substeps: integration steps per sample.
-        share: share of the loss by which an iteration must lower it, default 1e-5.
-    """
-    sigma = start_noise(unknowns.simulation, unknowns.numbers(starts[0][None]))
-    errors = Errors(unknowns, sigma, substeps)
-    return [Descent(errors, z, np.zeros_like(sigma), share=share) for z in starts]
-
-
-def iterate(descents: Sequence[Descent]) -> None:
-    """Iterate fits that share their errors once; their points are simulated together.
-
-    Args:
-        descents: fits of the same unknowns.
-    """
-    iterations = [descent.iteration() for descent in descents]
-    asked = [(iteration, next(iteration)) for iteration in iterations]
-    while asked:
-        z, moved = zip(*(what for _, what in asked), strict=True)
-        r = descents[0].errors(np.concatenate(z), np.concatenate(moved, axis=1))
-        answers = np.split(r, np.cumsum([len(sets) for sets in z])[:-1], axis=1)
-        still = []
-        for (iteration, _), answer in zip(asked, answers, strict=True):
-            with suppress(StopIteration):
-                still.append((iteration, iteration.send(answer)))
-        asked = still

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fit import CONVERGED_SHARE, Fit, fit_parameters
+from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
+from unmodelled.diagnosis.fitting.fit import Fit, fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
 from unmodelled.diagnosis.fitting.residuals import Errors, spread
 from unmodelled.diagnosis.fitting.simulation import Simulation

@@ -87,11 +87,11 @@ class NormalEquations:
         Returns:
             Curvature, shape (size, size), and gradient, shape (size,), of the vector, without its prior.
         """
-        size = len(self.precision)
-        H, g = np.zeros((size, size)), np.zeros(size)
-        np.add.at(H, (self.entry[:, :, None], self.entry[:, None, :]), curvature)
-        np.add.at(g, self.entry, gradient)
-        return H, g
+        size, entry = len(self.precision), self.entry
+        pairs = entry[:, :, None] * size + entry[:, None, :]
+        H: Array = np.bincount(pairs.ravel(), curvature.ravel(), size * size).astype(np.float64)
+        g: Array = np.bincount(entry.ravel(), gradient.ravel(), size).astype(np.float64)
+        return H.reshape(size, size), g
 
     def step(self, damping: float, z: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
         """Return the vector after a damped step within its bounds, and steps of the initial states.

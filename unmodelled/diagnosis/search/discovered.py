@@ -114,8 +114,9 @@ def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple
         names = added.effects[-1].amplitudes
         amounts = [SCREENED_AMOUNT * added.effects[-1].scales[name] for name in names]
         slopes = tangent.slopes(added, [{n: a} for n, a in zip(names, amounts, strict=True)])
-        free = np.full((2, len(names)), [[-np.inf], [np.inf]])
-        for some, found in _formulas(tangent.products(slopes, free), tangent.shared):
+        free = np.full((2, 1, len(names)), [[[-np.inf]], [[np.inf]]])
+        (products,) = tangent.products(slopes[:, None], free)
+        for some, found in _formulas(products, tangent.shared):
             law = _law([terms[k] for k in some], system, port)
             larger = parent.hypothesis.plus(law, place)
             values = [found[i] * amounts[k] for i, k in enumerate(some)]

@@ -10,7 +10,7 @@ import numpy as np
 
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.data.study import Study
-from unmodelled.diagnosis.fitting.fit import CONVERGED_SHARE
+from unmodelled.diagnosis.fitting.descent import CONVERGED_SHARE
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Start

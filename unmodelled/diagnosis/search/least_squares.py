@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,37 +30,6 @@ class Products:
     low: Array
     high: Array
     precision: Array | float = 0.0
-
-    @classmethod
-    def of(
-        cls,
-        columns: Array,
-        r: Array,
-        starts: Array,
-        moved: Array,
-        owner: Indices,
-        bounds: tuple[Array, Array],
-    ) -> Products:
-        """Return the products of weighted errors of windows, with their initial states eliminated.
-
-        Args:
-            columns: change of the errors per unit of the coefficients, shape (windows, columns, samples).
-            r: errors, shape (windows, samples).
-            starts: change by the initial states, shape (windows, states, samples), in units of their noise.
-            moved: corrections of the initial states, shape (windows, states).
-            owner: number of the experiment, shape (windows,).
-            bounds: lowest and highest coefficients, shape (columns,) each.
-        """
-        half = np.linalg.inv(np.linalg.cholesky(starts @ starts.swapaxes(1, 2) + np.eye(starts.shape[1])))
-        rows = np.concatenate([columns, r[:, None]], axis=1)
-        across = rows @ starts.swapaxes(1, 2)
-        across[:, -1] += moved
-        follow = across @ half.swapaxes(1, 2)
-        each = rows @ rows.swapaxes(1, 2) - follow @ follow.swapaxes(1, 2)
-        each[:, -1, -1] += np.sum(moved**2, axis=1)
-        mine = np.equal.outer(np.unique(owner), owner).astype(np.float64)
-        gram = (mine @ each.reshape(len(owner), -1)).reshape(-1, *each.shape[1:])
-        return cls(gram, *bounds)
 
     def only(self, shared: int, members: Indices | None = None) -> Products:
         """Restrict the columns after the first `shared` to some experiments.
@@ -127,3 +98,79 @@ class Products:
             gram = self.gram[mine].sum(0)
             total -= float(gram[:-1, -1] @ d + 0.5 * d @ gram[:-1, :-1] @ d)
         return total
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Weighted columns of windows, with the initial states eliminated, that candidates share.
+
+    Attributes:
+        rows: columns and the errors, the last row, shape (windows, columns + 1, samples).
+        basis: orthonormal changes by the initial states, shape (windows, states, samples), with their prior.
+        along: components of `rows` along `basis`, shape (windows, columns + 1, states).
+        moved: sum of squares, shape (windows,), of the corrections of the initial states.
+        mine: 1 where a window is of an experiment, shape (experiments, windows), else 0.
+        bounds: lowest and highest coefficients, shape (2, columns).
+    """
+
+    rows: Array
+    basis: Array
+    along: Array
+    moved: Array
+    mine: Array
+    bounds: Array
+
+    @classmethod
+    def of(
+        cls, columns: Array, r: Array, starts: Array, moved: Array, owner: Indices, bounds: Array
+    ) -> Columns:
+        """Eliminate the initial states of windows.
+
+        Args:
+            columns: change of the errors per unit of the coefficients, shape (windows, columns, samples).
+            r: errors, shape (windows, samples).
+            starts: change by the initial states, shape (windows, states, samples), in units of their noise.
+            moved: corrections of the initial states, shape (windows, states).
+            owner: number of the experiment, shape (windows,).
+            bounds: lowest and highest coefficients, shape (2, columns).
+        """
+        half = np.linalg.inv(np.linalg.cholesky(starts @ starts.swapaxes(1, 2) + np.eye(starts.shape[1])))
+        rows, basis = np.concatenate([columns, r[:, None]], axis=1), half @ starts
+        along = rows @ basis.swapaxes(1, 2)
+        along[:, -1] += (half @ moved[:, :, None])[:, :, 0]
+        mine = np.equal.outer(np.unique(owner), owner).astype(np.float64)
+        return cls(rows, basis, along, np.sum(moved**2, axis=1), mine, bounds)
+
+    @cached_property
+    def alone(self) -> Products:
+        """Return the products of the columns alone."""
+        own = self.rows @ self.rows.swapaxes(1, 2) - self.along @ self.along.swapaxes(1, 2)
+        own[:, -1, -1] += self.moved
+        return Products(self._summed(own), *self.bounds)
+
+    def beside(self, further: Array, bounds: Array) -> Iterator[Products]:
+        """Yield the products of these columns and of further ones, for every set of further ones.
+
+        Args:
+            further: change of the errors per unit, shape (windows, sets, n, samples).
+            bounds: lowest and highest coefficients, shape (2, sets, n).
+        """
+        count, sets, n, samples = further.shape
+        flat = further.reshape(count, sets * n, samples)
+        along = flat @ self.basis.swapaxes(1, 2)
+        across = self._summed(self.rows @ flat.swapaxes(1, 2) - self.along @ along.swapaxes(1, 2))
+        along = along.reshape(count, sets, n, along.shape[2])
+        own = self._summed(further @ further.swapaxes(2, 3) - along @ along.swapaxes(2, 3))
+        shared, whole = self.alone.gram, len(self.rows[0]) - 1
+        at, new = np.array([*range(whole), whole + n]), np.arange(whole, whole + n)
+        for k in range(sets):
+            gram = np.empty((len(shared), whole + n + 1, whole + n + 1))
+            gram[:, at[:, None], at] = shared
+            gram[:, new[:, None], new] = own[:, k]
+            gram[:, at[:, None], new] = across[:, :, k * n : (k + 1) * n]
+            gram[:, new[:, None], at] = across[:, :, k * n : (k + 1) * n].swapaxes(1, 2)
+            yield Products(gram, *np.concatenate([self.bounds, bounds[:, k]], axis=1))
+
+    def _summed(self, each: Array) -> Array:
+        """Sum (experiments, ...) over the windows of every experiment."""
+        return np.asarray((self.mine @ each.reshape(len(each), -1)).reshape(-1, *each.shape[1:]))

@@ -19,6 +19,8 @@ from unmodelled.systems.model import Parameter, Port, System, symbol
 
 Array = NDArray[np.float64]
 
+#: Family of a network.
+NETWORK = "network"
 #: Random hidden units of the network in one port.
 HIDDEN = 20
 #: Largest weight of a unit, in the effort that the known physics lacks, so that units do not cancel.
@@ -48,13 +50,12 @@ def fit_network(base: FittedHypothesis, recording: Recording, seed: int) -> Fitt
     """
     if not base.hypothesis.system.ports:
         return base
-    tries = [with_networks(base.hypothesis, seed, prior) for prior in WEIGHT_PRIORS]
-    first, tangent = tries[0], Tangent(base, recording)
+    first, tangent = with_networks(base.hypothesis, seed, 1.0), Tangent(base, recording)
     names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
     scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
     slopes = tangent.slopes(first, [{n: TRIED_WEIGHT * scales[n]} for n in names])
     reach = np.full(len(names), LARGEST_WEIGHT / TRIED_WEIGHT)
-    products = tangent.products(slopes, np.stack([-reach, reach]))
+    (products,) = tangent.products(slopes[:, None], np.stack([-reach, reach])[:, None])
     shared = np.zeros(tangent.shared)
     gains = [
         replace(products, precision=np.append(shared, np.full(len(names), (TRIED_WEIGHT / p) ** 2))).gain(
@@ -62,7 +63,7 @@ def fit_network(base: FittedHypothesis, recording: Recording, seed: int) -> Fitt
         )
         for p in WEIGHT_PRIORS
     ]
-    best, start = tries[int(np.argmax(gains))], dict(base.fit.values)
+    best, start = _with_prior(first, WEIGHT_PRIORS[int(np.argmax(gains))]), dict(base.fit.values)
     return FittedHypothesis.of(best, recording, [start], ITERATIONS, share=LEAST_GAIN)
 
 
@@ -84,6 +85,17 @@ def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
         )
         base = Hypothesis(base.study, added.system, (*base.effects, added), base.laws)
     return base
+
+
+def _with_prior(hypothesis: Hypothesis, prior: float) -> Hypothesis:
+    """The hypothesis with another prior standard deviation of the weights."""
+    effects = [
+        replace(e, priors={name: prior * size for name, size in e.scales.items()})
+        if e.family == NETWORK
+        else e
+        for e in hypothesis.effects
+    ]
+    return Hypothesis(hypothesis.study, hypothesis.system, tuple(effects), hypothesis.laws)
 
 
 def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.random.Generator) -> Added:
@@ -109,7 +121,7 @@ def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.r
     grown = with_law(system, port, law, " + ".join(names))
     numbers = tuple(Parameter(name, port.unit, 0.0, True, bounds) for name in names)
     return Added(
-        *("network", "", Place("port", port.name)),
+        *(NETWORK, "", Place("port", port.name)),
         replace(grown, parameters=(*grown.parameters, *numbers)),
         law=f"network of {', '.join(seen)}",
         amplitudes=names,

@@ -111,11 +111,16 @@ class Scouting:
 def broad(found: Sequence[One]) -> list[One]:
     """Return every effect at every place, and the most promising ones at levels of factors.
 
+    Effects that there are at levels only, such as the change of a parameter, do not compete with those that
+    may as well act in all experiments.
+
     Args:
         found: candidates, the most promising first.
     """
     local = [one for one in found if one.place.factor is not None and one.gain > 0.0]
-    return [*(one for one in found if one.place.factor is None), *local[:SCOUTED_LEVELS]]
+    everywhere = [one for one in found if one.place.factor is None]
+    also, only = ([one for one in local if one.effect.at_levels is there] for there in (False, True))
+    return [*everywhere, *also[:SCOUTED_LEVELS], *only[:SCOUTED_LEVELS]]
 
 
 def promising(found: Sequence[One]) -> list[One]:

@@ -161,7 +161,7 @@ class _Look:
         self.base, self.tangent = base, Tangent(base, recording)
         study = base.hypothesis.study
         self.levels = list(levels(study.logs.experiments.iloc[np.unique(recording.owner)], study.thresholds))
-        alone = self.tangent.products(self.tangent.own_slopes[:, :0], np.empty((2, 0)))
+        alone = self.tangent.columns.alone
         self.without, self.without_in_sample = alone.gain(SCREEN_FOLDS), alone.solved()[1]
 
     def screened(self, effect: Effect, place: Place) -> Iterator[Screened]:
@@ -198,10 +198,10 @@ class _Look:
         sets = sets_of(names, chosen, sizes)
         slopes = self.tangent.slopes(hypothesis, sets)
         bounds = np.array([(0.0, 1.0) if n in added.delays else added.bounds[n] for n in names]).T
-        for k, (values, size) in enumerate(zip(chosen, sizes, strict=True)):
-            own = slopes[:, k * len(names) : (k + 1) * len(names)]
-            products = self.tangent.products(own, bounds if added.delays else bounds / size)
-            yield Point(values, names, size, products)
+        own = slopes.reshape(len(slopes), *sizes.shape, *slopes.shape[2:])
+        limits = bounds[:, None] / (1.0 if added.delays else sizes)
+        found = self.tangent.products(own, np.broadcast_to(limits, (2, *sizes.shape)))
+        yield from (Point(v, names, size, p) for v, size, p in zip(chosen, sizes, found, strict=True))
 
 
 def tried(hypothesis: Hypothesis, most: int) -> tuple[tuple[str, ...], list[dict[str, float]], Array]:

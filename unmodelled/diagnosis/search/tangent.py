@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.residuals import Errors, spread, weights
 from unmodelled.diagnosis.fitting.unknowns import Unknowns
-from unmodelled.diagnosis.search.least_squares import Products
+from unmodelled.diagnosis.search.least_squares import Columns, Products
 
 Array = NDArray[np.float64]
 
@@ -40,7 +41,6 @@ class Tangent:
         self.later = self.unknowns.simulation.later(self.unknowns.numbers(np.tile(self.z, (2, 1)))[0])[0]
         self.own_slopes = self.errors.slopes(self.z, around)
         self.root = np.sqrt(weights(self.r, spread(self.r, recording.counted)))
-        self._weighted = self.own_slopes * self.root[:, None]
 
     def slopes(self, hypothesis: Hypothesis, sets: Sequence[dict[str, float]]) -> Array:
         """Return the changes of the errors by numbers of a larger model.
@@ -82,25 +82,27 @@ class Tangent:
             found[:, k, :, j] = np.where(inside, r[:, k, at % len(at), j], self.r[:, :, j])
         return found
 
-    def products(self, slopes: Array, bounds: Array) -> Products:
-        """Return the products of the hypothesis' own unknowns and of further columns.
+    def products(self, slopes: Array, bounds: Array) -> Iterator[Products]:
+        """Yield the products of the hypothesis' own unknowns and of every set of further columns.
 
         Args:
-            slopes: derivatives by the further columns, shape (windows, n, most steps, outputs).
-            bounds: bounds of their coefficients, shape (2, n).
+            slopes: derivatives by the further columns, shape (windows, sets, n, most steps, outputs).
+            bounds: bounds of their coefficients, shape (2, sets, n).
         """
-        count, unknowns, first = len(self.r), self.unknowns, self.shared
-        size = int(np.prod(self.r.shape[1:]))
-        columns = np.concatenate([self._weighted[:, :first], slopes * self.root[:, None]], axis=1)
-        starts = self._weighted[:, first:]
+        weighted = slopes * self.root[:, None, None]
+        return self.columns.beside(weighted.reshape(*slopes.shape[:3], -1), bounds)
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Return the weighted derivatives by the hypothesis' own unknowns."""
+        unknowns, first = self.unknowns, self.shared
+        weighted = (self.own_slopes * self.root[:, None]).reshape(*self.own_slopes.shape[:2], -1)
         limits = np.stack(unknowns.bounds) - self.z
-        shared = limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]]
-        low, high = np.concatenate([shared, bounds], axis=1)
-        return Products.of(
-            columns.reshape(count, columns.shape[1], size),
-            (self.r * self.root).reshape(count, size),
-            starts.reshape(count, starts.shape[1], size),
+        return Columns.of(
+            weighted[:, :first],
+            (self.r * self.root).reshape(len(self.r), -1),
+            weighted[:, first:],
             self.moved,
             self.recording.owner,
-            (low, high),
+            limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]],
         )
