@@ -142,7 +142,8 @@ class Descent:
 def secant(slopes: Array, change: Array, step: Array) -> Array:
     """Return the derivatives that are closest to given ones and say how the errors changed along a step.
 
-    Entries of the step count by how much they change the errors.
+    Entries of the step count by how much they change the errors. In a window where the derivatives say less
+    of the change than they miss, they stay: its errors do not follow a line along the step.
 
     Args:
         slopes: derivatives, shape (windows, n, samples, outputs).
@@ -162,8 +163,10 @@ def secant(slopes: Array, change: Array, step: Array) -> Array:
     flat = slopes.reshape(*slopes.shape[:2], -1)
     weight = np.einsum("wns,wns->wn", flat, flat) * step
     length = np.sum(weight * step, axis=1, keepdims=True)
-    missed = change.reshape(len(change), 1, -1) - step[:, None] @ flat
-    factor = np.divide(weight, length, out=np.zeros_like(weight), where=length > 0.0)
+    said = step[:, None] @ flat
+    missed = change.reshape(len(change), 1, -1) - said
+    is_line = np.sum(missed**2, axis=2) <= np.sum(said**2, axis=2)
+    factor = np.divide(weight, length, out=np.zeros_like(weight), where=is_line & (length > 0.0))
     return np.asarray(flat + factor[:, :, None] * missed).reshape(slopes.shape)
 
 
