@@ -7,13 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from tests.diagnosis.benches import Bench, integrated
 from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
-from unmodelled.diagnosis.fitting.descent import Descent, begin, iterate, secant
 from unmodelled.diagnosis.fitting.deviation import gap, substeps_needed
 from unmodelled.diagnosis.fitting.fit import fit_parameters
 from unmodelled.diagnosis.fitting.floor import start_noise
@@ -92,53 +89,6 @@ def test_fits_are_deterministic(tmp_path: Path) -> None:
     np.testing.assert_array_equal(first.covariance, second.covariance)
     np.testing.assert_array_equal(first.start, second.start)
     assert first.simulations == second.simulations > 0
-
-
-def test_updated_derivatives_lead_to_the_same_optimum(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    simulation = simulation_of(tmp_path, Bench(samples=400))
-    updated = fit_parameters(simulation, [B, MGL, F_C])
-    move = Descent._move
-
-    def forget(self: Descent, z: Array, moved: Array, r: Array) -> None:
-        move(self, z, moved, r)
-        self.tangent = None
-
-    monkeypatch.setattr(Descent, "_move", forget)
-    taken = fit_parameters(simulation, [B, MGL, F_C])
-    assert updated.converged and taken.converged
-    assert updated.loss == pytest.approx(taken.loss, rel=1e-4)
-    for name, value in taken.values.items():
-        assert updated.values[name] == pytest.approx(value, abs=0.1 * taken.variance(name) ** 0.5)
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 10**6))
-def test_updated_derivatives_say_the_step_and_keep_what_it_does_not_touch(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    slopes, step = rng.normal(size=(4, 4, 7, 2)), rng.normal(size=(4, 4)) * [1.0, 1.0, 0.0, 1.0]
-    step[2] = 0.0
-    change = np.einsum("wnsj,wn->wsj", slopes, step) * rng.uniform(0.2, 1.8, (4, 7, 2))
-    change[3] = 1e3 * np.abs(step).sum() * rng.normal(size=(7, 2))
-    found = secant(slopes, change, step)
-    said = np.einsum("wnsj,wn->wsj", found, step)
-    np.testing.assert_allclose(said[:2], change[:2], atol=1e-9)
-    np.testing.assert_array_equal(found[:, 2], slopes[:, 2])
-    # no step, or a change that is no line: derivatives stay, and they never grow by much at once
-    np.testing.assert_array_equal(found[2:], slopes[2:])
-    sizes = (np.linalg.norm(a.reshape(4, 4, -1), axis=2) for a in (found, slopes))
-    assert (next(sizes) <= 3.0 * next(sizes)).all()
-
-
-def test_derivatives_are_taken_where_only_tiny_steps_were_any_good(tmp_path: Path) -> None:
-    simulation = simulation_of(tmp_path, Bench(samples=200))
-    unknowns = Unknowns(simulation, (B, MGL))
-    (fit,) = begin(unknowns, [unknowns.vector({"b": 0.03})], 1)
-    iterate([fit])
-    there, fit.damping = fit.z, 1e9
-    iterate([fit])
-    assert np.abs(fit.z - there).max() > 1e-6 and fit.damping < 1e3
 
 
 def test_bounds_hold(tmp_path: Path) -> None:

@@ -1,9 +1,4 @@
-"""The method of Levenberg and Marquardt for fits of free runs, with few derivatives.
-
-A derivative takes a simulation for every unknown and initial state. Between the points of a descent, the
-derivatives are therefore updated from the change of the errors (Broyden, A class of methods for solving
-nonlinear simultaneous equations, Math. Comp. 19, 1965), and taken anew where these lower the loss no further.
-"""
+"""The method of Levenberg and Marquardt for fits of free runs."""
 
 from __future__ import annotations
 
@@ -45,9 +40,6 @@ class Descent:
         damping: best damping of the last iteration.
         loss: loss before the last step.
         converged: whether the loss stopped falling.
-        tangent: errors, shape (windows, most steps, outputs), and their derivatives, shape (windows,
-            unknowns + measured states, most steps, outputs), at the current point; None where they are
-            not taken yet.
     """
 
     errors: Errors
@@ -57,7 +49,6 @@ class Descent:
     damping: float = FIRST_DAMPING
     loss: float = np.inf
     converged: bool = False
-    tangent: tuple[Array, Array] | None = None
 
     def normal(self, here: Array, slopes: Array) -> tuple[NormalEquations, Array]:
         """Return the normal equations at the current point, and the robust spread of its errors.
@@ -76,19 +67,14 @@ class Descent:
         return normal, scale
 
     def iteration(self) -> Generator[Asked, Array, None]:
-        """Step to the best of several dampings; where none is better, take derivatives or damp more.
+        """Step to the best of several dampings; where none is better, try stronger ones.
 
         Yields:
             Vectors, shape (sets, entries), and corrections of initial states, shape (windows, sets, measured
             states), to simulate; their errors are sent back.
         """
-        if self.damping > LARGEST_DAMPING:
-            self._renew()
-        taken = self.tangent is None
-        if self.tangent is None:
-            r = yield self.errors.around(self.z, self.moved)
-            self.tangent = r[:, 0], self.errors.slopes(self.z, r)
-        here, slopes = self.tangent
+        r = yield self.errors.around(self.z, self.moved)
+        here, slopes = r[:, 0], self.errors.slopes(self.z, r)
         normal, scale = self.normal(here, slopes)
         before = float(self._losses(here[:, None], self.z[None], self.moved[:, None], scale)[0])
         self.loss = before
@@ -101,15 +87,9 @@ class Descent:
             losses = self._losses(r, z, moved, scale)
             best = int(np.argmin(losses))
             if losses[best] < before:
-                small = self._is_small(before - losses[best], z[best], normal)
-                self._move(z[best], moved[:, best], r[:, best])
-                self.damping, self.loss = float(dampings[best]), float(losses[best])
-                self.converged = small and taken
-                if small and not taken:
-                    self._renew()
-                return
-            if not taken:
-                self._renew()
+                self.converged = self._is_small(before - losses[best], z[best], normal)
+                self.z, self.moved, self.loss = z[best], moved[:, best], float(losses[best])
+                self.damping = float(dampings[best])
                 return
             self.damping = float(dampings[-1] * DAMPINGS[-1])
         self.converged = True
@@ -122,52 +102,10 @@ class Descent:
         share = max(NEAR_SHARE if near.all() else 0.0, self.share)
         return bool(fall < CONVERGED_LOSS + share * self.loss)
 
-    def _renew(self) -> None:
-        """Take derivatives next; the damping of updated ones says nothing of theirs."""
-        self.tangent, self.damping = None, FIRST_DAMPING
-
-    def _move(self, z: Array, moved: Array, r: Array) -> None:
-        """Move to a point with errors (windows, most steps, outputs), and update the derivatives."""
-        assert self.tangent is not None
-        here, slopes = self.tangent
-        step = np.concatenate([(z - self.z)[self.errors.unknowns.entry], moved - self.moved], axis=1)
-        self.z, self.moved, self.tangent = z, moved, (r, secant(slopes, r - here, step))
-
     def _losses(self, r: Array, z: Array, moved: Array, scale: Array) -> Array:
         """(sets,) minimised loss: Huber's loss of the errors, and priors of initial states and vectors."""
         unlikely = 0.5 * np.sum(moved**2, axis=(0, 2)) + 0.5 * z**2 @ self.errors.unknowns.precision
         return np.asarray(loss(r, scale) + unlikely)
-
-
-def secant(slopes: Array, change: Array, step: Array) -> Array:
-    """Return the derivatives that are closest to given ones and say how the errors changed along a step.
-
-    Entries of the step count by how much they change the errors. In a window where the derivatives say less
-    of the change than they miss, they stay: its errors do not follow a line along the step.
-
-    Args:
-        slopes: derivatives, shape (windows, n, samples, outputs).
-        change: change of the errors, shape (windows, samples, outputs).
-        step: step, shape (windows, n).
-
-    Returns:
-        Derivatives, shape (windows, n, samples, outputs).
-
-    Examples:
-        A straight line through both points; what the step does not touch stays:
-
-        >>> slopes, change, step = [[[[2.0]], [[1.0]]]], [[[6.0]]], [[2.0, 0.0]]
-        >>> secant(np.array(slopes), np.array(change), np.array(step)).ravel().tolist()
-        [3.0, 1.0]
-    """
-    flat = slopes.reshape(*slopes.shape[:2], -1)
-    weight = np.einsum("wns,wns->wn", flat, flat) * step
-    length = np.sum(weight * step, axis=1, keepdims=True)
-    said = step[:, None] @ flat
-    missed = change.reshape(len(change), 1, -1) - said
-    is_line = np.sum(missed**2, axis=2) <= np.sum(said**2, axis=2)
-    factor = np.divide(weight, length, out=np.zeros_like(weight), where=is_line & (length > 0.0))
-    return np.asarray(flat + factor[:, :, None] * missed).reshape(slopes.shape)
 
 
 def begin(
