@@ -79,7 +79,7 @@ def test_the_same_seed_gives_the_same_network(base: FittedHypothesis, network: F
     again = of_seed(base, 3)
     assert again.fit.values == network.fit.values and again.fit.loss == network.fit.loss
     assert again.hypothesis.effects[0].regressors == network.hypothesis.effects[0].regressors
-    other = with_networks(base.hypothesis, 4, 0.1)
+    other = with_networks(base.hypothesis, 4)
     assert other.effects[0].regressors != network.hypothesis.effects[0].regressors
 
 
@@ -94,7 +94,7 @@ def test_nothing_is_made_up_where_nothing_was_left_out(tmp_path: Path) -> None:
 
 def test_nothing_at_level_zero_in_every_port(rubbing: Study, recording: Recording, tmp_path_factory) -> None:  # type: ignore[no-untyped-def]
     two = study(tmp_path_factory.mktemp("hub"), Bench(samples=200), *HUB)
-    hypothesis = with_networks(Hypothesis.known(two), 0, 0.1)
+    hypothesis = with_networks(Hypothesis.known(two), 0)
     assert [e.place.name for e in hypothesis.effects] == ["joint", "hub"]
     assert len([u for u in hypothesis.unknowns if u.name.startswith("network")]) == 2 * (
         HIDDEN + len(AT_REST)

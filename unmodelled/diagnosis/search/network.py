@@ -50,7 +50,7 @@ def fit_network(base: FittedHypothesis, recording: Recording, seed: int) -> Fitt
     """
     if not base.hypothesis.system.ports:
         return base
-    first, tangent = with_networks(base.hypothesis, seed, 1.0), Tangent(base, recording)
+    first, tangent = with_networks(base.hypothesis, seed), Tangent(base, recording)
     names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
     scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
     slopes = tangent.slopes(first, [{n: TRIED_WEIGHT * scales[n]} for n in names])
@@ -67,7 +67,7 @@ def fit_network(base: FittedHypothesis, recording: Recording, seed: int) -> Fitt
     return FittedHypothesis.of(best, recording, [start], ITERATIONS, share=LEAST_GAIN)
 
 
-def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
+def with_networks(base: Hypothesis, seed: int) -> Hypothesis:
     """Return a hypothesis with a network in every port.
 
     The network's inputs are position (and sine and cosine of an angle), velocity and inputs. The hidden layer
@@ -77,18 +77,15 @@ def with_networks(base: Hypothesis, seed: int, prior: float) -> Hypothesis:
     Args:
         base: hypothesis without networks.
         seed: seed of the random hidden layers.
-        prior: prior standard deviation of the weights, as a share of the effort that the physics lacks.
     """
     for number, port in enumerate(base.system.ports):
-        added = _network(
-            base.system, port, base.study.scales, prior, np.random.default_rng([seed, 1, number])
-        )
+        added = _network(base.system, port, base.study.scales, np.random.default_rng([seed, 1, number]))
         base = Hypothesis(base.study, added.system, (*base.effects, added), base.laws)
     return base
 
 
 def _with_prior(hypothesis: Hypothesis, prior: float) -> Hypothesis:
-    """The hypothesis with another prior standard deviation of the weights."""
+    """The hypothesis with weights of this prior standard deviation, a share of the effort that is missing."""
     effects = [
         replace(e, priors={name: prior * size for name, size in e.scales.items()})
         if e.family == NETWORK
@@ -98,7 +95,7 @@ def _with_prior(hypothesis: Hypothesis, prior: float) -> Hypothesis:
     return Hypothesis(hypothesis.study, hypothesis.system, tuple(effects), hypothesis.laws)
 
 
-def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.random.Generator) -> Added:
+def _network(system: System, port: Port, scales: Scales, rng: np.random.Generator) -> Added:
     seen = [*port.coordinates, *(i.name for i in system.inputs)]
     angles = {state.name for state in system.states if state.unit == "rad"} & {port.position}
     scaled = [_scaled(system.expression(name), scales.of[name]) for name in seen]
@@ -128,7 +125,6 @@ def _network(system: System, port: Port, scales: Scales, prior: float, rng: np.r
         regressors=tuple(units),
         bounds=dict.fromkeys(names, bounds),
         scales=dict.fromkeys(names, size),
-        priors=dict.fromkeys(names, prior * size),
         units=dict.fromkeys(names, port.unit),
     )
 
