@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -64,3 +65,11 @@ def test_nothing_is_named_after_some_refusals(tmp_path: Path, monkeypatch: pytes
     found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
     assert not found.chosen.hypothesis.effects and judged[-1] is found.chosen
     assert MOST_REFUSED <= len(found.notes) == len(set(found.notes))
+
+
+def test_an_effect_that_is_too_small_to_be_named_is_said_with_its_numbers(tmp_path: Path) -> None:
+    found = confirmed(study(tmp_path, Bench(friction=0.004, samples=300, noise=2e-5)), 1, quiet)
+    assert not found.chosen.hypothesis.effects
+    (note,) = found.notes
+    said = re.fullmatch(r"coulomb_friction at joint \(F_c = (\S+) N m\) lowers the error .*", note)
+    assert said and float(said[1]) == pytest.approx(0.004, rel=0.05)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.gap import Gap, shrink
-from unmodelled.diagnosis.data.remark import listed
+from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
+from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.input_hold import begun
 from unmodelled.diagnosis.where.corrections import Corrections
@@ -120,7 +122,8 @@ def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
         else:
             every = len(gone) == len(chosen.hypothesis.effects)
             chosen = search.base if every else search.without(chosen, *gone)
-    return Confirmed(search, chosen, before, (*notes, *_refusals(refused)))
+    further = _too_small(search, chosen, refused)
+    return Confirmed(search, chosen, before, (*notes, *_refusals(refused), *further))
 
 
 def _best(search: EffectSearch) -> FittedHypothesis:
@@ -142,6 +145,24 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
     if len(errors) > 1 and least * min(errors) <= error:
         return [effects[int(np.argmin(errors))]]
     return () if shrink(before.value, error, before.floor) >= material else named.hypothesis.effects
+
+
+def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence[Added]) -> Iterator[str]:
+    """Sentences on effects that would be named too if every error mattered."""
+    thresholds = replace(search.study.thresholds, negligible_error=0.0)
+    candidates, own = Candidates(search.candidates.predictions, thresholds), chosen.hypothesis.key
+    larger = candidates.fits[candidates.named()]
+    further = {e.key: e for e in larger.hypothesis.effects if e.key not in own}
+    if not own < larger.hypothesis.key or further.keys() & {e.key for e in refused}:
+        return
+    share = f"{100.0 * search.study.thresholds.negligible_error:.3g} %"
+    for added in further.values():
+        names = dict.fromkeys((*added.delays, *added.reported))
+        numbers = (f"{n} = {quantity(larger.fit.values[n], added.units[n])}" for n in names)
+        yield (
+            f"{named(added)} ({', '.join(numbers)}) lowers the error further, but by less than {share} of "
+            "that of persistence, which is too little to be named"
+        )
 
 
 def _refusals(refused: Iterable[Added]) -> list[str]:
