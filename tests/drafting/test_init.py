@@ -116,6 +116,14 @@ def test_a_drive_with_the_other_sign_is_turned_with_a_question(tmp_path: Path) -
     np.testing.assert_allclose(read_logs(logs, system).u[: len(LOGS[0]["t"]), 0], LOGS[0]["torque"])
 
 
+def test_a_position_that_is_nearly_another_one_is_a_question(tmp_path: Path) -> None:
+    named = {"t": "t", "motor_angle": "angle", "load_angle": "angle", "torque": "torque"}
+    mapping, system = drafted(write(tmp_path / "raw", named))
+    assert mapping["signals"].keys() == {"q", "u"} and len(system.outputs) == 1
+    text = (tmp_path / "raw" / "mapping.yaml").read_text()
+    assert text.count("# Question: load_angle is nearly motor_angle.") == 1
+
+
 def test_a_current_gets_a_torque_constant(tmp_path: Path) -> None:
     logs = write(tmp_path / "raw", {"t": "t", "theta": "angle", "current_mA": "torque"}, torque=2e3)
     mapping, system = drafted(logs)

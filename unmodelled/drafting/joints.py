@@ -171,12 +171,18 @@ def _distinct(homes: Sequence[_Home]) -> list[_Home]:
     for home in sorted(homes, key=lambda each: not is_measured(each.position.address)):
         here = {signal.address: signal for signal in home.signals}
         others = [here[other.position.address] for other in kept if other.position.address in here]
-        if not any(_alike(home.position, other) for other in others):
+        if not any(alike(home.position, other) for other in others):
             kept.append(home)
     return [home for home in homes if home in kept]
 
 
-def _alike(signal: Signal, other: Signal) -> bool:
+def alike(signal: Signal, other: Signal) -> bool:
+    """Return whether a position is nearly another one, such as the same one after a filter.
+
+    Args:
+        signal: position.
+        other: other position.
+    """
     t = signal.t[:SAMPLES]
     a, b = signal.values[: len(t)], at(t, other.t, other.values)
     return bool(np.std(a - b) < 0.02 * min(np.std(a), np.std(b)))

@@ -6,9 +6,11 @@ import json
 import re
 
 from unmodelled.drafting.channels import Channel
+from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.comments import numbered, one_line, word
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Joint
+from unmodelled.drafting.joints import Joint, alike
+from unmodelled.drafting.names import Role
 
 #: Files that are left out, and constants, that are named in a comment.
 NAMES = 5
@@ -38,6 +40,7 @@ def mapping_text(draft: Draft, folder: str) -> str:
         lines.append(_signal(f"q{k}", joint.position))
         lines += [_signal(f"w{k}", joint.velocity)] if joint.velocity else []
         lines += [_signal(f"u{k}", joint.drive, _is_against(joint))] if joint.drive else []
+        lines += _copies(draft, joint.position.signal)
     if draft.split_by is not None:
         lines.append(
             f"split_by: {_quoted(draft.split_by)}  # Question: does every value of it begin an experiment?"
@@ -73,6 +76,18 @@ def _signal(name: str, channel: Channel, against: bool = False) -> str:
     questions += ["is it logged with the other sign? The position accelerates against it."] if against else []
     asked = f"  # Question: {' '.join(questions)}" if questions else ""
     return f"  {name}: {{column: {_quoted(channel.signal.address)}, unit: {channel.unit}{sign}}}{asked}"
+
+
+def _copies(draft: Draft, position: Signal) -> list[str]:
+    """Questions on positions that are left out because they are nearly this one."""
+    used = {joint.position.signal.address for joint in draft.joints}
+    found = dict[str, None]()
+    for signals in draft.experiments:
+        own = [s for s in signals if s.address == position.address]
+        others = [s for s in signals if s.role is Role.POSITION and s.address not in used]
+        found |= {s.address: None for s in others for mine in own if alike(s, mine)}
+    like = f"is nearly {one_line(position.address)}. Is it a second body, behind a spring or a play?"
+    return [f"  # Question: {one_line(address)} {like} Then add it to both files." for address in found]
 
 
 def _is_against(joint: Joint) -> bool:
