@@ -232,7 +232,7 @@
     );
     charts = {
       trajectory: plotting.add(hosts.trajectory, "t (s)", named(output), [plotting.line("measured", "--measured", 3), ...both], true),
-      residual: plotting.add(hosts.residual, "t (s)", `error of ${named(output)}`, both, true),
+      residual: plotting.add(hosts.residual, "t (s)", named({ name: "error", unit: output.unit }), both, true),
       laws: model.effects.map(({ curve }, k) => curve && law(curve, laws[k])),
     };
     model.effects.forEach((effect, k) => laws[k]?.setAttribute("aria-label", `${effect.name}: ${effect.curve.y} over ${effect.curve.x}`));

@@ -34,14 +34,21 @@ const plotting = (() => {
     return { label, stroke: colour("--soft"), grid: thin, ticks: thin, labelSize: 22, size, values };
   }
 
+  // a label beside an axis of this length (px), shortened with its unit whole
+  function fitted(label, length) {
+    const most = Math.floor(length / 7.4), unit = label.match(/ \([^()]*\)$/)?.[0] ?? "";
+    return label.length <= most ? label : `${label.slice(0, most - unit.length - 1)}…${unit}`;
+  }
+
   // x, y: labels of the axes; series: lines or dots
   function add(host, x, y, series, overTime) {
+    const height = Math.round(Math.min(260, Math.max(190, 0.5 * host.clientWidth)));
     const follow = (chart, key) => { if (key === "x" && overTime) zoom(chart.scales.x.min, chart.scales.x.max); };
     const options = {
       width: Math.max(host.clientWidth, 200),
-      height: Math.round(Math.min(260, Math.max(190, 0.5 * host.clientWidth))),
+      height,
       scales: { x: { time: false }, y: { range: around } },
-      axes: [axis(x, 40), { ...axis(y, 62), space: 24 }],
+      axes: [axis(x, 40), { ...axis(fitted(y, height - 35), 62), space: 24 }],
       series: [{ label: x, value }, ...series],
       cursor: overTime ? { sync: { key: "time" } } : {},
       hooks: { setScale: [follow] },
