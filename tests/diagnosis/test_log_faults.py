@@ -107,6 +107,19 @@ def test_what_is_wrong_with_the_logs_is_the_answer(what: str, right: Path, tmp_p
     assert channel in fault.sentence and fault.sentence.endswith("then diagnose again.")
 
 
+@pytest.mark.parametrize(("by", "runs"), [(0.2, ()), (1.0, ("run3",))])
+def test_whole_turns_of_a_shaft_are_no_offset(
+    by: float, runs: tuple[str, ...], right: Path, tmp_path: Path
+) -> None:
+    """Most runs begin a turn later; what is left of an offset must be larger than the motion."""
+    spoil: Spoil = lambda log, name: log.assign(  # noqa: E731
+        theta=log["theta"] + (by if name == "run3" else 2.0 * np.pi * (name != "run1"))
+    )
+    faults = log_faults(*spoilt(right, tmp_path, spoil), HORIZON)
+    assert [(f.problem, f.experiments) for f in faults] == [("offset", runs)] * len(runs[:1])
+    assert all("shifted by 1.0" in f.sentence or "shifted by 0.9" in f.sentence for f in faults)
+
+
 def test_a_turned_sign_may_be_that_of_the_other_channel(right: Path, tmp_path: Path) -> None:
     fault = only(log_faults(*spoilt(right, tmp_path, scaled("torque", -1.0)), HORIZON))
     assert fault.indistinguishable == ((("theta",), "sign"),)

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 CLOCK_PROBLEM = "clock"
 #: Offsets around the difference of the means that are tried, in standard deviations within a run.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
+TURN = 2.0 * np.pi
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
 FACTORS = np.linspace(-0.75, 0.75, 7)
 #: Largest number of evaluations of the refinement, and its tolerance in distances of those values.
@@ -95,7 +96,8 @@ def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question
 def _offset(trials: Trials, alone: Trials, steps: int, run: int) -> Question | None:
     """Return the question of the best offset of one output of an experiment.
 
-    It is None if the offset is smaller than the standard deviation of the output within the experiment.
+    It is None if the offset is smaller than the standard deviation of the output within the experiment. Whole
+    turns of a shaft that turns in other experiments are none, where the model is the same a turn later.
     """
     logs, others = trials.logs, np.arange(len(trials.logs)) != run
     means = np.array([logs.y[logs.rows(i)].mean(axis=0) for i in range(len(logs))])
@@ -107,7 +109,11 @@ def _offset(trials: Trials, alone: Trials, steps: int, run: int) -> Question | N
 
     found = [_lowest(square(j), centre[j] + OFFSETS * size[j]) for j in range(len(logs.outputs))]
     j = int(np.argmin([lowest for _, lowest in found]))
-    by = found[j][0]
+    by, lowest = found[j]
+    elsewhere = np.delete(logs.y[:, j], logs.rows(run))
+    if trials.system.outputs[j].unit == "rad" and abs(by) <= np.ptp(elsewhere):
+        rest = float(np.remainder(by + np.pi, TURN) - np.pi)
+        by = rest if square(j)(rest) <= trials.thresholds.equal_error_ratio * lowest else by
     if abs(by) < trials.deviations[run, j]:
         return None
     shift = f"{-by:.6g} {trials.system.outputs[j].unit}"
