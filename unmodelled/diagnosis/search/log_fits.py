@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 CLOCK_PROBLEM = "clock"
 #: Offsets around the difference of the means that are tried, in standard deviations within a run.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
+#: Turn of a shaft, rad.
 TURN = 2.0 * np.pi
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
 FACTORS = np.linspace(-0.75, 0.75, 7)
