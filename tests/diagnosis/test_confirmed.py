@@ -73,3 +73,12 @@ def test_an_effect_that_is_too_small_to_be_named_is_said_with_its_numbers(tmp_pa
     (note,) = found.notes
     said = re.fullmatch(r"coulomb_friction at joint \(F_c = (\S+) N m\) lowers the error .*", note)
     assert said and float(said[1]) == pytest.approx(0.004, rel=0.05)
+
+
+def test_a_number_of_single_experiments_that_is_too_small_to_be_named_is_said(tmp_path: Path) -> None:
+    supply = (1.006, 0.994, 1.004, 0.996, 1.001, 0.998)
+    bench = Bench(friction=0.0, supply=supply, runs=len(supply), samples=300, noise=2e-5)
+    found = confirmed(study(tmp_path, bench), 1, quiet)
+    assert not found.chosen.hypothesis.effects
+    (note,) = found.notes
+    assert note.startswith("scatter (gain) at actuator:torque (fitted per experiment) lowers the error ")

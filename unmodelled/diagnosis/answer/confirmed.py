@@ -157,11 +157,12 @@ def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence
         return
     share = f"{100.0 * search.study.thresholds.negligible_error:.3g} %"
     for added in further.values():
-        names = dict.fromkeys((*added.delays, *added.reported))
-        numbers = (f"{n} = {quantity(larger.fit.values[n], added.units[n])}" for n in names)
+        shared = [n for n in dict.fromkeys((*added.delays, *added.reported)) if n in larger.fit.values]
+        numbers = [f"{n} = {quantity(larger.fit.values[n], added.units[n])}" for n in shared]
+        told = ", ".join(numbers) or "fitted per experiment"
         yield (
-            f"{named(added)} ({', '.join(numbers)}) lowers the error further, but by less than {share} of "
-            "that of persistence, which is too little to be named"
+            f"{named(added)} ({told}) lowers the error further, but by less than {share} of that of "
+            "persistence, which is too little to be named"
         )
 
 
