@@ -1,4 +1,7 @@
-"""Compiled least squares within bounds."""
+"""Compiled least squares within bounds.
+
+Loops over single numbers: numba needs twenty seconds to compile NumPy's functions of arrays and its solvers.
+"""
 
 # mypy: ignore-errors
 
@@ -26,30 +29,43 @@ def bounded(H, g, low, high):
 
     Returns:
         Coefficients, shape (columns,).
+
+    Examples:
+        >>> H, g = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-3.0, -3.0])
+        >>> bounded(H, g, np.zeros(2), np.array([0.5, 9.0])).round(6).tolist()
+        [0.5, 1.25]
     """
-    n, d = len(g), np.zeros(len(g))
-    diagonal = np.diag(H)
-    largest = diagonal.max() if n else 0.0
-    seen = diagonal > ZERO_CURVATURE * max(largest, 1e-300)
-    unit = 1.0 / np.sqrt(np.where(seen, diagonal, 1.0))
-    tiny = RELATIVE_RIDGE * np.abs(unit * g).max() if n else 0.0
-    free = seen.copy()
+    n, largest, steepest = len(g), 1e-300, 0.0
+    for i in range(n):
+        largest = max(largest, H[i, i])
+    d, unit, slope = np.zeros(n), np.ones(n), np.empty(n)
+    seen, free = np.zeros(n, np.bool_), np.zeros(n, np.bool_)
+    for i in range(n):
+        if H[i, i] > ZERO_CURVATURE * largest:
+            seen[i] = free[i] = True
+            unit[i] = 1.0 / np.sqrt(H[i, i])
+        steepest = max(steepest, abs(unit[i] * g[i]))
+    scaled, there = np.empty((n, n)), np.empty(n)
     for _ in range(MOVES_PER_COLUMN * n):
-        k = np.flatnonzero(free)
-        step, room, first = towards(H, g, unit, d, k), 1.0, -1
-        for i in range(len(k)):
-            bound = high[k[i]] if step[i] > 0.0 else low[k[i]]
-            share = (bound - d[k[i]]) / step[i] if step[i] != 0.0 else 1.0
-            if share < room:
-                room, first = share, i
-        d[k] += max(room, 0.0) * step
-        if first >= 0:
-            d[k[first]] = high[k[first]] if step[first] > 0.0 else low[k[first]]
-            free[k[first]] = False
-            continue
-        slope, strongest, leaves = unit * (g + H @ d), tiny, -1
+        towards(H, g, unit, d, free, scaled, there)
+        room, first = 1.0, -1
         for i in range(n):
-            pulled = -slope[i] if d[i] <= low[i] else slope[i]
+            if free[i] and there[i] != d[i]:
+                bound = high[i] if there[i] > d[i] else low[i]
+                share = (bound - d[i]) / (there[i] - d[i])
+                if share < room:
+                    room, first = share, i
+        for i in range(n):
+            if free[i]:
+                d[i] += max(room, 0.0) * (there[i] - d[i])
+        if first >= 0:
+            d[first] = high[first] if there[first] > d[first] else low[first]
+            free[first] = False
+            continue
+        gradient(H, g, d, slope)
+        strongest, leaves = RELATIVE_RIDGE * steepest, -1
+        for i in range(n):
+            pulled = -unit[i] * slope[i] if d[i] <= low[i] else unit[i] * slope[i]
             if seen[i] and not free[i] and low[i] < high[i] and pulled > strongest:
                 strongest, leaves = pulled, i
         if leaves < 0:
@@ -59,16 +75,55 @@ def bounded(H, g, low, high):
 
 
 @jit()
-def towards(H, g, unit, d, free):
-    """Return the step, shape (free,), of the free coefficients to their best values; the others stay."""
-    count = len(free)
-    scaled, rest = np.empty((count, count)), np.empty(count)
-    held = d.copy()
-    held[free] = 0.0
-    slope = g + H @ held
-    for i in range(count):
-        rest[i] = unit[free[i]] * slope[free[i]]
-        for j in range(count):
-            scaled[i, j] = H[free[i], free[j]] * unit[free[i]] * unit[free[j]]
-        scaled[i, i] += RELATIVE_RIDGE
-    return -unit[free] * np.linalg.solve(scaled, rest) - d[free]
+def gradient(H, g, d, slope):
+    """Write the gradient at `d` to `slope`."""
+    for i in range(len(g)):
+        slope[i] = g[i]
+    for j in range(len(g)):
+        for i in range(len(g)):
+            slope[i] += H[j, i] * d[j]
+
+
+@jit()
+def towards(H, g, unit, d, free, scaled, there):
+    """Write the best values of the free coefficients, while the others stay at `d`, to `there`.
+
+    The equations, scaled by `unit` and with a ridge, are solved in `scaled`.
+    """
+    count = 0
+    for i in range(len(g)):
+        if free[i]:
+            rest, column = g[i], 0
+            for j in range(len(g)):
+                if free[j]:
+                    scaled[count, column] = H[i, j] * unit[i] * unit[j]
+                    column += 1
+                else:
+                    rest += H[i, j] * d[j]
+            scaled[count, count] += RELATIVE_RIDGE
+            there[count] = -unit[i] * rest
+            count += 1
+    solve(scaled, there, count)
+    for i in range(len(g) - 1, -1, -1):
+        if free[i]:
+            count -= 1
+            there[i] = unit[i] * there[count]
+
+
+@jit()
+def solve(A, b, n):
+    """Solve the first `n` equations of a symmetric `A` for the right side `b`, in place.
+
+    Elimination without a choice of pivots, which a ridge keeps from zero; only the upper triangle is used.
+    """
+    for k in range(n):
+        A[k, k] = max(A[k, k], RELATIVE_RIDGE)
+        for i in range(k + 1, n):
+            factor = A[k, i] / A[k, k]
+            for j in range(i, n):
+                A[i, j] -= factor * A[k, j]
+            b[i] -= factor * b[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            b[k] -= A[k, j] * b[j]
+        b[k] /= A[k, k]

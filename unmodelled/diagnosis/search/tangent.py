@@ -104,5 +104,5 @@ class Tangent:
             weighted[:, first:],
             self.moved,
             self.recording.owner,
-            limits[:, [int(np.argmax(unknowns.unknown == k)) for k in range(first)]],
+            np.take(limits, [int(np.argmax(unknowns.unknown == k)) for k in range(first)], axis=1),
         )

@@ -86,9 +86,9 @@ def advance(w, lanes, rates, k1, total, last, stage, h):
 
 
 @jit()
-def begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last):
-    """Write constants and first states of the lanes; return the steps of the longest window."""
-    at, sets, longest, wide = program.at, x0.shape[1], 0, filled(lanes)
+def begin(w, at, windows, p, c, x0, first, lanes, start, steps, shift, last):
+    """Write parameters, constants and first states of the lanes; return the steps of the longest window."""
+    sets, longest, wide = x0.shape[1], 0, filled(lanes)
     for i in range(wide):
         lane = first + min(i, lanes - 1)
         m, b = lane // sets, lane % sets
@@ -101,7 +101,6 @@ def begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last
             w[at.c + j, i] = c[owner, j]
         for j in range(x0.shape[2]):
             last[j, i] = w[j, i] = x0[m, b, j]
-    execute(w, wide, program.code, at.prologue, at.driven, program.curves)
     return longest
 
 
@@ -135,7 +134,8 @@ def simulate(program, windows, p, c, x0, substeps, period, hold, y):
     for first in range(0, count, LANES):
         lanes = min(LANES, count - first)
         wide = filled(lanes)
-        longest = begin(w, program, windows, p, c, x0, first, lanes, start, steps, shift, last)
+        longest = begin(w, at, windows, p, c, x0, first, lanes, start, steps, shift, last)
+        execute(w, wide, code, at.prologue, at.driven, curves)
         for k in range(longest + 1):
             at_sample(wide, now, slope, after, clock, windows, k, start, steps, shift, hold)
             at_share(w, wide, at, now, slope, clock, 0.0, period)
