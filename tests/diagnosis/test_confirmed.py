@@ -6,13 +6,15 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import study
 from unmodelled.diagnosis.answer import confirmed as module
-from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, confirmed
-from unmodelled.diagnosis.data.gap import Gap
+from unmodelled.diagnosis.answer.confirmed import MOST_REFUSED, _is_lower, confirmed
+from unmodelled.diagnosis.data.gap import FreeRun, Gap
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.effects.added import Added
@@ -65,6 +67,31 @@ def test_nothing_is_named_after_some_refusals(tmp_path: Path, monkeypatch: pytes
     found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
     assert not found.chosen.hypothesis.effects and judged[-1] is found.chosen
     assert MOST_REFUSED <= len(found.notes) == len(set(found.notes))
+
+
+@pytest.mark.parametrize(
+    ("errors", "without", "lower"),
+    [
+        ((0.3, 0.3), (0.3, 0.31), False),  # by less than two percent
+        ((0.3, 0.3), (0.3, 0.32), True),
+        ((0.05, 1.0), (0.1, 1.0), True),  # in one output, which is a small part of all
+        ((0.047, 1.0), (0.05, 1.0), False),  # by less than a tenth
+        ((0.05, 1.0), (0.06, 0.8), False),  # but not on average over the outputs
+    ],
+)
+def test_an_effect_lowers_all_errors_together_or_those_of_its_outputs(
+    errors: tuple[float, ...], without: tuple[float, ...], lower: bool
+) -> None:
+    gap, rest = (_gap(values) for values in (errors, without))
+    assert _is_lower(gap, rest, DEFAULT_THRESHOLDS) == lower
+
+
+def _gap(errors: tuple[float, ...]) -> Gap:
+    """A gap with these errors of the outputs; nothing else of it counts."""
+    run = FreeRun(np.empty((0, 2)), np.empty((0, 2), np.bool_), np.empty(0, np.int64))
+    outputs = dict(zip("ab", errors, strict=True))
+    value = float(np.sqrt(np.mean(np.square(errors))))
+    return Gap(value, {}, outputs, 0.0, {}, 1.0, dict.fromkeys("ab", 1.0), {}, 1, run, ())
 
 
 def test_an_effect_that_is_too_small_to_be_named_is_said_with_its_numbers(tmp_path: Path) -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.gap import Gap, shrink
@@ -13,6 +12,7 @@ from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.data.thresholds import Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.candidates import Candidates
@@ -134,17 +134,29 @@ def _best(search: EffectSearch) -> FittedHypothesis:
 
 
 def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
-    """The effect without which the error of held-out experiments is lowest, if it hardly lowers this error.
+    """Of the effects that hardly lower the error of held-out experiments, the one without which it is lowest.
 
     All of them, if together they do not lower it by a material share; `before` is the gap without any.
     """
     effects, thresholds = named.hypothesis.removable, search.study.thresholds
-    least, material = 1.0 - thresholds.least_gain, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
-    error = judged_model("", named).gap.value
-    errors = [judged_model("", search.without(named, effect)).gap.value for effect in effects]
-    if len(errors) > 1 and least * min(errors) <= error:
-        return [effects[int(np.argmin(errors))]]
-    return () if shrink(before.value, error, before.floor) >= material else named.hypothesis.effects
+    gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
+    without = [(judged_model("", search.without(named, effect)).gap, effect) for effect in effects]
+    idle = [(rest.value, effect) for rest, effect in without if not _is_lower(gap, rest, thresholds)]
+    if len(effects) > 1 and idle:
+        return [min(idle, key=lambda one: one[0])[1]]
+    return () if shrink(before.value, gap.value, before.floor) >= material else named.hypothesis.effects
+
+
+def _is_lower(gap: Gap, rest: Gap, thresholds: Thresholds) -> bool:
+    """Whether a gap is lower than another one in all, or in single outputs and on average over the outputs.
+
+    Friction in one of six joints matters to the outputs of this joint, however much others are off.
+    """
+    least, ratio = 1.0 - thresholds.least_gain, 1.0 - thresholds.exchanged_rest
+    pairs = [(gap.per_output[name], value) for name, value in rest.per_output.items() if value > 0.0]
+    single = any(after <= ratio * value for after, value in pairs)
+    average = math.prod(after / value for after, value in pairs) <= least ** len(pairs)
+    return gap.value < least * rest.value or (single and average)
 
 
 def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence[Added]) -> Iterator[str]:

@@ -29,8 +29,8 @@ SHORTEST = 3
 PAUSE, MOST = 5, 0.5
 #: Standard deviation of normal values by the median of their distances from the median.
 NORMAL = 1.4826
-#: Stretches of an experiment that a sentence lists.
-LISTED = 5
+#: Stretches of an experiment that a sentence lists: those of the largest efforts.
+LISTED = 3
 
 
 @dataclass(frozen=True)
@@ -136,10 +136,10 @@ def _sentence(system: System, ids: Sequence[str], found: Sequence[_Stretch]) -> 
     units = {port.name: port.unit for port in system.ports}
     each = []
     for run in sorted({stretch.run for stretch in found}):
-        mine = sorted((s for s in found if s.run == run), key=lambda s: s.start)
+        mine = sorted((s for s in found if s.run == run), key=lambda s: -abs(s.effort))
         told = [
             f"{quantity(s.effort, units[s.port])} at {s.port} from {s.start:.3g} to {s.end:.3g} s"
-            for s in mine[:LISTED]
+            for s in sorted(mine[:LISTED], key=lambda s: s.start)
         ]
         if len(mine) > LISTED:
             told.append(f"{len(mine) - LISTED} times more")
