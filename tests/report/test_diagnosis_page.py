@@ -262,7 +262,8 @@ def test_an_effect_at_many_places_is_told_once() -> None:
         "Coulomb friction at 3 places (2.5\xa0N\xa0m to 50\xa0N\xa0m) explains"
     )
     friction.append({"family": "coulomb_friction", "port": "joint3", "parameters": doubtful})
-    assert "at 4 places (2.5\xa0N\xa0m to 50\xa0N\xa0m) explains" in headline(content | {"effects": friction})
+    told = headline(content | {"effects": friction})
+    assert "at 4 places (2.5\xa0N\xa0m to 50\xa0N\xa0m at 3 of them) explains" in told
     assert headline(content | {"effects": friction[:2]}).startswith(
         "Coulomb friction at joint0 and Coulomb friction at joint1 explain"
     )

@@ -104,7 +104,8 @@ def _each(effects: Sequence[Mapping[str, Any]], told: Callable[[Mapping[str, Any
         # the first number of one of them may be doubtful, and the next one something else
         same = [entry["value"] for entry in numbers if entry["unit"] == numbers[0]["unit"]]
         ends = [pick(same) for pick in (min, max)] if same else []
-        span = f" ({' to '.join(amounts(ends, numbers[0]['unit'], 3))})" if numbers else ""
+        which = "" if len(same) == len(alike) else f" at {len(same)} of them"
+        span = f" ({' to '.join(amounts(ends, numbers[0]['unit'], 3))}{which})" if numbers else ""
         texts.append(f"{effect_name(alike[0]).split(' at ')[0]} at {len(alike)} places{span}")
     return texts
 

@@ -14,7 +14,7 @@ from unmodelled.report.numbers import unit_text
 #: Share of the squared gap from which a block says its share.
 SHOWN_SHARE = 0.05
 #: Pixels: height of a line, width of a letter, room inside a block and between blocks.
-LINE, LETTER, ROOM, GAP = 18.0, 6.8, 10.0, 26.0
+LINE, LETTER, ROOM, GAP = 18.0, 7.1, 10.0, 26.0
 #: Width of a bold letter, relative to that of others.
 BOLD = 1.15
 #: Columns of the wide drawing: x and width of inputs, actuators, machine, sensors and outputs.
@@ -151,14 +151,15 @@ def _narrow(columns: Sequence[Sequence[_Block]], text: str) -> str:
     """From top to bottom: every input with its actuator, the machine, every sensor with its output."""
     inputs, actuators, body, sensors, outputs = columns
     half = (NARROW - GAP) / 2
+    inner = half - 2
     y, parts = 1.0, []
 
     def side_by_side(pairs: Iterable[tuple[_Block, _Block]]) -> None:
         nonlocal y
         for left, right in pairs:
-            height = max(left.height(half), right.height(half))
+            height = max(left.height(inner), right.height(inner))
             for block, x in ((left, 0.0), (right, half + GAP)):
-                parts.append(block.drawn(x + 1, y + (height - block.height(half)) / 2, half - 2))
+                parts.append(block.drawn(x + 1, y + (height - block.height(inner)) / 2, inner))
             parts.append(_arrow(half - 1, y + height / 2, half + GAP + 1, y + height / 2))
             y += height + ROOM
 
