@@ -13,6 +13,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[2]
 SECTION = (ROOT / "README.md").read_text().partition("## Your own machine")[2].partition("\n## ")[0]
 SYSTEM = re.search(r"```yaml\n(.*?)```", SECTION, re.S)

@@ -73,6 +73,7 @@ def sweep(tmp_path: Path) -> Path:
     return tmp_path / "sweep"
 
 
+@pytest.mark.long
 def test_runs_side_by_side_and_their_comparison(cart: Path) -> None:
     """A run that fails says so and leaves the others alone."""
     horizons = "horizon=0.05,-1,0.1"

@@ -133,6 +133,7 @@ def test_the_heat_that_a_house_loses_to_its_surroundings(tmp_path: Path) -> None
     assert effect.parameters["x_a"]["value"] == pytest.approx(278.0, abs=0.3)
 
 
+@pytest.mark.long
 def test_the_heat_that_a_house_loses_to_a_logged_temperature(tmp_path: Path) -> None:
     outdoors = HOUSE.replace("P: {unit: W}", "P: {unit: W}\n  T_out: {unit: K, commanded: false}")
     recorded = logs(
@@ -148,6 +149,7 @@ def test_the_heat_that_a_house_loses_to_a_logged_temperature(tmp_path: Path) -> 
     assert effect.parameters["k"]["value"] == pytest.approx(120.0, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_loss_that_grows_with_a_fan_of_which_the_equations_know_nothing(tmp_path: Path) -> None:
     """The column has the name and the numbers of a fan's speed, 1/min."""
     cooled = HOUSE.replace("P: {unit: W}", "P: {unit: W}\n  fan: {unit: 1/min, commanded: false}").replace(
@@ -183,6 +185,7 @@ def test_the_overflow_of_a_tank(tmp_path: Path) -> None:
     assert answer.effects[0].shrink > 0.9
 
 
+@pytest.mark.long
 def test_a_house_with_walls_that_store_heat(tmp_path: Path) -> None:
     """Two effects at one port: what leaves the house, and what its walls take and return."""
     recorded = logs(
@@ -200,6 +203,7 @@ def test_a_house_with_walls_that_store_heat(tmp_path: Path) -> None:
     assert found["linear_loss"] == pytest.approx([60.0, 278.0], rel=0.1)
 
 
+@pytest.mark.long
 def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
     """The voltage at the terminals shows the charge beside the drop at a resistance that is fitted.
 
@@ -219,6 +223,7 @@ def test_the_slow_charge_of_a_battery(tmp_path: Path) -> None:
     assert answer.parameters["identified"].to_list() == pytest.approx([9000.0, 0.015], rel=0.02)
 
 
+@pytest.mark.long
 def test_walls_that_start_every_experiment_at_a_temperature_of_their_own(tmp_path: Path) -> None:
     """The start of a state that nothing measures is fitted in every experiment, and is no finding."""
     recorded = logs(

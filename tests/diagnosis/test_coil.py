@@ -52,6 +52,7 @@ def record(folder: Path) -> Path:
     return write_runs(folder, tables)
 
 
+@pytest.mark.long
 def test_the_core_of_a_coil_saturates(tmp_path: Path) -> None:
     answer = diagnosed(tmp_path, COIL, record(tmp_path / "logs"))
     assert answer.verdict in ("effect", "main_effect")

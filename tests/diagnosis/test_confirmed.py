@@ -24,6 +24,7 @@ LINES: list[str] = []
 quiet = LINES.append
 
 
+@pytest.mark.long
 def test_a_gain_of_the_fitted_experiments_alone_is_refused(tmp_path: Path) -> None:
     """In the held-out experiments, the supply is that of the file."""
     runs = 8
@@ -56,6 +57,7 @@ def test_the_best_without_refused_effects_is_judged_next(
     )
 
 
+@pytest.mark.long
 def test_nothing_is_named_after_some_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     judged: list[FittedHypothesis] = []
 
@@ -102,6 +104,7 @@ def test_an_effect_that_is_too_small_to_be_named_is_said_with_its_numbers(tmp_pa
     assert said and float(said[1]) == pytest.approx(0.004, rel=0.05)
 
 
+@pytest.mark.long
 def test_a_number_of_single_experiments_that_is_too_small_to_be_named_is_said(tmp_path: Path) -> None:
     supply = (1.006, 0.994, 1.004, 0.996, 1.001, 0.998)
     bench = Bench(friction=0.0, supply=supply, runs=len(supply), samples=300, noise=2e-5)

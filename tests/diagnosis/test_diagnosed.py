@@ -78,6 +78,7 @@ def test_dry_friction_is_named_at_its_port_with_its_number(friction: Diagnosis) 
     assert low - 1e-3 < 0.06 < high + 1e-3
 
 
+@pytest.mark.long
 def test_what_differs_between_runs_hides_a_delay_that_all_share(tmp_path: Path) -> None:
     supply = (1.0, 0.9, 1.12, 0.86, 1.05, 0.95, 1.1, 0.92)
     found = diagnosis(tmp_path, Bench(friction=0.0, supply=supply, delay=8, runs=8, samples=400))
@@ -134,6 +135,7 @@ def test_the_models_have_the_gap_of_the_contract(friction: Diagnosis) -> None:
         assert model.gap.value == pytest.approx(expected.value, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_diagnosis(friction: Diagnosis, tmp_path: Path) -> None:
     """Whatever the number of threads."""
     again = diagnosis(tmp_path, RUBBING, workers=1)
@@ -161,6 +163,7 @@ def test_held_out_experiments_take_no_part_in_fitting(friction: Diagnosis) -> No
     assert fitted(found)[1] == pytest.approx(fitted(friction)[1], rel=1e-6, abs=1e-9)
 
 
+@pytest.mark.long
 def test_an_effect_that_does_not_lower_the_error_of_held_out_experiments_is_not_named(
     friction: Diagnosis,
 ) -> None:
@@ -188,12 +191,14 @@ def missed(tmp_path_factory: pytest.TempPathFactory) -> Diagnosis:
     return diagnosis(tmp_path_factory.mktemp("missed"), replace(RUBBING, friction=0.0, missed=0.2))
 
 
+@pytest.mark.long
 def test_what_is_in_no_library_is_not_explained(missed: Diagnosis) -> None:
     """No network predicts the missed counts either; the error is too large to be all."""
     assert missed.verdict in ("unknown", "main_effect")
     assert missed.shrink < 0.5 and missed.augmented.gap.value > 2.0 * missed.floor
 
 
+@pytest.mark.long
 def test_two_effects(tmp_path: Path) -> None:
     """Friction, and a sensor that shows too much; what lowers the loss most comes first."""
     found = diagnosis(tmp_path, replace(RUBBING, samples=500, gain=1.1))
@@ -209,6 +214,7 @@ def test_two_effects(tmp_path: Path) -> None:
     assert gain.shrink > 0.2 and friction.shrink > 0.2
 
 
+@pytest.mark.long
 def test_two_experiments_are_enough(tmp_path: Path) -> None:
     """One to learn from and one to judge by."""
     found = diagnosis(tmp_path, replace(RUBBING, runs=2))
@@ -219,6 +225,7 @@ def test_two_experiments_are_enough(tmp_path: Path) -> None:
     assert found.effects[0].estimates["F_c"].value == pytest.approx(0.06, rel=0.05)
 
 
+@pytest.mark.long
 def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path) -> None:
     """A further delay is looked for as far as the windows leave room."""
     late = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.0063}\nparameters:")
@@ -232,6 +239,7 @@ def test_a_late_sensor_whose_delay_is_known_and_short_experiments(tmp_path: Path
     assert late_by == pytest.approx(0.012, abs=5e-4)
 
 
+@pytest.mark.long
 def test_a_search_ends_when_nothing_is_left(friction: Diagnosis) -> None:
     told: list[str] = []
     search = EffectSearch(Study.of(friction.system, friction.logs, HORIZON, 0), 2, told.append)
@@ -271,6 +279,7 @@ def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(
     assert [e.family for e in _refused(search, turned, before)] == ["constant_load"]
 
 
+@pytest.mark.long
 def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_path: Path) -> None:
     friction = (0.05, 0.18, 0.12, 0.08, 0.17, 0.06, 0.15, 0.09)
     bench = Bench(friction=friction, ripple=0.03, runs=8, samples=300)

@@ -50,6 +50,7 @@ def logs(folder: Path, held: bool) -> Path:
     return folder
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("held", [True, False], ids=["held", "straight"])
 def test_the_course_of_an_input_is_chosen_and_nothing_stands_in_for_it(tmp_path: Path, held: bool) -> None:
     (tmp_path / "motor.yaml").write_text(MOTOR)

@@ -117,6 +117,7 @@ def test_a_torque_between_two_masses_gives_a_port_between_them(tmp_path: Path) -
     assert read_system(tmp_path / "grown.yaml").dynamics == grown.dynamics
 
 
+@pytest.mark.long
 def test_a_law_between_two_masses_is_named_without_a_port_in_the_file(tmp_path: Path) -> None:
     found = lacking(tmp_path, damping_between)
     answer = diagnose(found.model.system, found.model.logs, HORIZON)
@@ -171,6 +172,7 @@ dynamics:
 """
 
 
+@pytest.mark.long
 def test_heat_between_two_rooms_is_named_without_a_port_in_the_file(tmp_path: Path) -> None:
     """Two balances with heat exchange of 0.02 W/K; exact steps of a linear system, heaters held."""
     rng, tables, n, every = np.random.default_rng(2), [], 400, 40

@@ -165,6 +165,7 @@ def test_a_time_in_milliseconds_is_found_with_the_default_horizon(tmp_path: Path
     assert log_faults(system, right, default_horizon(right)) == ()
 
 
+@pytest.mark.long
 def test_a_diagnosis_has_the_default_horizon_unless_one_is_given(tmp_path: Path) -> None:
     system = pendulum(tmp_path)
     logs = Bench(samples=300).logs(tmp_path / "logs", system)

@@ -238,6 +238,7 @@ def test_the_virtual_pendulum_says_nothing_absurd(tmp_path: Path) -> None:
     assert remarks(LeftOut.of(found)) == ()
 
 
+@pytest.mark.long
 def test_a_diagnosis_hands_the_remarks_on(tmp_path: Path) -> None:
     system = pendulum(tmp_path, UNKNOWN_J, ("bounds: [0.2, 5]", "bounds: [0.2, 1]"), *FRICTION)
     logs = Bench(runs=3, samples=200).logs(tmp_path / "logs", system)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
@@ -49,6 +50,7 @@ def record(folder: Path) -> None:
     write_runs(folder, tables)
 
 
+@pytest.mark.long
 def test_play_in_the_spring_of_a_coupling(tmp_path: Path) -> None:
     record(tmp_path / "logs")
     known = unmodelled.read_system(COUPLING)

@@ -55,6 +55,7 @@ def arm(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_the_dry_friction_of_an_elbow_is_named(arm: Path) -> None:
     known = unmodelled.read_system(arm / "system.yaml")
     logs = unmodelled.read_logs(arm / "logs", known)

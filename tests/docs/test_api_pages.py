@@ -10,6 +10,8 @@ import pytest
 import unmodelled as um
 from docs.api_pages import INTERNAL, build
 
+pytestmark = pytest.mark.long
+
 LIBRARY = Path(__file__).parents[2] / "unmodelled"
 ROOMS = {init.parent.name for init in LIBRARY.glob("*/__init__.py")}
 

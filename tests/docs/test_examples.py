@@ -15,9 +15,17 @@ ROOT = Path(__file__).parents[2]
 CODE = [path for package in ("unmodelled", "pipeline") for path in sorted((ROOT / package).rglob("*.py"))]
 FILES = [path for path in CODE if ">>> " in path.read_text()]
 MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
+#: Modules whose examples are whole diagnoses.
+LONG = {
+    "unmodelled.api.answer_list",
+    "unmodelled.api.next_experiment",
+    "unmodelled.learning.uncertainty.identified",
+}
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.long) if n in LONG else n for n in MODULES]
+)
 def test_examples_print_what_they_show(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)  # examples read systems/*.yaml
     try:

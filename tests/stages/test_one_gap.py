@@ -52,7 +52,10 @@ MACHINES = {
 }
 
 
-@pytest.fixture(scope="module", params=MACHINES)
+@pytest.fixture(
+    scope="module",
+    params=["noise", *(pytest.param(n, marks=pytest.mark.long) for n in ("plateaus", "delay"))],
+)
 def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Diagnosis]:
     folder = tmp_path_factory.mktemp(request.param)
     found = MACHINES[request.param].diagnosis(folder)
