@@ -46,6 +46,7 @@ def record(folder: Path) -> Path:
     return write_runs(folder, [pd.DataFrame({"t": t, "u": u[:, k], "i": seen[:, k]}) for k in range(RUNS)])
 
 
+@pytest.mark.long
 def test_the_resistance_of_a_winding_grows_with_its_heat(tmp_path: Path) -> None:
     answer = diagnosed(tmp_path, WINDING, record(tmp_path / "logs"))
     effect = answer.effects[0]
