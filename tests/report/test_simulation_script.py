@@ -120,6 +120,7 @@ def test_a_state_that_an_output_shows_beside_a_memory(tmp_path: Path, page: Page
     assert_same_runs(page, told(system, logs, branch))
 
 
+@pytest.mark.long
 def test_every_effect_of_a_drive(tmp_path: Path, page: Page) -> None:
     """Memory, delays, numbers of single experiments and slopes beyond the data are among them."""
     system, _ = known(tmp_path)
