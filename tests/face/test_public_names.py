@@ -72,10 +72,12 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return folder, python(REFUSING + SAVE.format(folder) + SAY)
 
 
+@pytest.mark.long
 def test_the_core_works_without_optional_libraries(core: tuple[Path, str]) -> None:
     assert core[1] == "effect coulomb_friction\nTrue\n"
 
 
+@pytest.mark.long
 def test_results_are_csv_files_without_pyarrow(core: tuple[Path, str], tmp_path: Path) -> None:
     without, normal = core[0], tmp_path
     python(SAVE.format(normal))

@@ -146,6 +146,7 @@ def trained(cache: Path) -> str:
     return result.stdout
 
 
+@pytest.mark.long
 def test_a_training_that_compiles_ends_at_the_same_weights(tmp_path: Path) -> None:
     first = trained(tmp_path)
     kept = list(tmp_path.rglob("passes.epoch*.nb?"))
