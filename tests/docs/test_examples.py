@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 CODE = [path for package in ("unmodelled", "pipeline") for path in sorted((ROOT / package).rglob("*.py"))]
 FILES = [path for path in CODE if ">>> " in path.read_text()]
 MODULES = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in FILES]
-#: Modules whose examples are whole diagnoses.
+#: Modules whose examples take longer than ten seconds.
 LONG = {
     "unmodelled.api.answer_list",
     "unmodelled.api.next_experiment",

@@ -104,5 +104,6 @@ class Tangent:
             weighted[:, first:],
             self.moved,
             self.recording.owner,
+            # not by an index: the kernel of the least squares would be compiled for that memory layout, too
             np.take(limits, [int(np.argmax(unknowns.unknown == k)) for k in range(first)], axis=1),
         )
