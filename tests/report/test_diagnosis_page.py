@@ -105,10 +105,10 @@ def test_the_machine_is_drawn_with_what_is_missing(folder: Path, tmp_path: Path)
             if (r := g.find(f"{SVG_NAME}rect")) is not None and r.get("class") == "guilty"
         )
         lines = [text.text for text in guilty.iter(f"{SVG_NAME}text")]
-        assert lines[:2] == ["port joint", "effort tau (N m)"]
+        assert lines[:2] == ["port joint", "effort tau (N\u00a0m)"]
         assert " ".join(filter(None, lines[2:])) == "✕ missing: Coulomb friction 100\u202f% of the gap"
         words = {text.text for text in svg.iter(f"{SVG_NAME}text")}
-        assert {"torque (N m)", "actuator of torque", "sensor of theta", "theta (rad)"} <= words
+        assert {"torque (N\u00a0m)", "actuator of torque", "sensor of theta", "theta (rad)"} <= words
         width, height = (float(n) for n in str(svg.get("viewBox")).split()[2:])
         for rect in svg.iter(f"{SVG_NAME}rect"):
             x, y, w, h = (float(rect.get(key, "nan")) for key in ("x", "y", "width", "height"))

@@ -8,8 +8,8 @@ from typing import Any
 
 from unmodelled.report.numbers import SUPERSCRIPTS, amounts, number
 
-#: People after whom families of effects are called.
-NAMES = ("Coulomb", "Stribeck")
+#: Proper names in families of effects and their variants.
+NAMES = ("Coulomb", "Stribeck", "Bouc-Wen", "Dahl", "LuGre")
 #: What kinds of channels are called.
 PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 
@@ -152,6 +152,8 @@ def effect_name(entry: Mapping[str, Any]) -> str:
     Examples:
         >>> effect_name({"family": "drift", "variant": "load", "port": "rail"})
         'drift (load) at rail'
+        >>> effect_name({"family": "hysteresis", "variant": "bouc_wen", "port": "slider"})
+        'hysteresis (Bouc-Wen) at slider'
         >>> about = {"port": "bed", "parameter": "G", "signal": "fan"}
         >>> effect_name({"family": "input_dependence", "variant": "parameter", **about})
         'dependence of G on fan'
@@ -159,12 +161,12 @@ def effect_name(entry: Mapping[str, Any]) -> str:
     if "signal" in entry:
         what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
         return f"dependence of {what} on {entry['signal']}"
-    family = str(entry["family"]).replace("_", " ")
-    for name in NAMES:
-        family = family.replace(name.lower(), name)
+    law = str(entry["family"]).replace("_", " ")
     if entry.get("variant"):
-        family += f" ({formula_words(str(entry['variant']))})"
-    found = f"{family} at {place_name(str(entry['port']))}"
+        law += f" ({formula_words(str(entry['variant']))})"
+    for name in NAMES:
+        law = law.replace(name.lower().replace("-", " "), name)
+    found = f"{law} at {place_name(str(entry['port']))}"
     if entry.get("factor") is not None:
         found += f", where {entry['factor']} is {number(entry['level'])}"
     return found

@@ -18,7 +18,13 @@ LINE, LETTER, ROOM, GAP = 18.0, 7.1, 10.0, 26.0
 #: Width of a bold letter, relative to that of others.
 BOLD = 1.15
 #: Columns of the wide drawing: x and width of inputs, actuators, machine, sensors and outputs.
-COLUMNS = ((0.0, 134.0), (160.0, 166.0), (352.0, 286.0), (664.0, 166.0), (856.0, 138.0))
+COLUMNS: Sequence[tuple[float, float]] = (
+    (0.0, 134.0),
+    (160.0, 166.0),
+    (352.0, 286.0),
+    (664.0, 166.0),
+    (856.0, 138.0),
+)
 #: Widths of the two drawings.
 WIDE, NARROW = 994.0, 340.0
 
@@ -120,31 +126,42 @@ def _plain(item: Mapping[str, Any]) -> _Block:
 
 
 def _named(item: Mapping[str, Any], key: str = "name") -> str:
-    unit = unit_text(item["unit"])
+    unit = unit_text(item["unit"]).replace(" ", "\N{NO-BREAK SPACE}")
     return f"{item[key]} ({unit})" if unit else str(item[key])
 
 
 def _wide(columns: Sequence[Sequence[_Block]], text: str) -> str:
+    """From left to right: inputs beside their actuators, the machine, sensors beside their outputs."""
     tops = LINE + ROOM
-    heights = [
-        sum(block.height(width) + ROOM for block in column) - ROOM
-        for column, (_, width) in zip(columns, COLUMNS, strict=True)
-    ]
-    most, parts = max(heights, default=0.0), []
     heads = ("inputs, logged", "actuators", "", "sensors", "outputs, logged")
-    centres: list[list[float]] = []
-    for column, (x, width), height, head in zip(columns, COLUMNS, heights, heads, strict=True):
-        parts.append(f'<text class="head" x="{x:g}" y="{LINE * 0.8:g}">{head if column else ""}</text>')
-        y, middles = tops + (most - height) / 2, []
-        for block in column:
-            parts.append(block.drawn(x, y, width))
-            middles.append(y + block.height(width) / 2)
-            y += block.height(width) + ROOM
+    parts = [
+        f'<text class="head" x="{x:g}" y="{LINE * 0.8:g}">{head}</text>'
+        for column, (x, _), head in zip(columns, COLUMNS, heads, strict=True)
+        if column
+    ]
+    sides = (slice(0, 2), slice(2, 3), slice(3, 5))
+    heights = [_row_heights(columns[side], [width for _, width in COLUMNS[side]]) for side in sides]
+    most = max(sum(rows) + ROOM * (len(rows) - 1) for rows in heights)
+    centres = []
+    for side, rows in zip(sides, heights, strict=True):
+        y, middles = tops + (most - sum(rows) - ROOM * (len(rows) - 1)) / 2, []
+        for height, row in zip(rows, zip(*columns[side], strict=True), strict=True):
+            for block, (x, width) in zip(row, COLUMNS[side], strict=True):
+                parts.append(block.drawn(x, y + (height - block.height(width)) / 2, width))
+            middles.append(y + height / 2)
+            y += height + ROOM
         centres.append(middles)
-    for k, (left, right) in enumerate(pairwise(COLUMNS)):
-        ends = centres[k] if k in (0, 1) else centres[k + 1]
-        parts += [_arrow(left[0] + left[1], y, right[0], y) for y in ends]
+    for (left, right), ends in zip(pairwise(COLUMNS), (0, 0, 2, 2), strict=True):
+        parts += [_arrow(left[0] + left[1], y, right[0], y) for y in centres[ends]]
     return _svg("wide", WIDE, tops + most + 2, text, parts)
+
+
+def _row_heights(columns: Sequence[Sequence[_Block]], widths: Sequence[float]) -> list[float]:
+    """Height of every row of blocks that stand side by side."""
+    return [
+        max(block.height(width) for block, width in zip(row, widths, strict=True))
+        for row in zip(*columns, strict=True)
+    ]
 
 
 def _narrow(columns: Sequence[Sequence[_Block]], text: str) -> str:
@@ -154,16 +171,15 @@ def _narrow(columns: Sequence[Sequence[_Block]], text: str) -> str:
     inner = half - 2
     y, parts = 1.0, []
 
-    def side_by_side(pairs: Iterable[tuple[_Block, _Block]]) -> None:
+    def side_by_side(*pair: Sequence[_Block]) -> None:
         nonlocal y
-        for left, right in pairs:
-            height = max(left.height(inner), right.height(inner))
-            for block, x in ((left, 0.0), (right, half + GAP)):
+        for height, row in zip(_row_heights(pair, (inner, inner)), zip(*pair, strict=True), strict=True):
+            for block, x in zip(row, (0.0, half + GAP), strict=True):
                 parts.append(block.drawn(x + 1, y + (height - block.height(inner)) / 2, inner))
             parts.append(_arrow(half - 1, y + height / 2, half + GAP + 1, y + height / 2))
             y += height + ROOM
 
-    side_by_side(zip(inputs, actuators, strict=True))
+    side_by_side(inputs, actuators)
     for block in body:
         if inputs:
             parts.append(_arrow(NARROW - half / 2, y - ROOM, NARROW - half / 2, y + GAP - ROOM))
@@ -172,7 +188,7 @@ def _narrow(columns: Sequence[Sequence[_Block]], text: str) -> str:
         y += block.height(NARROW - 2)
         parts.append(_arrow(half / 2, y, half / 2, y + GAP))
         y += GAP
-    side_by_side(zip(sensors, outputs, strict=True))
+    side_by_side(sensors, outputs)
     return _svg("narrow", NARROW, y, text, parts)
 
 
