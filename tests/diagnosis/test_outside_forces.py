@@ -20,10 +20,14 @@ from unmodelled.logs.preparation import prepare
 STILL = Bench(friction=0.0, noise=5e-5, runs=8)
 
 
-def found(folder: Path, bench: Bench, push: float = 0.0, runs: tuple[int, ...] = (2,)) -> LogFault | None:
+def found(
+    folder: Path, bench: Bench, push: float = 0.0, runs: tuple[int, ...] = (2,), loaded: tuple[int, ...] = ()
+) -> LogFault | None:
     """What is said of the true pendulum without friction if runs are pushed from 0.4 to 0.6 s, N m."""
     system = pendulum(folder)
     logs, known = bench.logs(folder / "logs", system), exact(system)
+    load = [run in loaded for run in range(len(logs))]
+    logs = replace(logs, experiments=logs.experiments.assign(load=np.array(load, float)))
     pushed = (logs.t >= 0.4) & (logs.t < 0.6) & np.isin(logs.owner, runs)
     logs = prepare(known, replace(logs, u=logs.u - push * pushed[:, None]))
     model = JudgedModel("true", known, logs, free_runs(known, logs, HORIZON, range(len(logs))))
@@ -45,6 +49,17 @@ def test_a_push_is_told_with_time_and_size(tmp_path: Path, push: float) -> None:
 def test_two_of_eight_runs_are_pushed(tmp_path: Path) -> None:
     fault = found(tmp_path, STILL, 0.5, (1, 6))
     assert fault is not None and fault.experiments == ("run1", "run6")
+    assert "needs so much. It looks like an outside force" in fault.sentence
+
+
+@pytest.mark.parametrize(
+    ("loaded", "told"), [((1, 6), "These are the experiments in which load is 1"), ((1, 5, 6), "It looks")]
+)
+def test_what_all_pushed_runs_and_no_others_share_is_told(
+    tmp_path: Path, loaded: tuple[int, ...], told: str
+) -> None:
+    fault = found(tmp_path, STILL, 0.5, (1, 6), loaded)
+    assert fault is not None and f"none needs so much. {told}" in fault.sentence
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,8 +11,9 @@ from scipy.stats import t as student
 
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.diagnosis.search.screen import levels
 from unmodelled.diagnosis.where.corrections import Corrections
-from unmodelled.systems.model import System
+from unmodelled.logs.logs import Logs
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -57,7 +58,8 @@ def outside_forces(corrections: Corrections) -> LogFault | None:
 
     Returns:
         Ports, experiments and times as a fault of the logs that decides nothing; `explains` is the share of
-        the squared correction at the port where it is largest. None if there is no such effort.
+        the squared correction at the port where it is largest. The sentence says of which level of a factor
+        they are the experiments. None if there is no such effort.
     """
     found, shares = list[_Stretch](), list[float]()
     for k, place in enumerate(corrections.places):
@@ -67,13 +69,14 @@ def outside_forces(corrections: Corrections) -> LogFault | None:
             shares.append(sum(stretch.square for stretch in stretches) / whole)
     if not found:
         return None
-    ids = corrections.recording.logs.ids
+    logs = corrections.recording.logs
+    units = {port.name: port.unit for port in corrections.model.system.ports}
     return LogFault(
         channels=tuple(dict.fromkeys(stretch.port for stretch in found)),
         problem=OUTSIDE_FORCE,
         explains=max(shares),
-        experiments=tuple(ids[run] for run in sorted({stretch.run for stretch in found})),
-        sentence=_sentence(corrections.model.system, ids, found),
+        experiments=tuple(logs.ids[run] for run in sorted({stretch.run for stretch in found})),
+        sentence=_sentence(units, logs, found),
         decides=False,
     )
 
@@ -131,11 +134,10 @@ def _of_run(
             yield _Stretch(corrections.places[k].name, run, start, end, float(value[peak]), square)
 
 
-def _sentence(system: System, ids: Sequence[str], found: Sequence[_Stretch]) -> str:
+def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch]) -> str:
     """When and where, with amounts, and what to do about it."""
-    units = {port.name: port.unit for port in system.ports}
-    each = []
-    for run in sorted({stretch.run for stretch in found}):
+    runs, each = sorted({stretch.run for stretch in found}), []
+    for run in runs:
         mine = sorted((s for s in found if s.run == run), key=lambda s: -abs(s.effort))
         told = [
             f"{quantity(s.effort, units[s.port])} at {s.port} from {s.start:.3g} to {s.end:.3g} s"
@@ -143,9 +145,16 @@ def _sentence(system: System, ids: Sequence[str], found: Sequence[_Stretch]) -> 
         ]
         if len(mine) > LISTED:
             told.append(f"{len(mine) - LISTED} times more")
-        each.append(f"{ids[run]} needs {listed(tuple(told))}")
+        each.append(f"{logs.ids[run]} needs {listed(tuple(told))}")
+    of = [
+        f"{name} is {f'{level:g}' if isinstance(level, float) else level}"
+        for name, level, rows in levels(logs.experiments)
+        if rows.tolist() == runs
+    ]
+    these = f"These are the experiments in which {listed(tuple(of))}: " if of else ""
+    it = "what they share may need it. Otherwise it" if of else "It"
     return (
-        f"{'; '.join(each)}: other experiments have such motions and inputs, but none needs so much. It "
-        "looks like an outside force, such as a push or a contact. Leave these times out (t_from, t_to), "
-        "or log the force as an input, then diagnose again."
+        f"{'; '.join(each)}: other experiments have such motions and inputs, but none needs so much. "
+        f"{these}{it} looks like an outside force, such as a push or a contact. "
+        "Leave these times out (t_from, t_to), or log the force as an input, then diagnose again."
     )
