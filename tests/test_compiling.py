@@ -67,6 +67,7 @@ def program(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_a_folder_that_others_may_write_to_is_not_used(program: Path, tmp_path: Path) -> None:
     chosen = tmp_path / "chosen"
     assert run(program, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
@@ -79,6 +80,7 @@ def test_a_folder_that_others_may_write_to_is_not_used(program: Path, tmp_path: 
     assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 1.0]
 
 
+@pytest.mark.long
 def test_beside_the_program_only_those_may_write_who_may_write_the_program(program: Path) -> None:
     assert run(program) == [8.0, 0.0]
     (program / "__pycache__").chmod(0o777)
@@ -100,6 +102,7 @@ def test_on_a_full_disk_nothing_is_kept(program: Path, tmp_path: Path) -> None:
     assert run(program, NUMBA_CACHE_DIR=str(tmp_path)) == [8.0, 0.0]
 
 
+@pytest.mark.long
 def test_a_function_is_as_new_as_what_it_calls(tmp_path: Path) -> None:
     (tmp_path / "__init__.py").touch()
     (tmp_path / "outer.py").write_text(CALLER)

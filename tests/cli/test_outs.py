@@ -155,6 +155,7 @@ TWICE = {
 }
 
 
+@pytest.mark.long
 def test_what_the_same_verb_made_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

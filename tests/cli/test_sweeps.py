@@ -128,6 +128,7 @@ def test_an_unknown_launcher_is_refused(cart: Path) -> None:
     assert "hydra/launcher=cluster" in line and "joblib" in line and "slurm" in line
 
 
+@pytest.mark.long
 def test_optuna_minimises_what_tune_returns(tmp_path: Path, small_campaign: Campaign) -> None:
     small_campaign.write(tmp_path / "features")
     words = ["hydra/sweeper=hidden_units", "hydra.sweeper.n_trials=3", "hydra.sweep.dir=search"]

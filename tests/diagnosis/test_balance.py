@@ -119,6 +119,7 @@ def logs(
     return write_runs(folder, tables)
 
 
+@pytest.mark.long
 def test_the_heat_that_a_house_loses_to_its_surroundings(tmp_path: Path) -> None:
     recorded = logs(
         *(tmp_path / "logs", ("P", "T"), 120.0, [0.0, 1500.0, 3000.0, 4500.0], (285.0, 297.0)),
@@ -172,6 +173,7 @@ def test_a_loss_that_grows_with_a_fan_of_which_the_equations_know_nothing(tmp_pa
     assert effect.law.startswith("G + G_per_fan*(fan - ")
 
 
+@pytest.mark.long
 def test_the_overflow_of_a_tank(tmp_path: Path) -> None:
     recorded = logs(
         *(tmp_path / "logs", ("q_in", "h"), 1.0, [0.0, 0.01, 0.02, 0.03, 0.05], (0.3, 1.0)),

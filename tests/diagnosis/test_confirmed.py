@@ -97,6 +97,7 @@ def _gap(errors: tuple[float, ...]) -> Gap:
     return Gap(value, {}, outputs, 0.0, {}, 1.0, dict.fromkeys("ab", 1.0), {}, 1, run, ())
 
 
+@pytest.mark.long
 def test_an_effect_that_is_too_small_to_be_named_is_said_with_its_numbers(tmp_path: Path) -> None:
     found = confirmed(study(tmp_path, Bench(friction=0.004, samples=300, noise=2e-5)), 1, quiet)
     assert not found.chosen.hypothesis.effects

@@ -156,6 +156,7 @@ def _with_held_out(friction: Diagnosis, sign: float) -> Diagnosis:
     return found
 
 
+@pytest.mark.long
 def test_held_out_experiments_take_no_part_in_fitting(friction: Diagnosis) -> None:
     found = _with_held_out(friction, 1.0)
     assert found.augmented.gap.value > 3.0 * friction.augmented.gap.value
@@ -172,6 +173,7 @@ def test_an_effect_that_does_not_lower_the_error_of_held_out_experiments_is_not_
     assert found.augmented is found.reidentified
 
 
+@pytest.mark.long
 def test_nothing_is_missing_where_parameters_were_wrong(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, replace(RUBBING, friction=0.0))
     assert (found.verdict, found.effects, found.remainder) == ("no_gap", (), None)

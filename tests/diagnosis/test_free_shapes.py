@@ -19,6 +19,7 @@ from unmodelled.systems.reader import read_system
 FRICTION = ("viscous_friction", "coulomb_friction", "stribeck_friction", "hysteresis")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("back", "exponent"), [(0.9, 3.0), (0.2, 1.5)])
 def test_a_loop_of_another_shape_is_hysteresis(
     back: float, exponent: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

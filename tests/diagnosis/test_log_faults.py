@@ -288,6 +288,7 @@ def test_wrong_parameters_raise_no_alarm(right: Path, tmp_path: Path) -> None:
     assert log_faults(far, read_logs(right, far), HORIZON) == ()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "count"), [("single", 6), ("local", 3), ("null", 3), ("outside", 3)])
 def test_withheld_machines_raise_no_alarm(kind: str, count: int, tmp_path: Path) -> None:
     WithheldCampaign(kind, count, 37).write(tmp_path / "cases", 0)

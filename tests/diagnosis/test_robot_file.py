@@ -126,6 +126,7 @@ def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> N
     assert off.whole_run < 0.1 * before.whole_run
 
 
+@pytest.mark.long
 def test_a_sensor_with_a_memory_is_simulated_beside_the_robot(tmp_path: Path) -> None:
     exact = MJCF.replace("<worldbody>", '<option integrator="RK4" timestep="0.001"/><worldbody>')
     lag = Said("sensor_lag", Place("sensor", "q_pin"), {"c_y": 1.0, "T_y": 0.02})
@@ -197,6 +198,7 @@ def saved(found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     return tmp_path / "answer"
 
 
+@pytest.mark.long
 def test_answer_and_page_have_the_file_and_its_supplement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

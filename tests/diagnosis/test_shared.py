@@ -109,6 +109,7 @@ def test_lags_of_all_sensors_of_one_unit_are_one_filter(carts: Study) -> None:
     assert [len(unit) for unit in rubbing.units] == [3, 1, 1, 1]
 
 
+@pytest.mark.long
 def test_laws_at_all_ports_are_tried_and_single_ones_at_their_best_port(carts: Study) -> None:
     search = EffectSearch(carts)
     found = search.screen(search.base)

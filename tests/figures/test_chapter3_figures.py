@@ -86,6 +86,7 @@ def nothing_found(content: Content) -> Content:
     return {**less, "about": {}}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("less", [users_own, one_method, nothing_found], ids=lambda f: f.__name__)
 def test_missing_cells_leave_a_figure(
     less: Callable[[Content], Content], content: Content, tmp_path: Path

@@ -43,6 +43,7 @@ def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path
     check_caption(draw)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("draw", FIGURES, ids=name_of)
 def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
     check_file(draw, folder, tmp_path)
@@ -80,6 +81,7 @@ def one_other_model(content: Tables) -> Tables:
     return {**content, **{name: table.assign(model="another") for name, table in known.items()}}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("less", [reduced, nothing_trained, one_other_model], ids=lambda f: f.__name__)
 def test_missing_cells_leave_a_figure(
     less: Callable[[Tables], Tables], content: Tables, tmp_path: Path

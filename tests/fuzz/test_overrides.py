@@ -62,6 +62,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, small_campaign: Campaign) -
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("verb", RUNS)
 def test_odd_values_are_used_or_refused(
     verb: str, folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -56,6 +56,7 @@ def run(folder: Path, *arguments: str, **environment: str) -> subprocess.Complet
     )
 
 
+@pytest.mark.long
 def test_all_cells_are_run_and_noted(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("sources: [pendulum, slider_crank]\n")
     words = ["acquire", "source=@sources", "out=raw/{source}"]
@@ -67,6 +68,7 @@ def test_all_cells_are_run_and_noted(tmp_path: Path) -> None:
     assert notes[0]["command"].endswith("acquire source=pendulum out=raw/pendulum")
 
 
+@pytest.mark.long
 def test_a_cell_that_is_refused_says_why_and_the_others_are_done(tmp_path: Path) -> None:
     (tmp_path / "params.yaml").write_text("{}\n")
     done = run(tmp_path, *["acquire", "source=pendulum", "out=raw/a", "+", "ingest", "raw=nowhere", "out=b"])

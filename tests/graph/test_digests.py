@@ -153,6 +153,7 @@ print("\\n" + json.dumps([code, found]))
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "configs"),
     [

@@ -47,6 +47,7 @@ def model() -> Formula:
     return callable_response(outputs, ["a", "b"], [[0.5, 1.5], [0.5, 1.5]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 def test_a_planted_distribution_is_recovered(method: str) -> None:
     truth = np.array([0.9, 1.1, 0.1, 0.05])
@@ -126,6 +127,7 @@ def clutch_logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_the_moments_of_an_event_come_from_logs_and_from_the_model(clutch_logs: Path) -> None:
     problem = read_problem(ROOT / "systems/clutch.yaml", clutch_logs, None, None, None, None, None)
     truth = json.loads((clutch_logs / "bench.json").read_text())
@@ -147,6 +149,7 @@ def identified(clutch_logs: Path) -> Path:
     return out
 
 
+@pytest.mark.long
 def test_the_verb_identifies_a_system(identified: Path) -> None:
     found = json.loads((identified / "uncertainty.json").read_text())
     assert set(found["methods"]) == set(METHODS) and found["observations"] == 12 and found["advice"]
@@ -159,6 +162,7 @@ def test_the_verb_identifies_a_system(identified: Path) -> None:
     assert total == pytest.approx(found["methods"]["push_forward"]["log_likelihood"], abs=1e-2)
 
 
+@pytest.mark.long
 def test_the_methods_are_assessed(identified: Path, clutch_logs: Path, tmp_path: Path) -> None:
     sizes = ("profile.samples=2000", "profile.sampling_repeats=2", "fine=[41,31]")
     arguments = ("system=systems/clutch.yaml", f"logs={clutch_logs}", f"found={identified}")
@@ -173,6 +177,7 @@ def test_the_methods_are_assessed(identified: Path, clutch_logs: Path, tmp_path:
     assert command("assess_uncertainty", *arguments, "shown=99", f"out={out}") == 2
 
 
+@pytest.mark.long
 def test_the_verb_takes_a_python_function(tmp_path: Path) -> None:
     y = np.diag(outputs(np.random.default_rng(0).normal([0.9, 1.1], [0.1, 0.05], (POINTS, 2))))
     path = observations(tmp_path, y)

@@ -71,6 +71,7 @@ def test_a_free_run_is_the_recursion_of_the_text(kind: str, delayed: Dataset) ->
         torch.testing.assert_close(omega[..., k + 1], w)
 
 
+@pytest.mark.long
 def test_a_memory_learns_what_a_black_box_cannot(delayed: Dataset) -> None:
     """In one state, machines accelerate differently: the drive has lagged for a shorter or a longer time."""
     errors = {}

@@ -41,6 +41,7 @@ def test_cycloid_derivatives_match_central_differences(H: float, beta: float) ->
         np.testing.assert_allclose((high[k] - low[k]) / (2 * step), centre[k + 1], rtol=1e-6, atol=1e-8)
 
 
+@pytest.mark.long
 @given(strokes, skews)
 def test_pitch_curve_stays_within_the_stroke_and_differentiates(H: float, beta: float) -> None:
     cam = Cam(H, beta)

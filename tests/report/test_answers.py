@@ -183,6 +183,7 @@ def test_the_page_can_be_read(width: int, theme: Any, page: Page) -> None:
     assert [page.evaluate(f"checks.{check}()") for check in ("overflows", "illegible")] == [[], []]
 
 
+@pytest.mark.long
 def test_without_javascript_it_is_a_table(browser: Browser, page_file: Path) -> None:
     with browser.new_context(java_script_enabled=False) as context:
         plain = context.new_page()

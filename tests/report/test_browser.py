@@ -204,6 +204,7 @@ def test_light_and_dark_are_kept_from_page_to_page(page: Page, built: Path) -> N
     assert ground() != light
 
 
+@pytest.mark.long
 def test_equations_are_typeset(page: Page, built: Path) -> None:
     chapter = next(file for file in files(built) if "<mfrac>" in file.read_text())
     page.goto(chapter.as_uri())

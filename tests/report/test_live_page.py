@@ -224,6 +224,7 @@ def test_names_stay_text(browser: Browser, answer: Path, tmp_path: Path) -> None
         assert not [what for what in page.evaluate("checks.overflows()") if "SPAN.name" not in what]
 
 
+@pytest.mark.long
 def test_without_javascript_the_figures_are_there(browser: Browser, answer: Path) -> None:
     with browser.new_context(java_script_enabled=False) as context:
         page = context.new_page()

@@ -82,6 +82,7 @@ def test_without_javascript_the_figure_is_there(browser: Browser, folder: Path) 
         assert page.locator("figure img").is_visible()
 
 
+@pytest.mark.long
 def test_a_system_that_diverges_has_a_page(tmp_path: Path) -> None:
     system, logs = um.example("pendulum")
     b = next(p for p in system.parameters if p.name == "b")

@@ -52,6 +52,7 @@ def test_it_can_be_read(width: int, theme: Any, browser: Browser, folder: Path) 
     check_readable(browser, folder, width, theme)
 
 
+@pytest.mark.long
 def test_names_stay_text(browser: Browser, learned: um.LearnedLaws, tmp_path: Path) -> None:
     evil = replace(learned, laws=tuple(replace(law, network=EVIL) for law in learned.laws), notes=(EVIL,))
     learned.fit.save(tmp_path / "out")

@@ -50,6 +50,7 @@ def test_it_can_be_read(width: int, theme: Any, browser: Browser, folder: Path) 
     check_readable(browser, folder, width, theme)
 
 
+@pytest.mark.long
 def test_a_response_has_no_machine_and_names_stay_text(browser: Browser, tmp_path: Path) -> None:
     gain = np.linspace(1.0, 2.0, 8)
     model = Formula(("theta",), np.array([[0.5, 1.5]]), lambda theta: theta * gain)

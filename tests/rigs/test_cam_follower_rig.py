@@ -138,6 +138,7 @@ def test_a_log_depends_on_seed_and_factors_alone() -> None:
     assert one["theta"][0] != other["theta"][0]
 
 
+@pytest.mark.long
 def test_labels_of_a_subset_are_mixed_and_clear() -> None:
     table = factorial(HEIGHTS, SKEWS, MASSES[::3], VOLTAGES[2::5])
     results = [label(RIG.run(r.H, r.beta, r.m, r.V, 0), r.H) for r in table.itertuples()]

@@ -95,6 +95,7 @@ def test_every_effect_is_measurable(
     assert max(moved) > 4.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("machine", EVERY, ids=lambda machine: machine.name)
 def test_at_level_zero_all_effects_together_do_nothing(
     machine: Machine, undisturbed: dict[str, dict[str, Array]]

@@ -72,6 +72,7 @@ def test_the_gap_of_the_held_out_experiments_can_be_simulated(case: Path) -> Non
     assert simulated == pytest.approx(gap["augmented"], rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_files_and_a_result_is_replaced(case: Path) -> None:
     call(case)
     call(case, "again")
@@ -121,6 +122,7 @@ def test_logs_in_milliseconds_are_the_answer(tmp_path: Path) -> None:
     assert (row["channel"], row["problem"]) == ("t", "milliseconds")
 
 
+@pytest.mark.long
 def test_what_goes_wrong_keeps_the_old_result(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call(case)
     before = files(case)
@@ -151,6 +153,7 @@ def test_what_cannot_be_drawn_is_a_note_and_the_rest_is_there(
     assert "figures/lacking.svg could not be made" in page and page.count("data:image/svg+xml") == len(drawn)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("part", ["write_tables", "write_figures", "write_page"])
 def test_no_fault_after_the_answer_costs_it(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], part: str
@@ -170,6 +173,7 @@ def test_no_fault_after_the_answer_costs_it(
     assert not (case / "out" / "index.html").exists()
 
 
+@pytest.mark.long
 def test_a_machine_that_cannot_be_shown_live_costs_no_page(
     case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

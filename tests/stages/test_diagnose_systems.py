@@ -82,6 +82,7 @@ def test_a_folder_without_a_system_file_is_refused(bench: Path) -> None:
         diagnosing.diagnose_systems(bench / "logs", bench / "logs", 0.1, 0, 1, bench / "out")
 
 
+@pytest.mark.long
 def test_figures_are_drawn_from_the_tables_of_an_answer(tmp_path: Path) -> None:
     folder = tmp_path / "diagnoses" / "real" / "machine"
     diagnosis = friction(tmp_path / "case", replace(BENCH, runs=4, samples=300))

@@ -51,6 +51,7 @@ def test_result_does_not_depend_on_the_number_of_workers() -> None:
     assert not np.array_equal(other[0].alpha, one[0].alpha)
 
 
+@pytest.mark.long
 def test_scatter_and_coverage_of_a_normal_sample() -> None:
     samples: dict[float, Array] = {}
 
