@@ -92,13 +92,13 @@ def test_the_law_runs_through_what_is_lacking(folder: Callable[[Verdict], Path])
 def test_steps_fall_to_the_noise(folder: Callable[[Verdict], Path]) -> None:
     figure = steps.gap_steps(folder("effect"))
     labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
-    assert labels == ["as given", "re-identified", "+ coulomb friction at joint"]
+    assert labels == ["as given", "re-identified", "+ Coulomb friction at joint"]
     widths = [patch.get_width() for patch in figure.axes[0].patches]
     assert widths == sorted(widths, reverse=True)
 
 
 def test_the_named_model_is_marked(folder: Callable[[Verdict], Path]) -> None:
-    for verdict, expected in (("effect", "coulomb friction at joint"), ("no_gap", "no effect")):
+    for verdict, expected in (("effect", "Coulomb friction at joint"), ("no_gap", "no effect")):
         table = pd.read_parquet(folder(verdict) / "tables" / "candidates.parquet")
         assert table.loc[table["named"], "label"].tolist() == [expected]
 

@@ -139,7 +139,7 @@ def test_other_verdicts(folder: Path, tmp_path: Path) -> None:
     assert re.search(r"<title>.* of the gap \(confidence \d+\u202f%\); more is missing\.", text)
     assert ">More is missing: what remains is" in text
     assert "11\u202f% of the squared error; a network in every port predicts 7\u202f% of the whole." in text
-    assert "The further effect that predicts best is at actuator:torque." in text
+    assert "The further effect that predicts best is at input torque." in text
     assert headline(content | {"verdict": "unknown", "effects": []}).startswith(
         "A gap that no known effect explains; 100\u202f% of it enters at joint"
     )

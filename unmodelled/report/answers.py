@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
+from unmodelled.base.wording import place_name
 from unmodelled.report.headline import (
     effect_name,
     fallen,
@@ -22,7 +23,6 @@ from unmodelled.report.headline import (
     main_number,
     outcome,
     percent,
-    place_name,
 )
 from unmodelled.report.numbers import amounts, number, quantity, unit_text
 

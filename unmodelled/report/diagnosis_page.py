@@ -10,6 +10,7 @@ from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing, write_json
+from unmodelled.base.wording import place_name
 from unmodelled.report.diagnosis_tables import (
     GAPS,
     comparison_table,
@@ -125,6 +126,7 @@ def view(folder: Path) -> dict[str, Any]:
         "banner": ORIGINS[about["data"]] if about["data"] else "",
         "short": short,
         "percent": percent,
+        "place_name": place_name,
     }
 
 

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from unmodelled.report.numbers import SUPERSCRIPTS, amounts, number
-
-#: Proper names in families of effects and their variants.
-NAMES = ("Coulomb", "Stribeck", "Bouc-Wen", "Dahl", "LuGre")
-#: What kinds of channels are called.
-PLACES = {"actuator": "input", "sensor": "sensor", "parameter": "parameter"}
+from unmodelled.base.wording import PLACES, law_name, level_name, place_name
+from unmodelled.report.numbers import amounts, number
 
 #: Places from which on an effect is told once for all of them.
 MANY = 3
@@ -152,8 +147,6 @@ def effect_name(entry: Mapping[str, Any]) -> str:
     Examples:
         >>> effect_name({"family": "drift", "variant": "load", "port": "rail"})
         'drift (load) at rail'
-        >>> effect_name({"family": "hysteresis", "variant": "bouc_wen", "port": "slider"})
-        'hysteresis (Bouc-Wen) at slider'
         >>> about = {"port": "bed", "parameter": "G", "signal": "fan"}
         >>> effect_name({"family": "input_dependence", "variant": "parameter", **about})
         'dependence of G on fan'
@@ -161,39 +154,11 @@ def effect_name(entry: Mapping[str, Any]) -> str:
     if "signal" in entry:
         what = entry.get("parameter") or f"the load at {place_name(str(entry['port']))}"
         return f"dependence of {what} on {entry['signal']}"
-    law = str(entry["family"]).replace("_", " ")
-    if entry.get("variant"):
-        law += f" ({formula_words(str(entry['variant']))})"
-    for name in NAMES:
-        law = law.replace(name.lower().replace("-", " "), name)
+    law = law_name(str(entry["family"]), str(entry.get("variant") or ""))
     found = f"{law} at {place_name(str(entry['port']))}"
     if entry.get("factor") is not None:
-        found += f", where {entry['factor']} is {number(entry['level'])}"
+        found += f", where {level_name(entry['factor'], entry['level'])}"
     return found
-
-
-def formula_words(variant: str) -> str:
-    """Describe a variant in words, or as a formula with raised powers.
-
-    Args:
-        variant: variant of diagnosis.json.
-
-    Examples:
-        >>> formula_words("by_direction"), formula_words("x**2*v + v**3")
-        ('by direction', 'x²·v + v³')
-    """
-    raised = re.sub(r"\*\*(\d+)", lambda match: match[1].translate(SUPERSCRIPTS), variant)
-    return raised.replace("_", " ").replace("*", "·")
-
-
-def place_name(channel: str) -> str:
-    """Describe a channel in words, such as "input u" for actuator:u.
-
-    Args:
-        channel: name of a channel in diagnosis.json.
-    """
-    kind, _, name = channel.rpartition(":")
-    return f"{PLACES.get(kind, kind)} {name}".strip()
 
 
 def percent(value: float | None) -> str:

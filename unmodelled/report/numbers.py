@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+from unmodelled.base.wording import SUPERSCRIPTS
 
 
 def number(value: Any) -> str:

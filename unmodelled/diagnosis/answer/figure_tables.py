@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from unmodelled.base.files import write_json
 from unmodelled.base.tables import write_table
+from unmodelled.base.wording import law_name, level_name, place_name
 from unmodelled.diagnosis.answer.live_machine import about_machine
-from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.correction_tables import (
@@ -30,8 +30,6 @@ from unmodelled.effects.added import Added
 Array = NDArray[np.float64]
 
 FOLDER, ABOUT = "tables", "about.json"
-#: Names of the kinds of places.
-PLACE_KINDS = {"port": "", "actuator": "input", "sensor": "sensor", "parameter": "parameter"}
 #: Intervals into which the time of an experiment is divided.
 INTERVALS = 25
 
@@ -161,15 +159,14 @@ def _label(effects: tuple[Added, ...]) -> str:
 
 
 def readable(effect: Added) -> str:
-    """Return the name of an effect in words, such as "coulomb friction at joint".
+    """Return the name of an effect in words, such as "Coulomb friction at joint".
 
     Args:
         effect: effect with its place.
     """
     place = effect.place
-    head, rest = named(effect).split(f" at {place.channel}", 1)
-    at = f"{PLACE_KINDS[place.kind]} {place.name}".strip()
-    return f"{head.replace('_', ' ')} at {at}{rest}"
+    only = "" if place.factor is None else f", where {level_name(place.factor, place.level)}"
+    return f"{law_name(effect.family, effect.variant)} at {place_name(place.channel)}{only}"
 
 
 def _time(diagnosis: Diagnosis) -> Iterator[pd.DataFrame]:

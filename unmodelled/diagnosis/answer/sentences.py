@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from unmodelled.base.wording import level_name
 from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval, Remainder
 from unmodelled.effects.added import Added
@@ -86,10 +87,9 @@ def named(added: Added) -> str:
         added: effect with its place.
     """
     kind = f"{added.family} ({added.variant})" if added.variant else added.family
-    level = added.place.level
-    shown = f"{level:g}" if isinstance(level, float) else level
-    only = f" where {added.place.factor} is {shown}" if added.place.factor is not None else ""
-    return f"{kind} at {added.place.channel}{only}"
+    place = added.place
+    only = "" if place.factor is None else f" where {level_name(place.factor, place.level)}"
+    return f"{kind} at {place.channel}{only}"
 
 
 def _law_numbers(found: DiagnosedEffect) -> Iterator[str]:

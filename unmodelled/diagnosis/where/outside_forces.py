@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
+from unmodelled.base.wording import level_name
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.screen import levels
@@ -146,11 +147,7 @@ def _sentence(units: Mapping[str, str], logs: Logs, found: Sequence[_Stretch]) -
         if len(mine) > LISTED:
             told.append(f"{len(mine) - LISTED} times more")
         each.append(f"{logs.ids[run]} needs {listed(tuple(told))}")
-    of = [
-        f"{name} is {f'{level:g}' if isinstance(level, float) else level}"
-        for name, level, rows in levels(logs.experiments)
-        if rows.tolist() == runs
-    ]
+    of = [level_name(name, level) for name, level, rows in levels(logs.experiments) if rows.tolist() == runs]
     these = f"These are the experiments in which {listed(tuple(of))}: " if of else ""
     it = "what they share may need it. Otherwise it" if of else "It"
     return (

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
 from unmodelled.report.figures.style import BLACK, GREEN, GREY, ORANGE, PURPLE, SKY, Look
+from unmodelled.report.numbers import unit_text
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,6 @@ LOOKS = {
 }
 #: What an effort is called, by its unit.
 EFFORTS = {"N": "force", "N m": "torque", "Pa": "pressure", "V": "voltage"}
-SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 #: Columns of the tables that hold texts.
 TEXTS = ("channel", "experiment", "id", "kind", "label", "output", "over", "stage")
 GAP = "gap (standard deviations of the outputs)"
@@ -102,12 +102,7 @@ def printed(unit: str) -> str:
     Args:
         unit: unit as in a system file; a dash stands for no unit.
     """
-    base, *powers = unit.split("^")
-    text = base
-    for part in powers:
-        size = next((k for k, c in enumerate(part) if c not in "0123456789-"), len(part))
-        text += part[:size].translate(SUPERSCRIPTS) + part[size:]
-    return text.replace("**", "").replace(" ", "\u2009") if text not in ("", "1") else "–"
+    return unit_text(unit).replace(" ", "\u2009") or "–"
 
 
 def number(value: float) -> str:
