@@ -75,6 +75,7 @@ def test_tuning_finds_the_friction_that_it_knows(cart: Study, name: str, package
     assert gap_of(model, cart) < 0.02
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "package"), [("pysindy", "pysindy"), ("pyoperon", "pyoperon")])
 def test_regression_writes_a_law_that_predicts(
     cart: Study, name: str, package: str, monkeypatch: pytest.MonkeyPatch

@@ -120,6 +120,7 @@ def test_a_data_set_that_cannot_be_fetched(tmp_path: Path, run: Run) -> None:
     assert not out.exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["folder", "zip"])
 def test_measured_from_folder_or_zip(kind: str, tmp_path: Path, run: Run) -> None:
     archive = write_archive(tmp_path / "set.zip", {1: log_text(), 2: log_text(rate=9.0)})

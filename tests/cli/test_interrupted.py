@@ -55,6 +55,7 @@ def workers(process: psutil.Process) -> bool:
     return sum(child.cpu_times().user > 1.0 for child in process.children()) >= 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("moment", ["libraries", "workers"])
 def test_one_line_and_nothing_is_changed(moment: str, folder: Path) -> None:
     def loading(process: psutil.Process) -> bool:
@@ -86,6 +87,7 @@ def test_threads_are_not_waited_for(folder: Path) -> None:
         assert process.communicate(timeout=30)[1] == "" and process.returncode == 130
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("launcher", ["basic", "joblib"])
 def test_a_sweep_ends_with_one_line(launcher: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if launcher == "joblib":

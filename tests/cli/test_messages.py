@@ -148,6 +148,7 @@ def test_faults_are_collected_in_order_and_printable() -> None:
     assert refused.value.__notes__[0] == "also: row 1: \\x1b[2J"
 
 
+@pytest.mark.long
 def test_the_end_of_a_run_says_what_was_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -71,6 +71,7 @@ def test_every_verb_but_those_without_an_out_is_looked_at() -> None:
     assert {verb for verb in WRITING if not inputs(verb)} == {"acquire", "tune"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("verb", WRITING)
 def test_a_folder_that_no_verb_made_is_refused(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -128,6 +129,7 @@ def test_an_out_at_an_input_is_refused(verb: str, name: str, relation: str, tmp_
     assert everything(tmp_path) == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("verb", [v for v in WRITING if inputs(v)])
 def test_the_command_line_says_so_in_one_line(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

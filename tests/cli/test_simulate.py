@@ -130,6 +130,7 @@ def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[s
     assert lines[6] == f"note: {summary['notes'][-1]}" and "than persistence" in lines[6]
 
 
+@pytest.mark.long
 def test_the_default_horizon_is_chosen_from_all_logs(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for only in ([], ["only=fast"]):
         assert call(case, "system=system.yaml", "logs=logs", *only, "out=out") == 0

@@ -181,6 +181,7 @@ def test_a_sweep_in_which_all_failed(sweep: Path, tmp_path: Path) -> None:
         compare(sweep, None, None, tmp_path / "out")
 
 
+@pytest.mark.long
 def test_a_bare_word_is_the_folder_whatever_its_name(sweep: Path, tmp_path: Path) -> None:
     sweep.rename(tmp_path / "it's [a, b]")
     result = call(tmp_path, "compare", "it's [a, b]", "out=out")
@@ -205,6 +206,7 @@ def test_options_may_stand_anywhere(words: str, expected: list[str]) -> None:
     assert _options_last("train", ["seed=1", "-m", "model=a"]) == ["seed=1", "model=a", "-m"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "complaint"), [(["."], ".: no runs of a sweep in it"), (["a", "b"], "'b'")]
 )
@@ -216,6 +218,7 @@ def test_what_compare_refuses(words: list[str], complaint: str, tmp_path: Path) 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_a_fault_in_one_run_is_told_and_the_other_runs(tmp_path: Path) -> None:
     words = ["acquire", "-m", "source=pendulum", "+source.period=0.0,0.002", "hydra.sweep.dir=sweep"]
     result = call(tmp_path, *words)

@@ -126,6 +126,7 @@ def test_the_limits_are_kept_by_every_model(found: NextExperiment) -> None:
         assert np.abs(motion(force, friction)[:, 0]).max() <= 0.3 * 1.02
 
 
+@pytest.mark.long
 def test_the_verb_writes_the_experiment_of_the_seed(
     case: Path, found: NextExperiment, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -137,6 +138,7 @@ def test_the_verb_writes_the_experiment_of_the_seed(
     assert (out / "next_experiment.svg").stat().st_size > 1000
 
 
+@pytest.mark.long
 def test_a_sensor_of_the_effort_tells_a_load_from_friction_where_motion_cannot(
     case: Path, tmp_path: Path, found: NextExperiment
 ) -> None:

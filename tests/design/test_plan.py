@@ -147,6 +147,7 @@ def test_the_verb_plans_experiments_within_the_limits(
     assert np.abs(logs.y[:, 0]).max() <= 1.0 + 5.0 * NOISE
 
 
+@pytest.mark.long
 def test_the_page_shows_what_is_printed(tmp_path: Path) -> None:
     page = (ROOT / "docs" / "diagnosis" / "README.md").read_text().partition("## Before any log exists")[2]
     blocks = re.findall(r"^```\w*\n(.*?)^```", page.partition("\n## ")[0], re.S | re.M)

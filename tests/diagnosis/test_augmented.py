@@ -18,6 +18,8 @@ from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
+pytestmark = pytest.mark.long
+
 FRICTION = {"F_c": 0.06, "v_c": 0.05}
 COULOMB = Said("coulomb_friction", JOINT, FRICTION)
 GROUP = Said("coulomb_friction", replace(JOINT, factor="group", level="old"), FRICTION)

@@ -106,6 +106,7 @@ def test_differences_by_chance_are_significant_in_one_case_of_twenty(parts: int)
     assert share == pytest.approx(0.05, abs=0.015)
 
 
+@pytest.mark.long
 def test_scores_of_left_out_parts_are_on_one_scale(rubbing: Candidates, flawless: Candidates) -> None:
     """ln 2 is the score of errors that are as large as the noise."""
     assert rubbing.scores.shape == (5, FEWEST_PARTS)
@@ -198,6 +199,7 @@ def test_an_effect_at_one_level_and_its_twin_in_all_experiments(
     assert list(among)[compared(list(among.values())).named()] == named
 
 
+@pytest.mark.long
 def test_numbers_of_single_experiments_are_named_only_if_they_beat_the_best_law(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> None:

@@ -294,6 +294,7 @@ def test_what_differs_between_experiments_hides_no_effect_in_all_of_them(tmp_pat
     }
 
 
+@pytest.mark.long
 def test_a_delay_beside_friction_ranks_before_laws_with_one_number(tmp_path: Path) -> None:
     """The delay is a small part of the first gap, and most of what the friction leaves."""
     system = pendulum(tmp_path)

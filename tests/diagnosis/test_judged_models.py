@@ -83,6 +83,7 @@ def scattered(tmp_path_factory: pytest.TempPathFactory) -> Study:
     return study(tmp_path_factory.mktemp("scattered"), bench, *FRICTION)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("time", [0.0, EARLY])
 def test_held_out_experiments_have_numbers_of_their_own(scattered: Study, time: float) -> None:
     """What is shared stays as it was fitted, the timing of the input too."""

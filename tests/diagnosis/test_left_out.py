@@ -86,6 +86,7 @@ def test_one_newton_step_is_as_good_as_a_fit_without_the_experiment(
     np.testing.assert_allclose(found.score(), true.score(), atol=SMALL)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "laws",
     [

@@ -48,6 +48,7 @@ def test_where_nothing_is_planted_nothing_is_seen(tmp_path: Path) -> None:
     assert told.reidentified == found.reidentified
 
 
+@pytest.mark.long
 def test_an_effect_at_one_level_is_known_there_only(tmp_path: Path) -> None:
     planted = replace(COULOMB, factor="m", at=1.5)
     runs = study(tmp_path, planted, level=2.0)
@@ -56,6 +57,7 @@ def test_an_effect_at_one_level_is_known_there_only(tmp_path: Path) -> None:
     assert there.augmented < 0.8 * everywhere.augmented
 
 
+@pytest.mark.long
 def test_of_two_effects_each_is_judged_beside_the_other(tmp_path: Path) -> None:
     weak = Planted("actuator_offset", "actuator:u")
     runs = study(tmp_path, COULOMB)
@@ -89,6 +91,7 @@ def test_a_model_is_worse_by_more_than_noise_and_chance(rise: np.ndarray, worse:
     assert replace(good, square=good.square * 1.5).has_gap
 
 
+@pytest.mark.long
 def test_sparse_regression_names_what_is_large(tmp_path: Path) -> None:
     assert largest_term(study(tmp_path / "hoist", COULOMB, level=3.0)) == Term("coulomb_friction", "rail")
     assert largest_term(study(tmp_path / "none")) is None

@@ -149,6 +149,7 @@ def test_a_sensor_with_a_memory_is_simulated_beside_the_robot(tmp_path: Path) ->
     assert np.nanmax(np.abs(without - ours)) > 0.05
 
 
+@pytest.mark.long
 def test_a_law_with_a_memory_is_in_the_supplement(tmp_path: Path) -> None:
     bristles = Said("hysteresis", PIN, {"F_h": 0.3, "x_h": 0.002}, "dahl")
     diagnosis = rod(tmp_path, bristles)
@@ -168,6 +169,7 @@ def test_a_law_with_a_memory_is_in_the_supplement(tmp_path: Path) -> None:
     assert np.nanmax(np.abs(theirs - ours)) < 0.02 * np.nanstd(ours)
 
 
+@pytest.mark.long
 def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> None:
     file = RobotFile.of(rod(tmp_path, *OF_URDF, robot=URDF))
     run = file.replay
@@ -229,6 +231,7 @@ def test_a_robot_file_that_vanished_is_written_as_it_was_read(
     assert "<!-- of a flyer -->" in (tmp_path / "answer" / "robot" / "rod.xml").read_text()
 
 
+@pytest.mark.long
 def test_what_cannot_be_patched_is_a_note_with_what_to_do(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -244,6 +247,7 @@ def test_what_cannot_be_patched_is_a_note_with_what_to_do(
     assert note == 'rod.xml was not patched: mujoco is not installed: pip install "mujoco>=3.3"'
 
 
+@pytest.mark.long
 def test_a_file_that_mujoco_refuses_is_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = rod(tmp_path, *ALL)
     robot = found.system.robot

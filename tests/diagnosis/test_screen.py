@@ -36,6 +36,7 @@ def first(found: list[Screened]) -> tuple[str, Place]:
     return added.family, added.place
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "family", "place"),
     [
@@ -77,12 +78,14 @@ def nothing(tmp_path_factory: pytest.TempPathFactory) -> list[Screened]:
     return screened(tmp_path_factory.mktemp("nothing"), Bench(friction=0.0, samples=400))
 
 
+@pytest.mark.long
 def test_nothing_planted_no_gain_beyond_chance(nothing: list[Screened]) -> None:
     gains = {c.hypothesis.key: c.gain for c in nothing}
     assert max(gains.values()) < 10.0
     assert np.mean(list(gains.values())) < 0.0
 
 
+@pytest.mark.long
 def test_dry_friction_scatters_beside_a_friction_that_all_experiments_share(tmp_path: Path) -> None:
     known = fitted(Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))))
     rubbing = fitted(known.hypothesis.plus(effect("coulomb_friction"), JOINT))
@@ -121,6 +124,7 @@ def is_coulomb(candidate: Screened) -> bool:
     return (added.family, added.variant) == ("coulomb_friction", "")
 
 
+@pytest.mark.long
 def test_an_effect_in_one_group_is_found_there(local: list[Screened]) -> None:
     assert first(local) == ("coulomb_friction", Place("port", "joint", "group", "old"))
     gains = {c.hypothesis.effects[-1].place: c.gain for c in local if is_coulomb(c)}
@@ -134,6 +138,7 @@ def test_a_start_is_close_to_what_was_planted(local: list[Screened]) -> None:
     assert start["F_c"] == pytest.approx(0.06, rel=0.3) and start["mgl"] == pytest.approx(1.2, rel=0.05)
 
 
+@pytest.mark.long
 def test_levels_where_windows_are_left_out(tmp_path: Path) -> None:
     """Experiments of which no window is looked at do not count as members of a level."""
     bench = Bench(runs=16, samples=160, groups=("old", "new") * 8, friction=(0.06, 0.0) * 8)
@@ -157,6 +162,7 @@ def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: Path) -> No
     assert first(found) == ("actuator_dead_zone", TORQUE)
 
 
+@pytest.mark.long
 def test_threads_do_not_matter(tmp_path: Path) -> None:
     base = fitted(Hypothesis.known(study(tmp_path, Bench(samples=200))))
     one, two = (screen(base, base.recording, workers) for workers in (1, 2))

@@ -94,6 +94,7 @@ def test_windows_recover_the_effort_within_its_standard_error(tmp_path: Path, no
     assert recording.steps.max() == {2e-5: 8, 2e-4: 16, 1e-3: 32}[noise]
 
 
+@pytest.mark.long
 def test_a_named_effect_has_its_share(named: Diagnosis) -> None:
     found = where(named)
     assert top(found) == "joint" and found.channels[0]["share"] > 0.95
@@ -114,6 +115,7 @@ def test_gaps_of_experiments_are_those_of_the_contract(named: Diagnosis) -> None
     assert [row["id"] for row in found.experiments] == list(named.logs.ids)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bench", "expected"),
     [
@@ -130,6 +132,7 @@ def test_unexplained_gaps_lie_where_the_fault_is(
     assert sum(row["share"] for row in found.channels) == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.long
 def test_regions_are_where_the_effort_is(unknown: Callable[[Bench], Where]) -> None:
     found = unknown(Creeping(runs=6, samples=600, friction=0.0))
     speed = [row for row in found.regions if row["signal"] == "omega"]
@@ -140,6 +143,7 @@ def test_regions_are_where_the_effort_is(unknown: Callable[[Bench], Where]) -> N
     assert sizes == sorted(sizes, reverse=True)
 
 
+@pytest.mark.long
 def test_without_a_gap_it_lies_nowhere(tmp_path: Path) -> None:
     found = where(friction(tmp_path, replace(BENCH, friction=0.0), "no_gap"))
     assert found.channels == found.regions == found.factors == ()

@@ -177,6 +177,7 @@ def test_a_log_folder_is_refused_as_shown(
     assert capsys.readouterr().err in (ROOT / "docs" / "own_data" / "README.md").read_text()
 
 
+@pytest.mark.long
 def test_a_recorders_files_lead_to_a_simulation_as_shown(
     newcomer: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -259,6 +259,7 @@ def test_a_column_of_episodes_splits_a_table(tmp_path: Path) -> None:
     assert read_logs(tmp_path, system).ids == ("0", "1", "2")
 
 
+@pytest.mark.long
 def test_folders_with_equal_files_are_experiments(tmp_path: Path) -> None:
     for k, log in enumerate(LOGS):
         (tmp_path / f"run{k}").mkdir()

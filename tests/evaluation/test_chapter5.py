@@ -104,6 +104,7 @@ def test_two_repeats_are_too_few_for_an_order_but_five_shares_make_a_trend() -> 
     assert set(found.values()) == {TOO_FEW}
 
 
+@pytest.mark.long
 def test_repeats_of_a_share_are_no_further_shares() -> None:
     # four of five shares in order: 0.042 over the shares; another exchange is no trend, however many repeats
     def gain(*gains: float) -> Error:
@@ -120,6 +121,7 @@ def test_false_jumps_must_be_gone() -> None:
     assert verdicts(repeats_of(as_claimed, 0.5))["false_jumps"] == FAILS
 
 
+@pytest.mark.long
 def test_attributions_must_leave_the_settings_for_physics() -> None:
     repeats = repeats_of(as_claimed)
     assert verdicts(repeats, {**MOVED, "tau4": 0.6})["attribution_moves"] == FAILS

@@ -45,6 +45,7 @@ def delayed(delay: float, folder: Path, friction: float = 0.0) -> tuple[System, 
     return system, logs_of(system, folder / "logs", [{"t": clock(n - 100), **columns}])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("delay", [0.0, 0.02, 0.0205, 0.0015, 0.15])
 def test_a_late_sensor_is_compared_with_the_past(tmp_path: Path, delay: float) -> None:
     system, logs = delayed(delay, tmp_path)
@@ -59,6 +60,7 @@ def test_a_late_sensor_is_compared_with_the_past(tmp_path: Path, delay: float) -
         assert free_runs(prompt, prepare(prompt, logs), 0.1).value > 1e-3
 
 
+@pytest.mark.long
 def test_a_delay_hides_no_gap(tmp_path: Path) -> None:
     """Not even a delay longer than the horizon."""
     gaps = []

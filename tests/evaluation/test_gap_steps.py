@@ -48,6 +48,7 @@ def test_steps_are_small_enough_also_for_stiff_systems(tmp_path: Path, stiffness
     assert (found.substeps == 1) == (stiffness == 2.0)
 
 
+@pytest.mark.long
 def test_more_substeps_change_less_than_a_tenth_of_the_floor(tmp_path: Path) -> None:
     system, t = read_system(PENDULUM), clock(400, 0.04)
     u = drive(t, 0)

@@ -111,6 +111,7 @@ def test_the_bench_with_its_spring() -> None:
     assert np.abs(form(d, np.zeros(1)) - rig.spring(d)).max() < 0.01 * np.ptp(m.spring)
 
 
+@pytest.mark.long
 def test_the_bench_without_its_spring_has_no_term_of_the_position() -> None:
     m = motion(spring=False)
     form = m.form(m.friction)
@@ -201,6 +202,7 @@ def test_few_terms_whatever_the_force() -> None:
     assert form.share > 0.05
 
 
+@pytest.mark.long
 def test_the_order_of_the_data_and_of_the_runs_does_not_matter() -> None:
     m = motion()
     form = m.form(m.spring + m.friction)

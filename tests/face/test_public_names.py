@@ -90,6 +90,7 @@ def test_results_are_csv_files_without_pyarrow(core: tuple[Path, str], tmp_path:
     assert (without / "answer" / "index.html").exists()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("library", ["pyarrow", "torch"])
 def test_a_missing_library_is_named_with_the_command_that_installs_it(library: str, tmp_path: Path) -> None:
     system, logs = um.example("pendulum")

@@ -94,6 +94,7 @@ NAMES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_saved_result_is_that_of_its_verb(
     name: str, request: pytest.FixtureRequest, tmp_path: Path
@@ -176,6 +177,7 @@ def test_a_notebook_shows_a_figure_as_a_file_has_it(simulation: um.Simulation) -
     assert text.startswith("<?xml") and "</svg>" in text
 
 
+@pytest.mark.long
 def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Path) -> None:
     assert answer.save(tmp_path / "out") == ()
     content = read_json(tmp_path / "out" / "diagnosis.json")
@@ -220,6 +222,7 @@ def test_the_system_of_an_answer_is_simulated_along_the_same_logs(name: str, tmp
     assert again.value == pytest.approx(found.augmented.gap.value, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_page_names_the_command_that_gives_the_same_answer(answer: um.Answer, tmp_path: Path) -> None:
     answer.save(tmp_path / "out")
     found = answer.findings.diagnosis
@@ -236,6 +239,7 @@ def test_every_figure_of_the_page_can_be_drawn_by_its_name(answer: um.Answer) ->
         answer.plot("gaps")
 
 
+@pytest.mark.long
 def test_of_logs_in_degrees_there_is_an_answer_without_effects(tmp_path: Path) -> None:
     system, logs = um.example("pendulum")
     degrees = logs.table().assign(theta=lambda rows: np.degrees(rows["theta"]))

@@ -22,6 +22,8 @@ from tests.figures.checks import (
     write_tables,
 )
 
+pytestmark = pytest.mark.long
+
 FIGURES = figures_of("tutorial")
 FORECASTS = {"physics": FIGURES[3], "black_box": FIGURES[4], "hybrid": FIGURES[5]}
 ABOUT = {"lowest": 4.0, "highest": 15.0, "noise": 0.01, "voltage": 200.0, "penalty": 1.0}

@@ -14,6 +14,8 @@ from tests.figures.checks import Draw, check_caption, check_file, check_rendered
 from tests.figures.clutch_tables import Content, make_tables, users_own, write
 from unmodelled.base.errors import BadInput
 
+pytestmark = pytest.mark.long
+
 FIGURES = figures_of("clutch")
 
 
@@ -86,7 +88,6 @@ def nothing_found(content: Content) -> Content:
     return {**less, "about": {}}
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("less", [users_own, one_method, nothing_found], ids=lambda f: f.__name__)
 def test_missing_cells_leave_a_figure(
     less: Callable[[Content], Content], content: Content, tmp_path: Path

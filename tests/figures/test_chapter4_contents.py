@@ -32,6 +32,7 @@ def test_nine_tenths_of_the_most_accurate_runs_and_the_mean_of_those_that_end() 
     assert np.isnan(tables.accuracy(rows.tail(2)).mean)
 
 
+@pytest.mark.long
 def test_the_gain_is_that_of_the_means(content: Tables, folder: Path) -> None:
     rows = content["errors"][content["errors"]["extra"]]
     means = rows.groupby("horizon")["rmse"].mean()

@@ -13,6 +13,8 @@ from pipeline.figures.slider_crank import inputs, sensitivity
 from tests.figures.checks import Draw, check_caption, check_file, check_rendered, figures_of, name_of
 from tests.figures.slider_crank_tables import Tables, make_tables, write
 
+pytestmark = pytest.mark.long
+
 FIGURES = figures_of("slider_crank")
 
 
@@ -43,7 +45,6 @@ def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, folder: Path
     check_caption(draw)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("draw", FIGURES, ids=name_of)
 def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
     check_file(draw, folder, tmp_path)
@@ -81,7 +82,6 @@ def one_other_model(content: Tables) -> Tables:
     return {**content, **{name: table.assign(model="another") for name, table in known.items()}}
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("less", [reduced, nothing_trained, one_other_model], ids=lambda f: f.__name__)
 def test_missing_cells_leave_a_figure(
     less: Callable[[Tables], Tables], content: Tables, tmp_path: Path

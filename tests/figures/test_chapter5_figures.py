@@ -15,6 +15,8 @@ from tests.figures.checks import figures_of
 from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures import style
 
+pytestmark = pytest.mark.long
+
 FIGURES = figures_of("cams", "trajectories", "campaign", "detachment")
 names = pytest.mark.parametrize("draw", FIGURES, ids=lambda f: f.__name__)
 
@@ -85,7 +87,6 @@ def test_every_axis_with_numbers_has_a_name_and_a_unit(draw: Callable[[Path], Fi
                 assert "(" in text and text.endswith(")"), f"{draw.__name__}: {text!r} has no unit"
 
 
-@pytest.mark.long
 @names
 def test_equal_data_give_equal_small_files(
     draw: Callable[[Path], Figure], data: Path, tmp_path: Path
@@ -97,7 +98,6 @@ def test_equal_data_give_equal_small_files(
     assert len(content) < 1_000_000
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     "labels", [["contact"], ["jump", "jump"], ["stall"], ["stall", "jump"]], ids="-".join
 )

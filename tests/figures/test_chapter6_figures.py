@@ -19,6 +19,8 @@ from tests.figures.checks import Draw, check_caption, figures_of
 from unmodelled.base.campaign import Campaign
 from unmodelled.report.figures.style import save
 
+pytestmark = pytest.mark.long
+
 FIGURES = figures_of("simulation", "exploration")
 #: Quality of the made-up models: error of the contact force per subset away from the training runs, N.
 MODELS = {"lls": 1.2, "f_bb": 0.8, "f_h1": 0.4, "f_h2": 0.3, "motor": 0.05, "best": 0.03}
@@ -147,7 +149,6 @@ def test_axes_carry_units_and_the_caption_is_a_sentence(draw: Draw, data: Path) 
     check_caption(draw)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("draw", FIGURES, ids=_name)
 def test_the_file_is_small_and_always_the_same(draw: Draw, data: Path, tmp_path: Path) -> None:
     paths = [tmp_path / "one.svg", tmp_path / "two.svg"]
@@ -157,7 +158,6 @@ def test_the_file_is_small_and_always_the_same(draw: Draw, data: Path, tmp_path:
     assert paths[0].stat().st_size < 1_000_000
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("models", [{"f_h2": 0.3}, {"motor": 0.1, "f_bb": 0.8, "another": 0.5}], ids=str)
 def test_any_models_and_a_single_repeat_will_do(models: dict[str, float], tmp_path: Path) -> None:
     make_tables(tmp_path, models, repeats=1, strokes=2, voltages=8)

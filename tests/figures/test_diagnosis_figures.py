@@ -21,6 +21,8 @@ from unmodelled.report.figures import experiments, residual, steps
 from unmodelled.report.figures.files import FIGURES, write_figures
 from unmodelled.report.figures.tables import printed
 
+pytestmark = pytest.mark.long
+
 SMALL = replace(BENCH, runs=4, samples=300)
 
 

@@ -102,6 +102,7 @@ def test_the_areas_add_up_to_the_line(folder: Path) -> None:
         assert top == pytest.approx(line[np.argmax(np.abs(line))])
 
 
+@pytest.mark.long
 def test_bars_add_up_to_all_contributions(folder: Path) -> None:
     for axes in contributions.relative_contributions(folder).axes:
         assert sum(bar.get_width() for bar in axes.patches) == pytest.approx(100.0)  # type: ignore[attr-defined]

@@ -15,6 +15,8 @@ from tests.figures.checks import Draw, check_caption, check_file, check_rendered
 from tests.figures.jump_tables import Content, make_tables, networks_only, write
 from unmodelled.base.errors import BadInput
 
+pytestmark = pytest.mark.long
+
 FIGURES = figures_of("jumps")
 
 
@@ -47,7 +49,6 @@ def test_axes_with_numbers_carry_units_and_the_caption_is_a_sentence(draw: Draw,
     check_caption(draw)
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("draw", FIGURES, ids=name_of)
 def test_the_file_is_small_and_always_the_same(draw: Draw, folder: Path, tmp_path: Path) -> None:
     check_file(draw, folder, tmp_path)
@@ -63,7 +64,6 @@ def nothing(content: Content) -> Content:
     return {name: table.head(0) for name, table in content.items()}
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("less", [networks_only, no_jump, nothing], ids=lambda f: f.__name__)
 def test_missing_parts_leave_a_figure(
     less: Callable[[Content], Content], content: Content, tmp_path: Path

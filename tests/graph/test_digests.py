@@ -19,6 +19,8 @@ from pipeline import digests as stage
 from pipeline.__main__ import PROGRAM
 from tests.conftest import stages
 
+pytestmark = pytest.mark.long
+
 Changed = Callable[..., set[str]]
 
 ROOT = Path(__file__).parents[2]
@@ -153,7 +155,6 @@ print("\\n" + json.dumps([code, found]))
 """
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(
     ("words", "configs"),
     [

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 import torch
 
 from unmodelled.learning.adam import Adam
@@ -39,6 +40,7 @@ def test_the_steps_are_those_of_torch() -> None:
     assert all(torch.equal(a, b) for a, b in zip(trained(Adam), trained(torch.optim.Adam), strict=True))
 
 
+@pytest.mark.long
 def test_no_compiler_is_loaded() -> None:
     done = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
     assert "optim" in done.stdout.split() and "_dynamo" not in done.stdout.split()

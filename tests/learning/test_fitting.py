@@ -111,6 +111,7 @@ def test_inputs_that_the_system_holds_are_held(slider: tuple[System, Logs]) -> N
         PLAIN.integration(both, 0.01)
 
 
+@pytest.mark.long
 def test_friction_that_the_model_leaves_out_is_learned_and_damping_identified(
     pendulum: tuple[System, Logs], tmp_path: Path
 ) -> None:

@@ -101,6 +101,7 @@ def test_the_network_learns_what_the_simulation_leaves(missing: Campaign, tmp_pa
     assert (eps[:, gate == 0] == 0).all() and (eps[:, gate > 0] != 0).all()
 
 
+@pytest.mark.long
 def test_a_second_fit_keeps_the_first(bouncing: Campaign, tmp_path: Path) -> None:
     HYBRID.fit(bouncing, FOLDS, 1, 0, tmp_path)
     made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.pt")}

@@ -13,6 +13,8 @@ from tests.diagnosis.studies import effect
 from unmodelled.learning.fit import Fit
 from unmodelled.models.structures import conservative_and_dissipative, one_per_port
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def found() -> um.LearnedLaws:

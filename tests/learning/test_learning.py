@@ -69,6 +69,7 @@ def planted(small_campaign: Campaign) -> Dataset:
     return Dataset.of(campaign, mechanism)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MODELS)
 def test_every_model_trains_saves_loads_and_simulates(
     name: str, planted: Dataset, small_campaign: Campaign, tmp_path: Path
@@ -89,6 +90,7 @@ def test_every_model_trains_saves_loads_and_simulates(
     assert np.isfinite(force["f_min"]).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", MODELS)
 def test_a_stack_equals_its_members(name: str, planted: Dataset) -> None:
     """A batched simulation gives what each model gives alone."""
@@ -102,6 +104,7 @@ def test_a_stack_equals_its_members(name: str, planted: Dataset) -> None:
     torch.testing.assert_close(together[:, :1], one, rtol=1e-5, atol=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["f_h2", "motor", "best"])
 def test_the_same_seed_gives_the_same_model(name: str, planted: Dataset) -> None:
     folds = [np.arange(12)]

@@ -202,6 +202,7 @@ def gone(theta: Array) -> Array:
     return np.where(theta[:, :1] > 1.2, np.nan, outputs(theta))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -231,6 +232,7 @@ def test_refusals(changes: list[str], said: str, tmp_path: Path, capsys: pytest.
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_events_that_are_not_there(
     clutch_logs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

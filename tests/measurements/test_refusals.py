@@ -164,6 +164,7 @@ def test_a_folder_must_be_there(tmp_path: Path) -> None:
         read_logs(tmp_path / "nowhere", motor())
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     name=st.sampled_from(["b.csv", TABLE]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import torch
 
 from pipeline.cam_follower import cam_follower as physics
@@ -32,6 +33,7 @@ def test_contact_force_is_newtons_law_on_the_follower() -> None:
     np.testing.assert_allclose(ours[inner], expected[inner], rtol=2e-4, atol=2e-3)
 
 
+@pytest.mark.long
 def test_energy_is_conserved_without_dissipation() -> None:
     """1/2 (J + m h'^2) omega^2 + m g h is constant when nothing drives, brakes or rubs."""
     J, m, H, beta = 0.01, 1.0, 0.01, np.pi

@@ -99,6 +99,7 @@ def test_every_system_file_runs_as_in_python(path: Path, page: Page) -> None:
     assert_equal(page, read_system(path), len(path.stem))
 
 
+@pytest.mark.long
 def test_random_systems_run_as_in_python(page: Page) -> None:
     used: set[int] = set()
     for seed, system in enumerate(random_systems()):
@@ -116,6 +117,7 @@ def test_values_at_one_state(page: Page) -> None:
     np.testing.assert_allclose(np.array(found, np.float64), expected, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_other_instructions_are_refused(page: Page) -> None:
     system = read_system(ROOT / "pendulum.yaml")
     program = Program.of(system, system.dynamics)

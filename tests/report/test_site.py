@@ -96,6 +96,7 @@ def test_everything_is_escaped(inputs: Path, tmp_path: Path) -> None:
     assert "&lt;script&gt;alert" in pages["index.html"]
 
 
+@pytest.mark.long
 def test_equal_inputs_give_equal_bytes(inputs: Path, tmp_path: Path) -> None:
     first, second = tmp_path / "first", tmp_path / "second"
     for out in (first, second, second):  # the last one replaces an old site

@@ -13,6 +13,8 @@ from playwright.sync_api import Browser
 import unmodelled as um
 from tests.report.test_live_page import EVIL, check_readable, errors, opened, slider
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def learned() -> um.LearnedLaws:
@@ -52,7 +54,6 @@ def test_it_can_be_read(width: int, theme: Any, browser: Browser, folder: Path) 
     check_readable(browser, folder, width, theme)
 
 
-@pytest.mark.long
 def test_names_stay_text(browser: Browser, learned: um.LearnedLaws, tmp_path: Path) -> None:
     evil = replace(learned, laws=tuple(replace(law, network=EVIL) for law in learned.laws), notes=(EVIL,))
     learned.fit.save(tmp_path / "out")

@@ -12,6 +12,8 @@ from pipeline.rigs.cam_follower import TURN, CamFollowerRig
 from pipeline.rigs.campaign import CHANNELS, factorial, write_campaign
 from unmodelled.base.errors import BadInput
 
+pytestmark = pytest.mark.long
+
 HEIGHTS, SKEWS = (0.01, 0.03, 0.05, 0.07), tuple(np.pi * np.array([0.5, 0.75, 1.0, 1.25, 1.5]))
 MASSES, VOLTAGES = (0.7325, 0.9379, 1.1238, 1.3067), tuple(np.linspace(3.6, 10.8, 20))
 PI = float(np.pi)
@@ -138,7 +140,6 @@ def test_a_log_depends_on_seed_and_factors_alone() -> None:
     assert one["theta"][0] != other["theta"][0]
 
 
-@pytest.mark.long
 def test_labels_of_a_subset_are_mixed_and_clear() -> None:
     table = factorial(HEIGHTS, SKEWS, MASSES[::3], VOLTAGES[2::5])
     results = [label(RIG.run(r.H, r.beta, r.m, r.V, 0), r.H) for r in table.itertuples()]

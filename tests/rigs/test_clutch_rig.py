@@ -16,6 +16,8 @@ from unmodelled.systems.model import System
 from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.reader import read_system
 
+pytestmark = pytest.mark.long
+
 SYSTEMS = Path(__file__).parents[2] / "systems"
 CASES = [7, 40, 73, 102]  # rows with all levels of u1, and with other ones of everything else
 THETA = np.array([[0.91, 0.55], [0.75, 1.1], [1.25, 0.45], [1.0, 1.0]])
@@ -166,7 +168,6 @@ def test_theta_is_normal_between_its_bounds() -> None:
             assert np.quantile(column, level) == pytest.approx(expected, abs=0.1 * deviation)
 
 
-@pytest.mark.long
 def test_campaign_has_108_engagements(campaign: Path) -> None:
     table = pd.read_csv(campaign / "experiments.csv")
     assert list(table.columns) == ["id", "file", "u1", "u2", "u3", "omega_m", "T_b0", "rpm", "profile"]
@@ -217,7 +218,6 @@ def test_currents_pulse_hold_and_rise(campaign: Path) -> None:
         assert u.max() <= 0.6
 
 
-@pytest.mark.long
 def test_same_seed_same_bytes_other_seed_other_clutch(campaign: Path, tmp_path: Path) -> None:
     ClutchCampaign().write(tmp_path / "same", 3)
     for file in ("E1.csv", "E108.csv", "experiments.csv", "bench.json"):

@@ -14,6 +14,8 @@ from pipeline.rigs.slider_crank import STARTS, SliderCrankCampaign, SliderCrankR
 from pipeline.rigs.slider_crank_profiles import PROFILES
 from unmodelled.base.errors import BadInput
 
+pytestmark = pytest.mark.long
+
 COUNT = 2 * np.pi / 8192
 RIG = SliderCrankRig()
 SMOOTH = replace(RIG, coulomb=0.0, static=0.0, viscous=0.0, damping=0.0, ripple=0.0, ripple_share=0.0)

@@ -30,6 +30,8 @@ from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 EVERY = (*MACHINES, *BALANCES)
 OFFERED = [(machine, one) for machine in EVERY for one in machine.plantable]
@@ -95,7 +97,6 @@ def test_every_effect_is_measurable(
     assert max(moved) > 4.0
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("machine", EVERY, ids=lambda machine: machine.name)
 def test_at_level_zero_all_effects_together_do_nothing(
     machine: Machine, undisturbed: dict[str, dict[str, Array]]

@@ -141,6 +141,7 @@ def test_cases_follow_their_seed_and_validation_has_other_motions(tmp_path: Path
     assert all(0.04 < abs(v["given"] / v["true"] - 1.0) < 0.21 for v in truth["parameters"].values())
 
 
+@pytest.mark.long
 def test_shares_tell_a_large_effect_from_a_small_one() -> None:
     effects = Planted("coulomb_friction", "rail"), Planted("actuator_offset", "actuator:u")
     seed = next(s for s in range(20) if 1 <= len(MeasuredCase("hoist", effects, 1.0, s).chain) <= 4)

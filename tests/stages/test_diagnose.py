@@ -63,6 +63,7 @@ def test_what_is_written_and_printed(case: Path, capsys: pytest.CaptureFixture[s
     assert {e["id"]: e["known"] for e in simulated} == pytest.approx(reported, rel=1e-5)
 
 
+@pytest.mark.long
 def test_the_gap_of_the_held_out_experiments_can_be_simulated(case: Path) -> None:
     call(case)
     gap = read_json(case / "out" / "diagnosis.json")["gap"]
@@ -81,6 +82,7 @@ def test_the_same_seed_gives_the_same_files_and_a_result_is_replaced(case: Path)
     assert files(case / "out") == files(case / "again")
 
 
+@pytest.mark.long
 def test_names_of_files_may_be_texts_as_in_a_notebook(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from unmodelled.cli.verbs.diagnose import diagnose as verb
 
@@ -90,6 +92,7 @@ def test_names_of_files_may_be_texts_as_in_a_notebook(case: Path, monkeypatch: p
     assert (case / "out" / "diagnosis.json").exists()
 
 
+@pytest.mark.long
 def test_logs_in_degrees_are_the_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     known(tmp_path)
     for log in (tmp_path / "logs").glob("run*.csv"):
@@ -112,6 +115,7 @@ def test_logs_in_degrees_are_the_answer(tmp_path: Path, capsys: pytest.CaptureFi
     assert not [note for note in content["notes"] if "could not be made" in note]
 
 
+@pytest.mark.long
 def test_logs_in_milliseconds_are_the_answer(tmp_path: Path) -> None:
     known(tmp_path)
     for log in (tmp_path / "logs").glob("run*.csv"):
@@ -136,6 +140,7 @@ def test_what_goes_wrong_keeps_the_old_result(case: Path, monkeypatch: pytest.Mo
     assert files(case) == before
 
 
+@pytest.mark.long
 def test_what_cannot_be_drawn_is_a_note_and_the_rest_is_there(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -189,6 +194,7 @@ def test_a_machine_that_cannot_be_shown_live_costs_no_page(
     assert 'id="live-data"' not in page and "uPlot" not in page and 'id="live"' not in page
 
 
+@pytest.mark.long
 def test_a_disk_that_is_full_after_the_answer_does_not_cost_it(
     case: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -205,6 +211,7 @@ def test_a_disk_that_is_full_after_the_answer_does_not_cost_it(
     assert "tables could not be made (out: cannot be written: No space left" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_an_interruption_ends_the_verb_and_leaves_the_answer(
     case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,8 @@ from pipeline.cam_follower.sequence import recipe as recipes
 from tests.stages.jump_stages import evaluate, train
 from unmodelled.base.campaign import Campaign
 
+pytestmark = pytest.mark.long
+
 
 def test_tables_hold_what_was_not_trained_on(root: Path, jump_campaign: Campaign) -> None:
     runs = pd.read_parquet(root / "tables/runs.parquet")

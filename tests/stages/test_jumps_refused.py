@@ -15,6 +15,8 @@ from tests.stages.jump_stages import BOTH, attribute, evaluate, tabulate, train
 from unmodelled.base.campaign import Campaign
 from unmodelled.base.errors import BadInput
 
+pytestmark = pytest.mark.long
+
 
 def copied(root: Path, name: str, to: Path) -> Path:
     """A copy of `root` in which the folder `name` may be damaged."""

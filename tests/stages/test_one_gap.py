@@ -23,6 +23,8 @@ from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 
+pytestmark = pytest.mark.long
+
 COUNT = 2.0 * np.pi / 500
 LATE = ("  theta: {unit: rad}\nparameters:", "  theta: {unit: rad, delay: 0.006}\nparameters:")
 
@@ -52,10 +54,7 @@ MACHINES = {
 }
 
 
-@pytest.fixture(
-    scope="module",
-    params=["noise", *(pytest.param(n, marks=pytest.mark.long) for n in ("plateaus", "delay"))],
-)
+@pytest.fixture(scope="module", params=MACHINES)
 def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Diagnosis]:
     folder = tmp_path_factory.mktemp(request.param)
     found = MACHINES[request.param].diagnosis(folder)

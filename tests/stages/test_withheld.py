@@ -83,6 +83,7 @@ def test_a_diagnosis_sees_no_truth_and_a_killed_run_goes_on(
     assert set(cost) == {"seconds", "memory"} and cost["memory"] > 10.0
 
 
+@pytest.mark.long
 def test_from_cases_to_numbers(cases: Path, tmp_path: Path) -> None:
     for kind in KINDS:
         write_json(tmp_path / "diagnoses" / kind / f"{kind}_001.json", said(cases, kind))

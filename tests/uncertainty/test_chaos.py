@@ -58,6 +58,7 @@ def test_basis_has_every_polynomial_once(n: int, degree: int) -> None:
     assert total[-1] == degree
 
 
+@pytest.mark.long
 @cases
 def test_polynomials_are_found_exactly(families: tuple[Family, ...], alpha: list[list[float]]) -> None:
     """A polynomial of the germs of degree 3 is its own expansion, everywhere."""

@@ -73,6 +73,7 @@ def test_clutch_equals_reference() -> None:
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-5)
 
 
+@pytest.mark.long
 def test_clutch_equals_adaptive_integration() -> None:
     system, runs = clutch(), engagements()
     rates = numpy_system_function(system, system.closed, efforts_zero=True)

@@ -69,6 +69,7 @@ def test_system_files(name: str) -> None:
     assert_same(system, 0, size)
 
 
+@pytest.mark.long
 @settings(max_examples=40)
 @given(seed=st.integers(0, 10**6))
 def test_random_systems(seed: int) -> None:

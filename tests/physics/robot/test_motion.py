@@ -94,6 +94,7 @@ def test_locked_joints_accelerate_as_in_mujoco_with_a_rotor_that_no_torque_turns
     assert found == pytest.approx(data.qacc[order], rel=1e-6)
 
 
+@pytest.mark.long
 def test_parameters_of_the_file_are_where_they_act(tmp_path: Path) -> None:
     text = random_tree(4)
     system = system_of(tmp_path, text, "identify: ['b2.*', 'j2a.*', 'm.gear', 'p.k?', 'g.gain']\n")
@@ -121,6 +122,7 @@ def test_parameters_of_the_file_are_where_they_act(tmp_path: Path) -> None:
     assert found == pytest.approx(data.qacc[order], rel=1e-9)
 
 
+@pytest.mark.long
 def test_derivatives_are_those_of_differences(tmp_path: Path) -> None:
     system = system_of(tmp_path, random_tree(2), "identify: ['*.armature', 'b1.mass']\n")
     names = [*system.x, *system.e, symbol("j2a_armature"), symbol("b1_mass")]

@@ -183,6 +183,7 @@ def test_numbers_without_influence_are_not_identified(tmp_path: Path) -> None:
     assert "upper_inertia_xy, upper_inertia_xz, upper_inertia_yz are 0 in the robot file" in zeros
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 3])
 def test_what_is_written_is_read_back(tmp_path: Path, seed: int) -> None:
     system = system_of(

@@ -27,6 +27,7 @@ def test_random_tokens_are_read_or_refused(text: str) -> None:
     _read_or_refused(text)
 
 
+@pytest.mark.long
 @given(st.text(max_size=60))
 @settings(max_examples=200, deadline=1000)
 def test_random_text_is_read_or_refused(text: str) -> None:
@@ -119,6 +120,7 @@ def _compiled(expression: sp.Expr, point: tuple[float, ...]) -> float:
     return float(sp.lambdify([x, v, u, b, TIME], expression, modules=[COMPILED, "math"])(*point))
 
 
+@pytest.mark.long
 @given(text=expressions, point=points)
 @settings(max_examples=300, deadline=2000)
 def test_text_to_sympy_to_text_keeps_the_value(text: str, point: tuple[float, ...]) -> None:
