@@ -55,7 +55,7 @@ DECIDING = (
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),
-    *("inertia_error_ratio", "equal_error_ratio", "little_input", "outstanding_error"),
+    *("clock_error_ratio", "equal_error_ratio", "little_input", "outstanding_error"),
     *("fewest_for_outstanding", "copied_noise"),
 )
 OF_WHERE = [f.name for f in fields(Thresholds)][

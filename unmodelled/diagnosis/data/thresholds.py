@@ -89,7 +89,8 @@ class Thresholds:
         fault_error_ratio: squared error of the corrected model against that of a prediction without a model,
             at most.
         material_error: error up to which no fault is searched.
-        inertia_error_ratio: squared error that a wrong inertia leaves against a wrong clock, at least.
+        clock_error_ratio: squared error that a law leaves against a wrong clock, at least: another inertia
+            where the clock of all experiments is wrong, stiffening springs where that of one is.
         equal_error_ratio: ratio of squared errors of corrections that cannot be told apart.
         little_input: amount of an input that must be worse than none where the input has no effect.
         outstanding_error: squared error of an experiment that may have a fault of its own, at least.
@@ -246,7 +247,7 @@ class Thresholds:
     suspect_share: float = _threshold(0.25, "share of the squared error", _ALARMS, _NO_FAULT)
     fault_error_ratio: float = _threshold(0.5, "share of a prediction's squared error", _ALARMS, _NO_FAULT)
     material_error: float = _threshold(0.005, "standard deviations within a run", _ALARMS, _NO_FAULT)
-    inertia_error_ratio: float = _threshold(2.0, "1", _ALARMS, _NO_FAULT)
+    clock_error_ratio: float = _threshold(2.0, "1", _ALARMS, _NO_FAULT)
     equal_error_ratio: float = _threshold(
         1.1, "1", _ALARMS, "part above one halved and doubled: none of 17 logs"
     )

@@ -20,7 +20,7 @@ from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import copies, notes
-from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia
+from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia, with_springs
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
@@ -227,21 +227,24 @@ def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
 
 
 def _good(trials: Trials, suspect: _Suspect) -> bool:
-    """Return whether the corrected model predicts well, and no wrong inertia explains as much."""
+    """Return whether the corrected model predicts well, and no law explains as much."""
     left = float(suspect.after[suspect.runs].sum())
     persistence = trials.persistence(suspect.steps)[suspect.runs].sum()
-    return left <= trials.thresholds.fault_error_ratio * float(persistence) and not _inertia(trials, suspect)
+    return left <= trials.thresholds.fault_error_ratio * float(persistence) and not _law(trials, suspect)
 
 
-def _inertia(trials: Trials, suspect: _Suspect) -> bool:
-    """Return whether an error of the inertia explains as much as a wrong clock of all experiments."""
-    if suspect.question.problem.name != CLOCK_PROBLEM or not suspect.everywhere:
+def _law(trials: Trials, suspect: _Suspect) -> bool:
+    """Return whether a law explains as much as a wrong clock.
+
+    It is another inertia if the clock of all experiments is wrong, and stiffening springs if that of some is.
+    """
+    if suspect.question.problem.name != CLOCK_PROBLEM:
         return False
-    other = Trials(
-        with_inertia(trials.system), trials.logs, trials.horizon, trials.sensors, trials.thresholds
-    )
-    left = other.identified(other.none, suspect.steps)
-    return float(left.sum()) < trials.thresholds.inertia_error_ratio * float(suspect.after.sum())
+    system, logs = trials.system, trials.logs
+    other = with_inertia(system) if suspect.everywhere else with_springs(system, logs)
+    found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
+    left = found.identified(found.none, suspect.steps)
+    return float(left.sum()) < trials.thresholds.clock_error_ratio * float(suspect.after.sum())
 
 
 def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:

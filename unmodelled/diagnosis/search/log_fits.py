@@ -12,6 +12,9 @@ from scipy.optimize import minimize_scalar
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.effects.nonlinear_spring import HardeningSpring
+from unmodelled.effects.scales import Scales
+from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import Parameter, System, symbol
 
 Array = NDArray[np.float64]
@@ -28,6 +31,8 @@ FACTORS = np.linspace(-0.75, 0.75, 7)
 REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
 #: Factors by which the known inertia may be wrong; beyond them a wrong clock is more likely.
 INERTIA = 0.5, 2.0
+#: Largest number of a spring, in plausible sizes.
+SPRING = 10.0
 #: A wrong clock is written in per cent up to this deviation, beyond it as a factor.
 PER_CENT = 0.2
 
@@ -79,6 +84,28 @@ def with_inertia(system: System) -> System:
     free = Parameter(name, "1", 1.0, identify=True, bounds=INERTIA)
     dynamics = tuple(f if f in system.x else symbol(name) * f for f in system.dynamics)
     return replace(system, dynamics=dynamics, parameters=(*system.parameters, free))
+
+
+def with_springs(system: System, logs: Logs) -> System:
+    """Return the system with a stiffening spring of unknown numbers at every port.
+
+    An experiment that moves further than the others then swings faster than they do, as with a fast clock.
+
+    Args:
+        system: the known physics.
+        logs: logs of all experiments, which give the sizes of the numbers.
+    """
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    law = HardeningSpring()
+    for place in law.places(system):
+        added = law.add(system, place, scales)
+        reach = {name: SPRING * added.scales[name] for name in added.amplitudes}
+        free = [
+            replace(p, identify=True, bounds=(-reach[p.name], reach[p.name])) if p.name in reach else p
+            for p in added.system.parameters
+        ]
+        system = replace(added.system, parameters=tuple(free))
+    return system
 
 
 def _of_time(trials: Trials, factor: float, runs: NDArray[np.bool_]) -> Question:
