@@ -12,6 +12,7 @@ from unmodelled.effects.substitution import Signals
 from unmodelled.systems.functions import sanitised
 from unmodelled.systems.model import Port, System, symbol
 from unmodelled.systems.printing import printed
+from unmodelled.systems.quantities import number_with_unit
 
 
 def acceleration(system: System, port: Port, rates: Sequence[sp.Expr]) -> sp.Expr:
@@ -109,13 +110,17 @@ def effort_signals(
     effort = symbol(port.effort)
     rates = [f.xreplace({effort: sp.S.Zero}) for f in system.dynamics]
     free, yielding = acceleration(system, port, rates), mobility(system, port)
+    value = ""
+    if yielding.is_number:  # a number has to keep the unit of the mobility
+        yielding = sp.Float(float(yielding))
+        value = number_with_unit(float(yielding))
     total = sum((k * f for k, f in terms), sp.S.Zero)
     rest = 1 - sp.diff(total, a) * symbol(names[1])
     whole = (effort + total.xreplace({a: free})) / rest.xreplace({symbol(names[1]): yielding})
     known = [str(s) for s in rest.free_symbols]
     return {
         names[0]: (free, _written_acceleration(system, port)),
-        names[1]: (yielding, ""),
+        names[1]: (yielding, value),
         names[2]: (whole, f"({port.effort} + {written})/({printed(rest, known, [])})"),
     }
 

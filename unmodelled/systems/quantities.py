@@ -83,6 +83,20 @@ def literal(value: int | float) -> Quantity:
     return Quantity(ONE if simple else None, number=True)
 
 
+def number_with_unit(value: float) -> str:
+    """Return a number as text that an expression takes for a quantity of any unit, see `literal`.
+
+    Args:
+        value: number.
+
+    Examples:
+        >>> number_with_unit(-20.0), number_with_unit(0.5)
+        ('-20.0', '0.5*1.0')
+    """
+    text = repr(value)
+    return text if literal(abs(value)).dimension is None else f"{text}*1.0"
+
+
 def product(a: Quantity, b: Quantity) -> Quantity:
     """Return the quantity of a product.
 
