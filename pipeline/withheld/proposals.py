@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.model import System
 
 #: Kinds of experiments that are compared.
@@ -29,23 +29,30 @@ def write_limits(system: System, logs: Logs, path: Path) -> None:
         path: YAML file to write.
     """
     inside = np.setdiff1d(np.arange(len(logs.t) - 1), logs.offsets[1:-1] - 1)
-    rates = np.abs(np.diff(logs.u, axis=0))[inside].max(0) / logs.period
+    u = [as_logged(item, logs.u[:, k]) for k, item in enumerate(system.inputs)]
+    y = {item.name: as_logged(item, logs.y[:, k]) for k, item in enumerate(system.outputs)}
     first = logs.offsets[:-1]
-    seen = {n: (float(y.min()), float(y.max())) for n, y in zip(logs.outputs, logs.y.T, strict=True)}
     states = {state.name for state in system.states}
     content: dict[str, Any] = {
         "duration": float(np.median(np.diff(logs.offsets) - 1) * logs.period),
         "inputs": {
-            item.name: {"low": float(u.min()), "high": float(u.max()), "rate": float(rate)}
-            for item, u, rate in zip(system.inputs, logs.u.T, rates, strict=True)
+            item.name: {
+                "low": float(own.min()),
+                "high": float(own.max()),
+                "rate": float(np.abs(np.diff(own))[inside].max() / logs.period),
+            }
+            for item, own in zip(system.inputs, u, strict=True)
         },
         "travel": {
-            name: {"low": low - BEYOND * (high - low), "high": high + BEYOND * (high - low)}
-            for name, (low, high) in seen.items()
+            name: {
+                "low": float(own.min() - BEYOND * np.ptp(own)),
+                "high": float(own.max() + BEYOND * np.ptp(own)),
+            }
+            for name, own in y.items()
         },
-        "start": {
-            n: float(np.median(y[first])) for n, y in zip(logs.outputs, logs.y.T, strict=True) if n in states
+        "start": {name: float(np.median(own[first])) for name, own in y.items() if name in states},
+        "operating_point": {
+            item.name: float(as_logged(item, logs.c[0, k])) for k, item in enumerate(system.operating_point)
         },
-        "operating_point": dict(zip(logs.constants, logs.c[0].tolist(), strict=True)),
     }
     path.write_text(yaml.safe_dump({name: value for name, value in content.items() if value}))

@@ -18,6 +18,7 @@ from unmodelled.base.progress import say
 from unmodelled.base.tables import write_table
 from unmodelled.design.content import content, experiment, predictions, sentences
 from unmodelled.design.design import Design, design
+from unmodelled.design.written import write_experiment
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -61,7 +62,7 @@ class NextExperiment:
         return experiment(self.design)
 
     def predictions(self) -> pd.DataFrame:
-        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value (SI)."""
+        """Return inputs and predicted outputs: kind, signal, unit, label of the model, t (s), value."""
         return predictions(self.design)
 
     def plot(self) -> Figure:
@@ -75,17 +76,20 @@ class NextExperiment:
     def save(self, folder: Path | str) -> None:
         """Write experiment.csv, next.json, the table predictions and the figure next_experiment.svg.
 
+        The experiment is read back and compared with the limits before anything is kept.
+
         Args:
             folder: folder that is new, empty or holds an older proposal; replaced as a whole.
 
         Raises:
-            BadInput: when the folder may not be replaced or cannot be written.
+            BadInput: when the folder may not be replaced or cannot be written, or the experiment leaves the
+                limits.
         """
         from unmodelled.report.figures.style import save, verbatim
 
         with writing("next", Path(folder), self.sources), replacing_folder(Path(folder)) as new:
-            with replacing(new / EXPERIMENT) as temporary:
-                self.table().to_csv(temporary, index=False, float_format="%.9g")
+            about = self.design
+            write_experiment(about.found.u, about.system, about.criterion.limits, new / EXPERIMENT)
             write_json(new / SUMMARY, self.content)
             write_table(self.predictions(), new / PREDICTIONS)
             with verbatim(), replacing(new / FIGURE) as temporary:
@@ -110,7 +114,8 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
     Args:
         answer: answer of a diagnosis.
         limits: YAML file with `duration`, `inputs` and, as needed, `travel`, `start`, `operating_point` and
-            `period`, see `unmodelled.design.limits.read_limits`.
+            `period`, all in the units of the columns in the system file, see
+            `unmodelled.design.limits.read_limits`.
         seed: seed of the search; the same seed gives the same experiment; default 0.
 
     Returns:

@@ -21,6 +21,7 @@ from unmodelled.design.plan_content import effects_table, plan_content, plan_lin
 from unmodelled.design.planned import Inputs, default_inputs, read_inputs, simulated_logs
 from unmodelled.design.runs import frame
 from unmodelled.design.visible import Alike, Visible, alike, visible
+from unmodelled.design.written import DIGITS, write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
 from unmodelled.systems.model import System
 
@@ -67,19 +68,21 @@ class Plan:
     def save(self, folder: Path | str) -> None:
         """Write plan.json, effects.csv, and the experiments as CSV files into the folder `experiments`.
 
+        Every experiment is read back and compared with the limits before anything is kept.
+
         Args:
             folder: folder that is new, empty or holds an older plan; replaced as a whole.
 
         Raises:
-            BadInput: when the folder may not be replaced or cannot be written.
+            BadInput: when the folder may not be replaced or cannot be written, or an experiment leaves the
+                limits.
         """
         with writing("plan", Path(folder), self.sources), replacing_folder(Path(folder)) as new:
             write_json(new / "plan.json", self.content)
-            tables = {"effects": self.table()}
-            tables |= {f"experiments/{name}": table for name, table in self.experiments().items()}
-            for name, table in tables.items():
-                with replacing(new / f"{name}.csv") as temporary:
-                    table.to_csv(temporary, index=False, float_format="%.9g")
+            with replacing(new / "effects.csv") as temporary:
+                self.table().to_csv(temporary, index=False, float_format=DIGITS)
+            for name, u in self.inputs.items():
+                write_experiment(u, self.system, self.limits, new / "experiments" / f"{name}.csv")
 
     def __repr__(self) -> str:
         return "\n".join(plan_lines(self.content))
@@ -98,9 +101,10 @@ def plan(system: System, limits: Path | str, inputs: Path | str | None = None, s
     Args:
         system: known physics; parameters marked `identify` are re-fitted.
         limits: YAML file with `duration`, `period`, `inputs`, `noise` (standard deviation of outputs) and as
-            needed `travel`, `start` and `operating_point`, see `unmodelled.design.limits.read_limits`.
-        inputs: CSV file with t (s) and the columns of the inputs, or a folder with such files; default: two
-            experiments of each of five families of signals within the limits.
+            needed `travel`, `start` and `operating_point`, all in the units of the columns in the system
+            file, see `unmodelled.design.limits.read_limits`.
+        inputs: CSV file with t (s) and the columns of the inputs, or a folder with such files, which must
+            keep the limits; default: two experiments of each of five families of signals within the limits.
         seed: seed of the experiments and of the noise; default 0.
 
     Returns:

@@ -13,14 +13,18 @@ from scipy.special import ndtr
 
 from unmodelled.design.criterion import Value
 from unmodelled.design.design import Design
+from unmodelled.design.limits import Limits, units_of
 from unmodelled.design.rivals import HALF_INTERVAL
-from unmodelled.design.runs import frame
+from unmodelled.design.runs import frame, start_of
 from unmodelled.design.sensors import BestSensor
-from unmodelled.systems.model import Input, Output
+from unmodelled.logs.logs import as_logged
+from unmodelled.report.numbers import number, unit_text
+from unmodelled.systems.model import Input, Output, System
+from unmodelled.systems.units import LoggedUnit
 
 Array = NDArray[np.float64]
 
-SCHEMA = "next/1"
+SCHEMA = "next/2"
 #: Probability below which an experiment does not tell two models apart, and digits of a number.
 TOLD, DIGITS = 0.75, 8
 
@@ -33,7 +37,8 @@ def content(design: Design) -> dict[str, Any]:
     distribution function at half of `distance`, in standard deviations); `sensor`, the further sensor that
     would help most, with `odds` by alternative (null without alternatives); `numbers` with half 95 %
     intervals before and after each experiment; `shows`, lowest, highest and last output by model; null for a
-    reference that keeps no limits at any amplitude.
+    reference that keeps no limits at any amplitude. `start`, `operating_point`, `inputs` (the limits that the
+    experiment keeps) and `shows` are in the units of the system file, which stand beside the values.
 
     Args:
         design: designed experiment.
@@ -49,8 +54,7 @@ def content(design: Design) -> dict[str, Any]:
         "period": criterion.limits.period,
         "family": design.found.family.name,
         "criterion": "distance" if others else "intervals",
-        "start": {s.name: criterion.limits.start.get(s.name, 0.0) for s in design.system.states},
-        "operating_point": dict(criterion.limits.constants),
+        **conditions(design.system, criterion.limits, design.found.u[0]),
         "named": named.label,
         "alternatives": [
             {
@@ -68,6 +72,47 @@ def content(design: Design) -> dict[str, Any]:
     return {name: rounded(value) for name, value in found.items()}
 
 
+def conditions(system: System, limits: Limits, u: Array) -> dict[str, Any]:
+    """Return the limits of the inputs and the start of an experiment, in the units of the system file.
+
+    Args:
+        system: system with the inputs.
+        limits: limits of the experiment.
+        u: inputs at the start, shape (inputs,), SI.
+    """
+    units = units_of(system)
+    inputs = zip(system.inputs, limits.written, strict=True)
+    c = np.array([limits.constants[item.name] for item in system.operating_point])
+    start = zip(system.states, start_of(system, limits, c, u), strict=True)
+    constants = {item.name: (limits.constants[item.name], item.as_written) for item in system.operating_point}
+    return {
+        "inputs": {
+            item.name: {"low": own.low, "high": own.high, "rate": own.rate, "unit": item.column_unit}
+            for item, own in inputs
+        },
+        "start": {state.name: _amount(value, units[state.name]) for state, value in start},
+        "operating_point": {name: _amount(*pair) for name, pair in constants.items()},
+    }
+
+
+def kept(found: Mapping[str, Any]) -> str:
+    """Return the limits of the inputs in words.
+
+    Args:
+        found: content with the entry `inputs` of `conditions`.
+
+    Examples:
+        >>> kept({"inputs": {"i": {"low": -800.0, "high": 800.0, "rate": None, "unit": "mA"}}})
+        'i −800 to 800 mA'
+    """
+    ranges = []
+    for name, own in found["inputs"].items():
+        unit = unit_text(own["unit"])
+        rate = "" if own["rate"] is None else f", at most {number(own['rate'])} {unit}/s"
+        ranges.append(f"{name} {number(own['low'])} to {number(own['high'])} {unit}".rstrip() + rate)
+    return "; ".join(ranges)
+
+
 def experiment(design: Design) -> pd.DataFrame:
     """Return the experiment: t (s), and every input in the unit of its column in the logs.
 
@@ -78,10 +123,11 @@ def experiment(design: Design) -> pd.DataFrame:
 
 
 def predictions(design: Design) -> pd.DataFrame:
-    """Return inputs and predicted outputs, a row per sample: kind, signal, unit, label, t, value (SI).
+    """Return inputs and predicted outputs, a row per sample: kind, signal, unit, label, t, value.
 
     Args:
-        design: designed experiment. An input has no label; an output has the label of the model.
+        design: designed experiment. An input has no label; an output has the label of the model. Values are
+            in the units of the columns.
     """
     t = design.criterion.limits.period * np.arange(len(design.found.u))
     parts: list[tuple[str, Input | Output, str, Array]] = [
@@ -93,7 +139,10 @@ def predictions(design: Design) -> pd.DataFrame:
         for k, o in enumerate(design.system.outputs)
     ]
     rows = [
-        pd.DataFrame({"kind": kind, "signal": i.name, "unit": i.unit, "label": label, "t": t, "value": value})
+        pd.DataFrame(
+            {"kind": kind, "signal": i.name, "unit": i.column_unit, "label": label, "t": t}
+            | {"value": as_logged(i, value)}
+        )
         for kind, i, label, value in parts
     ]
     return pd.concat(rows, ignore_index=True)
@@ -105,12 +154,13 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
     Args:
         found: content of next.json.
     """
-    start = ", ".join(f"{name} = {value:g}" for name, value in found["start"].items())
-    what = f"this {found['duration']:g} s experiment ({found['family']}, start at {start})"
+    start = ", ".join(f"{name} = {_told_amount(each)}" for name, each in found["start"].items())
+    what = f"this {found['duration']:g} s experiment ({found['family']}{start and f', start at {start}'})"
     return [
         *_told(found, what),
         *_sensed(found),
         *_measured(found, what),
+        f"limits that it keeps: {kept(found)}",
         "log it, add the log to the folder and diagnose again",
     ]
 
@@ -151,6 +201,15 @@ def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
         )
 
 
+def _told_amount(amount: Mapping[str, Any]) -> str:
+    return f"{amount['value']:g} {unit_text(amount['unit'])}".rstrip()
+
+
+def _amount(value: float, unit: LoggedUnit) -> dict[str, Any]:
+    """A value in SI as a value with its unit."""
+    return {"value": float(unit.from_si(np.asarray(value))), "unit": unit.text}
+
+
 def _percent(odds: float | None) -> str:
     return "not within the limits" if odds is None else f"{min(100.0 * odds, 99.9):.3g} %"
 
@@ -188,15 +247,12 @@ def _number(design: Design, values: Mapping[str, Value | None], name: str) -> di
 
 
 def _shows(design: Design, y: Array) -> dict[str, Any]:
-    return {
-        output.name: {
-            "unit": output.unit,
-            "lowest": float(y[:, k].min()),
-            "highest": float(y[:, k].max()),
-            "last": float(y[-1, k]),
-        }
-        for k, output in enumerate(design.system.outputs)
-    }
+    found = {}
+    for k, output in enumerate(design.system.outputs):
+        shown = as_logged(output, y[:, k])
+        ends = {"lowest": float(shown.min()), "highest": float(shown.max()), "last": float(shown[-1])}
+        found[output.name] = {"unit": output.column_unit, **ends}
+    return found
 
 
 def rounded(value: Any) -> Any:

@@ -10,14 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, closest
+from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Constant, System
+from unmodelled.systems.units import LoggedUnit
 
 Array = NDArray[np.float64]
 
 #: Fewest and most samples of an experiment. Thousands of experiments are simulated.
 FEWEST, MOST = 20, 20_000
+SECONDS = LoggedUnit("s", 1.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -25,14 +28,26 @@ class Range:
     """Range of an input or of a moving part.
 
     Attributes:
-        low: lowest value, SI.
-        high: highest value, SI.
-        rate: largest change per second, SI; default inf.
+        low: lowest value; default -inf.
+        high: highest value; default inf.
+        rate: largest change per second; default inf.
+        rest: value closest to the zero of the unit in which the range was written; default 0.
     """
 
     low: float = -np.inf
     high: float = np.inf
     rate: float = np.inf
+    rest: float = 0.0
+
+    def in_si(self, unit: LoggedUnit) -> Range:
+        """Return the range in SI units.
+
+        Args:
+            unit: unit of the values.
+        """
+        ends = unit.to_si(np.array([self.low, self.high, min(max(self.low, 0.0), self.high)]))
+        low, high, rest = ends.tolist()
+        return Range(low, high, self.rate * unit.factor, rest)
 
 
 @dataclass(frozen=True)
@@ -43,8 +58,9 @@ class Limits:
         file: file of the limits, for messages.
         duration: length of the experiment, s.
         period: sampling period, s.
-        inputs: range of every input, in the order of the system.
-        travel: ranges of states, outputs or signals by name; they hold for every model.
+        inputs: range of every input, in the order of the system, SI.
+        written: the same ranges as the file has them, in the units of the columns.
+        travel: ranges of states, outputs or signals by name, SI; they hold for every model.
         start: states at the start by name, SI; the others start at the value of the system file, or at 0.
         constants: operating point by name, SI.
         noise: standard deviation of the sensor noise by name of the output, SI; empty where it is not given.
@@ -54,6 +70,7 @@ class Limits:
     duration: float
     period: float
     inputs: tuple[Range, ...]
+    written: tuple[Range, ...]
     travel: Mapping[str, Range]
     start: Mapping[str, float]
     constants: Mapping[str, float]
@@ -84,13 +101,16 @@ class Limits:
 
 
 def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
-    """Read the limits of an experiment with a machine.
+    """Read the limits of an experiment with a machine, in the units of its system file.
+
+    An input, an output and a constant have the unit of their column (mA, degC, %), and rates that unit per
+    second; a state that no output of the same name shows has its SI unit, and so has a signal.
 
     Args:
         file: YAML file with the keys `duration` (s) and `inputs` (for every input `low`, `high` and, where
             limited, `rate` per second), and as needed `travel` (for a state, output or signal `low`, `high`,
             `speed` per second), `start` (states), `operating_point` (constants), `period` (s, default that
-            of the logs) and `noise` (standard deviation of outputs); all in units of the system file.
+            of the logs) and `noise` (standard deviation of outputs).
         system: system of the machine.
         logs: measured experiments, for the sampling period and the operating point; default None: the file
             must give both.
@@ -101,45 +121,88 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
     Raises:
         BadInput: when the file cannot be read, a name is unknown, or a value cannot be kept.
     """
-    root = load_yaml(file)
+    root = load_yaml(file, "limits")
     found = root.fields(("duration", "inputs"), ("period", "travel", "start", "operating_point", "noise"))
-    duration = _positive(found["duration"])
-    if "period" not in found and logs is None:
-        raise root.wrong("has no period: add the sampling period, period: ... (s)")
-    period = _positive(found["period"]) if "period" in found or logs is None else logs.period
-    samples = round(duration / period) + 1
-    if not FEWEST <= samples <= MOST:
-        raise found["duration"].wrong(
-            f"{duration:g} s are {samples} samples of {period:g} s, must be {FEWEST} to {MOST}: change it, "
-            "or `period`"
-        )
-    names = [item.name for item in system.inputs]
-    inputs = _named(found["inputs"], names)
-    for name in names:
+    duration, period = _times(root, found, logs)
+    items = {item.name: item.as_written for item in system.inputs}
+    inputs = _named(found["inputs"], items)
+    for name, unit in items.items():
         if name not in inputs:
             raise found["inputs"].wrong(
-                f"the input {name} has no limits: add {name}: {{low: ..., high: ...}}"
+                f"the input {name} has no limits: add {name}: {{low: ..., high: ...}}{_in(unit)}"
             )
-    states = [s.name for s in system.states]
-    moving = [*states, *(o.name for o in system.outputs), *system.signals]
-    travel = {name: _travel(node) for name, node in _given(found, "travel", moving).items()}
-    start = {name: node.number() for name, node in _given(found, "start", states).items()}
-    for name, value in start.items():
-        if name in travel and not travel[name].low <= value <= travel[name].high:
-            raise found["start"].wrong(f"{name} starts at {value:g}, outside of its travel: change one")
+    written = tuple(_input(inputs[name], unit) for name, unit in items.items())
+    units = units_of(system)
+    travel = {name: _travel(node, units[name]) for name, node in _given(found, "travel", units).items()}
     noise = _given(found, "noise", [o.name for o in system.outputs])
     constants = _given(found, "operating_point", [c.name for c in system.operating_point])
     return Limits(
         *(file, duration, period),
-        inputs=tuple(_input(inputs[name]) for name in names),
-        travel=travel,
-        start=start,
+        inputs=tuple(own.in_si(unit) for own, unit in zip(written, items.values(), strict=True)),
+        written=written,
+        travel={name: own.in_si(units[name]) for name, own in travel.items()},
+        start=_start(root, found, system, logs, travel),
         constants={
-            c.name: constants[c.name].number() if c.name in constants else _usual(c, root, logs)
+            c.name: _si(constants[c.name], c.as_written) if c.name in constants else _usual(c, root, logs)
             for c in system.operating_point
         },
-        noise={name: _positive(node) for name, node in noise.items()},
+        noise={
+            name: _positive(node, units[name].of_differences) * units[name].factor
+            for name, node in noise.items()
+        },
     )
+
+
+def units_of(system: System) -> dict[str, LoggedUnit]:
+    """Return the units in which limits of states, signals and outputs are written, by name.
+
+    An output has the unit of its column, also where a state has its name; other states have their SI unit.
+
+    Args:
+        system: system of the machine.
+    """
+    own = {state.name: LoggedUnit(state.unit, 1.0, 0.0) for state in system.states}
+    signals = {name: LoggedUnit("", 1.0, 0.0) for name in system.signals}
+    return own | signals | {output.name: output.as_written for output in system.outputs}
+
+
+def _times(root: Node, found: Mapping[str, Node], logs: Logs | None) -> tuple[float, float]:
+    duration = _positive(found["duration"])
+    if "period" not in found and logs is None:
+        raise root.wrong("has no period: add the sampling period, period: ... (s)")
+    period = _positive(found["period"]) if "period" in found or logs is None else logs.period
+    if not FEWEST <= duration / period + 1.0 <= MOST:
+        raise found["duration"].wrong(
+            f"{duration:g} s are {duration / period + 1.0:.6g} samples of {period:g} s, must be {FEWEST} to "
+            f"{MOST}: change it, or `period`"
+        )
+    return duration, period
+
+
+def _start(
+    root: Node,
+    found: Mapping[str, Node],
+    system: System,
+    logs: Logs | None,
+    travel: Mapping[str, Range],
+) -> dict[str, float]:
+    """States at the start, SI. Zero is no rest on a scale such as degC: there a start is needed, which is
+    the mean of the logged ones where there are logs.
+    """
+    units = {state.name: units_of(system)[state.name] for state in system.states}
+    given = _given(found, "start", units)
+    for name, node in given.items():
+        value, own = node.number(), travel.get(name, Range())
+        if not own.low <= value <= own.high:
+            text = units[name].text
+            raise node.wrong(f"{name} starts at {value:g} {text}, outside of its travel: change one")
+    start = {name: _si(node, units[name]) for name, node in given.items()}
+    for name, unit in units.items():
+        if name not in start and unit.offset:
+            if logs is None:
+                raise root.wrong(f"start: {name} has no start: add start: {{{name}: ...}}{_in(unit)}")
+            start[name] = float(logs.y[logs.offsets[:-1], logs.outputs.index(name)].mean())
+    return start
 
 
 def _named(node: Node, known: Collection[str]) -> Mapping[str, Node]:
@@ -154,23 +217,40 @@ def _given(found: Mapping[str, Node], key: str, known: Collection[str]) -> Mappi
     return _named(found[key], known) if key in found else {}
 
 
-def _positive(node: Node) -> float:
+def _in(unit: LoggedUnit) -> str:
+    return f" ({unit.text})" if unit.text not in ("", "-") else ""
+
+
+def _si(node: Node, unit: LoggedUnit) -> float:
+    """A value in SI units."""
+    return float(unit.to_si(np.asarray(_checked(node, unit))))
+
+
+def _checked(node: Node, unit: LoggedUnit = SECONDS) -> float:
+    """A value in `unit`, which is no larger than a measurement can be."""
     value = node.number()
-    if value <= 0.0:
+    if abs(value) * max(unit.factor, 1.0) > LARGEST:
+        raise node.wrong(f"{value:g} {unit.text} is beyond any measurement: change it")
+    return value
+
+
+def _positive(node: Node, unit: LoggedUnit = SECONDS) -> float:
+    value = _checked(node, unit)
+    if not value * min(unit.factor, 1.0) > 1.0 / LARGEST:
         raise node.wrong(f"must be positive, got {value:g}")
     return value
 
 
-def _input(node: Node) -> Range:
+def _input(node: Node, unit: LoggedUnit) -> Range:
     entries = node.fields(("low", "high"), ("rate",))
-    rate = _positive(entries["rate"]) if "rate" in entries else np.inf
-    return _increasing(node, Range(entries["low"].number(), entries["high"].number(), rate))
+    rate = _positive(entries["rate"], unit) if "rate" in entries else np.inf
+    return _increasing(node, Range(_checked(entries["low"], unit), _checked(entries["high"], unit), rate))
 
 
-def _travel(node: Node) -> Range:
+def _travel(node: Node, unit: LoggedUnit) -> Range:
     entries = node.fields((), ("low", "high", "speed"))
-    ends = {name: entries[name].number() for name in ("low", "high") if name in entries}
-    rate = _positive(entries["speed"]) if "speed" in entries else np.inf
+    ends = {name: _checked(entries[name], unit) for name in ("low", "high") if name in entries}
+    rate = _positive(entries["speed"], unit) if "speed" in entries else np.inf
     return _increasing(node, Range(**ends, rate=rate))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from unmodelled.design.content import rounded
+from unmodelled.design.content import conditions, kept, rounded
 from unmodelled.design.limits import Limits
 from unmodelled.design.planned import Inputs
 from unmodelled.design.visible import ALIKE_FROM, Alike, Visible
@@ -15,7 +15,7 @@ from unmodelled.report.headline import effect_name
 from unmodelled.report.numbers import amounts
 from unmodelled.systems.model import System
 
-SCHEMA = "plan/1"
+SCHEMA = "plan/2"
 
 
 def plan_content(
@@ -28,10 +28,11 @@ def plan_content(
 ) -> dict[str, Any]:
     """Return the content of plan.json.
 
-    It has: `experiments` with durations (s); `refitted`, the parameters that are re-fitted; `effects` with
-    `size`, the smallest size of `number` that shows with 95 % (null: no plausible size shows), `share` of the
-    plausible size (null where the effect is not in proportion to a size), and `alike`: effects that would
-    look like it, with the correlation and the size from which both are told apart (null: none).
+    It has: `noise`, `inputs` (limits), `start` and `operating_point`, in the units of the system file, which
+    stand beside the values; `experiments` with durations (s); `refitted`, the parameters that are re-fitted;
+    `effects` with `size`, the smallest size of `number` that shows with 95 % (null: no plausible size shows),
+    `share` of the plausible size (null where the effect is not in proportion to a size), and `alike`: effects
+    that would look like it, with the correlation and the size from which both are told apart (null: none).
 
     Args:
         system: known physics.
@@ -46,7 +47,11 @@ def plan_content(
         "system": system.name,
         "seed": seed,
         "period": limits.period,
-        "noise": dict(limits.noise),
+        "noise": {
+            o.name: {"value": limits.noise[o.name] / o.as_written.factor, "unit": o.column_unit}
+            for o in system.outputs
+        },
+        **conditions(system, limits, next(iter(inputs.values()))[0]),
         "experiments": [{"id": name, "duration": limits.period * (len(u) - 1)} for name, u in inputs.items()],
         "refitted": list(system.uncertain),
         "effects": [_effect(one, pairs) for one in found],
@@ -114,6 +119,7 @@ def plan_lines(content: Mapping[str, Any]) -> list[str]:
     again = f", {', '.join(content['refitted'])} re-fitted" if content["refitted"] else ""
     return [
         f"{len(content['experiments'])} experiments, {total:.4g} s in all{again}",
+        f"limits that they keep: {kept(content)}",
         *(f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in rows),
         "shows from: smallest size that is told from none with 95 %, and its share of a plausible size",
         "looks like: after re-fitting, the outputs change in nearly the same way "

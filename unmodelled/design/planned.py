@@ -15,8 +15,8 @@ from unmodelled.base.errors import BadInput
 from unmodelled.design.limits import Limits
 from unmodelled.design.runs import equations, frame, quantities, simulated
 from unmodelled.design.signals import FAMILIES
+from unmodelled.design.written import read_experiment
 from unmodelled.logs.logs import Logs, as_logged
-from unmodelled.logs.table import read_columns
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
@@ -25,6 +25,8 @@ Inputs = Mapping[str, Array]
 
 #: Signals of a family that are tried, and experiments of a family that are planned.
 TRIED, EACH = 64, 2
+#: Most samples of a planned experiment that is given.
+LONGEST = 1_000_000
 #: Integration steps per sample of the simulated logs.
 SUBSTEPS = 10
 
@@ -63,26 +65,24 @@ def read_inputs(place: Path, system: System, limits: Limits) -> Inputs:
     Args:
         place: CSV file with `t` (s) and the columns of the inputs, or a folder with such files.
         system: known physics.
-        limits: limits, for the sampling period.
+        limits: limits of the inputs, and the sampling period.
 
     Raises:
-        BadInput: when there is no file, or a file lacks a column or has a cell that is no number.
+        BadInput: when there is no file, or a file lacks a column, has a cell that is no number, or leaves the
+            limits.
     """
     files = sorted(place.glob("*.csv")) if place.is_dir() else [place]
     if not files:
         raise BadInput(f"{place}: holds no CSV file: give experiments with t and the inputs")
     found = {}
     for file in files:
-        columns = read_columns(file, ["t", *(item.column for item in system.inputs)]).values
-        t = columns["t"] - columns["t"][:1]
-        if len(t) < 2 or not (np.diff(t) > 0.0).all():
-            raise BadInput(f"{file}: column t: does not increase: write the time of every sample in s")
+        t, given = read_experiment(file, system, limits, str(file))
+        if not t[-1] / limits.period < LONGEST:
+            raise BadInput(
+                f"{file}: lasts {t[-1]:g} s, more than {LONGEST} samples of {limits.period:g} s: cut it"
+            )
         clock = limits.period * np.arange(int(t[-1] / limits.period + 1e-9) + 1)
-        given = [
-            columns[i.column] if i.logged is None else i.logged.to_si(columns[i.column])
-            for i in system.inputs
-        ]
-        found[file.stem] = np.stack([np.interp(clock, t, u) for u in given], axis=1)
+        found[file.stem] = np.stack([np.interp(clock, t, u) for u in given.T], axis=1)
     return found
 
 
@@ -103,7 +103,7 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
         if output.name not in limits.noise:
             raise BadInput(
                 f"{limits.file}: noise: the output {output.name} has none: add "
-                f"noise: {{{output.name}: ...}}, the standard deviation of the sensor in {output.unit}"
+                f"noise: {{{output.name}: ...}}, the standard deviation of the sensor in {output.column_unit}"
             )
     rng, c, program = np.random.default_rng(seed), _constants(system, limits), equations(system, ())
     tables = {name: frame(u, system, limits) for name, u in inputs.items()}
@@ -116,7 +116,9 @@ def simulated_logs(inputs: Inputs, system: System, limits: Limits, seed: int) ->
             value = y[:, k] + limits.noise[output.name] * rng.standard_normal(len(y))
             tables[name][output.column] = as_logged(output, value)
     constants = {
-        item.name: limits.constants[item.name] for item in system.operating_point if item.values is None
+        item.name: as_logged(item, np.asarray(limits.constants[item.name]))
+        for item in system.operating_point
+        if item.values is None
     }
     return Logs.from_frames(tables, system, pd.DataFrame(constants, index=list(tables)))
 

@@ -80,7 +80,7 @@ def simulated(
         samples * designs * np.arange(len(systems)),
     )
     p = np.array([s.values for s in systems])[None]
-    x0 = np.array([_start(s, limits, c, u[0, 0]) for s in systems])
+    x0 = np.array([start_of(s, limits, c, u[0, 0]) for s in systems])
     hold = tuple(item.course for item in systems[0].inputs)
     how = Integration(limits.period, "rk4", max(substeps, 1), hold)
     start = np.tile(x0, (designs, 1, 1))
@@ -93,8 +93,15 @@ def simulated(
     return y, found[..., outputs:]
 
 
-def _start(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
-    """States at the start; those that are not given follow from the system file."""
+def start_of(system: System, limits: Limits, c: Array, u: Array) -> list[float]:
+    """Return the states at the start, SI; those that are not given follow from the system file.
+
+    Args:
+        system: system with the states.
+        limits: limits with the states that are given.
+        c: operating point, shape (constants,), SI.
+        u: inputs at the start, shape (inputs,), SI.
+    """
     known: dict[sp.Expr, float] = dict(zip(system.p, system.values, strict=True))
     known |= dict(zip(system.c, c.tolist(), strict=True)) | dict(zip(system.u, u.tolist(), strict=True))
     known |= {symbol(s.name): limits.start.get(s.name, 0.0) for s in system.states}

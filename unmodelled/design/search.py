@@ -11,7 +11,7 @@ from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
 from unmodelled.design.criterion import Criterion
-from unmodelled.design.signals import FAMILIES, Family
+from unmodelled.design.signals import FAMILIES, Family, reference_points
 
 Array = NDArray[np.float64]
 
@@ -36,27 +36,31 @@ class Found:
 
 
 def best_experiment(criterion: Criterion, seed: int, progress: Callable[[str], None]) -> Found:
-    """Return the experiment of highest value over all families of signals.
+    """Return the experiment of highest value over all families of signals and the references.
 
     Args:
         criterion: criterion with the limits.
         seed: seed of the search; the same seed gives the same experiment.
         progress: function that is called with a line of text at each step.
     """
-    found: list[tuple[float, int, Array]] = []
-    for number, family in enumerate(FAMILIES):
+    limits = criterion.limits
+    found: list[tuple[float, Family, Array]] = []
+    for family in FAMILIES:
         progress(f"search {family.name}")
-        size = family.size * len(criterion.limits.inputs)
+        size = family.size * len(limits.inputs)
         first = np.asarray(qmc.Halton(size, seed=seed).random(POPULATION))
         score, z = _evolved(criterion, family, first, seed, GENERATIONS)
-        found.append((score, number, z))
-    score, number, z = max(found, key=lambda one: one[0])
-    family = FAMILIES[number]
+        found.append((score, family, z))
+    # a proposal is worth no less than the chirp and the random levels that it is compared with
+    for family, points in reference_points(len(limits.inputs), seed).values():
+        scores = criterion.scores(criterion(family.inputs(points, limits)))
+        found.append((float(scores.max()), family, points[scores.argmax()]))
+    score, family, z = max(found, key=lambda one: one[0])
     progress(f"refine {family.name}")
     near = z + NEAR * np.random.default_rng([seed, 2]).standard_normal((POPULATION, len(z)))
     near[0] = z
     score, z = _evolved(criterion, family, np.clip(near, 0.0, 1.0), seed, REFINED)
-    return Found(family, family.inputs(z[None], criterion.limits)[0], score)
+    return Found(family, family.inputs(z[None], limits)[0], score)
 
 
 def _evolved(

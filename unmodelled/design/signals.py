@@ -1,7 +1,8 @@
 """Families of input signals: holds, ramps, slow reversals, multisines and chirps, within the input limits.
 
 A signal of a family is a point of the unit cube for every input; the first coordinate is the amplitude and
-the second one the offset, both relative to the limits. Every signal starts at the input closest to zero.
+the second one the offset, both relative to the limits. Every signal starts at the input closest to zero, in
+the unit of its column.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ class Family:
             one = z[:, k * self.size : (k + 1) * self.size]
             amplitude, offset = one[:, :1], (2.0 * one[:, 1:2] - 1.0) * (1.0 - one[:, :1])
             v = np.clip(amplitude * self.wave(one[:, 2:], share, max(cycles, 1.0)) + offset, -1.0, 1.0)
-            rest = min(max(0.0, own.low), own.high)
+            rest = own.rest
             u = rest + np.where(v > 0.0, v * (own.high - rest), v * (rest - own.low))
             found.append(_rated(u, rest, own.rate * limits.period))
         return np.stack(found, axis=-1)
@@ -133,12 +134,26 @@ def references(limits: Limits, seed: int) -> Mapping[str, Array]:
     Returns:
         By name: inputs, shape (amplitudes, samples, inputs), SI.
     """
+    points = reference_points(len(limits.inputs), seed)
+    return {name: family.inputs(z, limits) for name, (family, z) in points.items()}
+
+
+def reference_points(inputs: int, seed: int) -> Mapping[str, tuple[Family, Array]]:
+    """Return the experiments to compare with as points of families, see `references`.
+
+    Args:
+        inputs: number of inputs.
+        seed: seed of the random levels.
+
+    Returns:
+        By name: family, and points of the unit cube, shape (amplitudes, inputs times size of the family).
+    """
     centred = np.full(len(AMPLITUDES), 0.5)
     sweep = np.column_stack([AMPLITUDES, centred, np.zeros_like(centred), np.ones_like(centred)])
-    rng, many = np.random.default_rng([seed, 1]), len(limits.inputs)
-    own = [np.tile(rng.random(20), (len(AMPLITUDES), 1)) for _ in range(many)]
+    rng = np.random.default_rng([seed, 1])
+    own = [np.tile(rng.random(20), (len(AMPLITUDES), 1)) for _ in range(inputs)]
     held = [np.column_stack([AMPLITUDES, centred, levels]) for levels in own]
     return {
-        "chirp": FAMILIES[-1].inputs(np.tile(sweep, (1, many)), limits),
-        "random": Family("random", 22, _holds).inputs(np.concatenate(held, axis=1), limits),
+        "chirp": (FAMILIES[-1], np.tile(sweep, (1, inputs))),
+        "random": (Family("random levels", 22, _holds), np.concatenate(held, axis=1)),
     }

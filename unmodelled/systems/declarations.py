@@ -252,7 +252,7 @@ def _constant(found: Declarations, name: str, node: Node) -> None:
         found.operating_point.append(Constant(name, unit.text, logged=logged))
         return
     values = {key: _in_si(value, logged) for key, value in given.items()}
-    found.operating_point.append(Constant(name, unit.text, values, other, None, *own))
+    found.operating_point.append(Constant(name, unit.text, values, other, logged, *own))
 
 
 def _own_number(

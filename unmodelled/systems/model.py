@@ -64,6 +64,11 @@ class Logged:
         """Return the unit of the column, as written."""
         return self.unit if self.logged is None else self.logged.text
 
+    @property
+    def as_written(self) -> LoggedUnit:
+        """Return the unit in which a person writes values; that of a column in SI has factor 1, offset 0."""
+        return LoggedUnit(self.unit, 1.0, 0.0) if self.logged is None else self.logged
+
 
 @dataclass(frozen=True)
 class Input(Logged):
@@ -124,7 +129,8 @@ class Constant(Logged):
         unit: SI unit, as written.
         values: value by id of the experiment, in `unit`; None (default) if it is a column of experiments.csv.
         other: value for all experiments that `values` does not list; default None: unknown.
-        logged: unit of the column of experiments.csv, where it is not `unit`; default None.
+        logged: unit in which the file or the column of experiments.csv has it, where that is not `unit`;
+            default None.
         identify: whether an experiment that `values` does not list has a number of its own, which a
             simulation fits to the first half of the experiment from `other` on; default False.
         bounds: lowest and highest plausible value of such a number, in `unit`; default None.

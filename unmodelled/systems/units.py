@@ -96,6 +96,15 @@ class LoggedUnit:
         """
         return (values - self.offset) / self.factor
 
+    @property
+    def of_differences(self) -> LoggedUnit:
+        """Return the unit of differences, rates and standard deviations: 1 degC more is 1 K more."""
+        return LoggedUnit(self.text, self.factor, 0.0)
+
+
+#: Of values between which a unit must be in proportion: decibels, octaves and the like are not.
+_LINEAR_AT = 3.0
+
 
 def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
     """Parse the unit of a column of a log, which may be any unit.
@@ -107,7 +116,7 @@ def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
         SI unit of the quantity, and the unit of the column; None if it is the SI unit.
 
     Raises:
-        ValueError: if the text is not a unit.
+        ValueError: if the text is not a unit, or a logarithmic one such as dB.
 
     Examples:
         >>> unit, logged = parse_logged("rpm")
@@ -116,10 +125,11 @@ def parse_logged(text: str) -> tuple[Unit, LoggedUnit | None]:
         >>> parse_logged("mA")[0].text, parse_logged("N s/m")[1]
         ('A', None)
     """
-    one, zero = _in_si(text, 1.0), _in_si(text, 0.0)
-    if _is_coherent(one):
-        return Unit(text, one.dimension), None
-    return Unit(one.name, one.dimension), LoggedUnit(text, one.value - zero.value, zero.value)
+    one, zero, far = (_in_si(text, value) for value in (1.0, 0.0, _LINEAR_AT))
+    logged = LoggedUnit(text, one.value - zero.value, zero.value)
+    if not math.isclose(far.value, logged.offset + logged.factor * _LINEAR_AT, rel_tol=1e-9):
+        raise ValueError(f"{text!r} is a logarithmic unit: log the quantity in {one.name}")
+    return (Unit(text, one.dimension), None) if _is_coherent(one) else (Unit(one.name, one.dimension), logged)
 
 
 def parse_unit(text: str) -> Unit:

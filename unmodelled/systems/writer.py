@@ -187,7 +187,8 @@ def _input(item: Input) -> dict[str, str]:
 
 
 def _constant(constant: Constant) -> dict[str, str]:
-    entries = {"unit": _quoted(constant.column_unit)}
+    # values of a file are kept in SI, those of a column of experiments.csv stay as they are written
+    entries = {"unit": _quoted(constant.column_unit if constant.values is None else constant.unit)}
     if constant.values is not None:
         given = {_quoted(name): repr(float(value)) for name, value in constant.values.items()}
         entries["values"] = _braces(given)

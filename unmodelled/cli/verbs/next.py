@@ -30,7 +30,8 @@ def next(system: Path, logs: Path, answer: Path, limits: Path, out: Path, seed: 
         answer: folder of the diagnosis, with diagnosis.json.
         limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
             `travel` (`low`, `high`, `speed` of states, outputs or signals), `start`, `operating_point` and
-            `period` (s).
+            `period` (s);
+            all in the units of the columns in the system file (mA, degC, %), rates per second.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         seed: seed of the search; the same seed gives the same files.
 
