@@ -255,7 +255,15 @@ def test_gaps_cut_a_log_into_experiments(tmp_path: Path) -> None:
     assert logs.experiments["group"].tolist() == ["g", "g", "h"]
     np.testing.assert_array_equal(logs.y[logs.rows(1), 0], whole["angle"][400:])
     (first, second) = [note for note in logs.notes if "was cut at gaps" in note]
-    assert "its parts are a.part1 to a.part2; 9.1 % of its samples" in first and "55 %" in second
+    assert "its parts are a.part1 to a.part2; 40 of its 440 samples" in first
+    assert "its parts are b.part1; 240 of its 440 samples" in second
+    logs = read_logs(
+        write_folder(tmp_path / "all", {"a": {k: v[np.r_[0:200, 300:600]] for k, v in whole.items()}}),
+        motor(),
+    )
+    assert [note for note in logs.notes if "was cut" in note] == [
+        "a was cut at gaps of more than 5 sampling periods: its parts are a.part1 to a.part2"
+    ]
 
 
 def test_logs_of_other_rates_are_read_at_the_slowest(tmp_path: Path) -> None:

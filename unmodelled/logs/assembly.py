@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from unmodelled.logs.clock import (
     uniform_clock,
 )
 from unmodelled.logs.constants import logged, part_name, with_constants
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.logs import Continued, Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
 from unmodelled.logs.table import SMALLEST, Columns, Rows, check_header, check_texts, numbers
@@ -32,6 +33,9 @@ from unmodelled.systems.model import Input, Output, System
 Array = NDArray[np.float64]
 
 TURN = 2.0 * np.pi  # rad
+#: Longest gap, as a share of the record before it, over which states that no output shows go on. Nobody knows
+#: what the inputs did in a longer one.
+LONGEST_BRIDGE = 0.1
 
 
 def units_of(system: System) -> dict[str, str]:
@@ -111,18 +115,27 @@ def _without_gaps(
             moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, system)]
             if not moving:
                 raise BadInput(f"{log.path}: column t: gaps leave no part in which every output changes")
-            found += moving
+            found += [moving[0], *(_after(a, b) for a, b in pairwise(moving))]
             rows += [row] * len(moving)
             ids += [name] if len(pieces) == 1 else [part_name(name, k) for k in range(1, len(moving) + 1)]
             if len(pieces) > 1:
-                lost = 1.0 - sum(map(len, moving)) / len(log)
+                parts_of_it = f"{ids[-len(moving)]} to {ids[-1]}" if len(moving) > 1 else ids[-1]
+                lost = len(log) - sum(map(len, moving))
+                rest = (
+                    f"; {lost} of its {len(log)} samples lie in parts that are too short or without motion, "
+                    "and were left out"
+                )
                 notes.append(
                     f"{name} was cut at gaps of more than {LONGEST_GAP:g} sampling periods: its parts are "
-                    f"{ids[-len(moving)]} to {ids[-1]}; {100.0 * lost:.2g} % of its samples lie in parts "
-                    "that are too short or without motion, and were left out"
+                    f"{parts_of_it}{rest if lost else ''}"
                 )
     faults.check()
     return experiments.iloc[rows].assign(id=ids), found, notes
+
+
+def _after(before: Columns, piece: Columns) -> Columns:
+    """A piece of a log with the time since the one before."""
+    return replace(piece, since=float(piece.values["t"][0] - before.values["t"][-1]))
 
 
 def _moving(log: Columns, system: System) -> bool:
@@ -235,7 +248,18 @@ def _measurements(
         u=u,
         notes=tuple(notes),
         provenance=provenance,
+        continues=_continued(ids, logs, period),
     )
+
+
+def _continued(ids: Sequence[str], logs: Sequence[Columns], period: float) -> tuple[Continued | None, ...]:
+    """The experiment that every experiment continues, unless a long gap lies between."""
+    found, seconds = list[Continued | None](), 0.0
+    for before, log in zip(["", *ids[:-1]], logs, strict=True):
+        since = log.since if log.since is not None and log.since <= LONGEST_BRIDGE * seconds else None
+        seconds = float(np.ptp(log.values["t"])) + (0.0 if since is None else seconds + since)
+        found.append(None if since is None else Continued(before, max(1, round(since / period))))
+    return tuple(found)
 
 
 def _wrapped(angle: Array) -> bool:

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
+import numpy as np
+
 from unmodelled.base.errors import BadInput, Faults, nearest
 from unmodelled.base.limits import check_file
 from unmodelled.base.shapes import ORIGIN, read_shaped
@@ -143,6 +145,7 @@ def _logs(
             place = _place(table, row, file, spare)
             packed |= {place: None} if is_hdf5(place.file) else {}
     read, logs = read_hdf5(list(packed), units, faults), []
+    ended: dict[Address, float] = {}  # of the row before, if it names a part of the same log
     for (row, file), (start, end) in zip(named, spans, strict=True):
         with faults.collected():
             place = _place(table, row, file, spare)
@@ -154,7 +157,9 @@ def _logs(
                     when = f"{start:g} s <= t < {end:g} s"
                     raise BadInput(f"{table}: row {row}: column t_from: {file!r} has no sample with {when}")
                 check_log(log, system)
-                logs.append(in_si(log, system))
+                since = log.values["t"][0] - ended.get(place, np.inf)
+                ended = {place: log.values["t"][-1]}
+                logs.append(replace(in_si(log, system), since=since if since > 0.0 else None))
     return logs
 
 

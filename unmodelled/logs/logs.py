@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -27,6 +27,18 @@ OWN = ("exp", "samples")  # columns of the store's table that a user's column mu
 GROUPS = ("outputs", "inputs", "states", "constants")
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
+
+
+class Continued(NamedTuple):
+    """Experiment of the same record that ended before another one began.
+
+    Attributes:
+        id: its id.
+        periods: sampling periods from its last sample to the first sample of the other one.
+    """
+
+    id: str
+    periods: int
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,6 +67,8 @@ class Logs:
         notes: sentences on what was done to the data.
         provenance: origin of the data; `data` is "measured" or "virtual".
         delays: delays that `u` includes already, one per input, s; none where it is empty.
+        continues: experiment that every experiment continues, None where a record begins; empty where none
+            continues another. States that no output shows go on from there.
         source: folder that the logs were read from, "" where there is none.
     """
 
@@ -75,6 +89,7 @@ class Logs:
     notes: tuple[str, ...]
     provenance: Mapping[str, Any]
     delays: tuple[float, ...] = ()
+    continues: tuple[Continued | None, ...] = ()
     source: str = field(default="", compare=False)
 
     def __len__(self) -> int:
@@ -143,6 +158,15 @@ class Logs:
         """
         return slice(int(self.offsets[i]), int(self.offsets[i + 1]))
 
+    def gap(self, i: int) -> int | None:
+        """Return the sampling periods since the experiment before, None if it is not continued.
+
+        Args:
+            i: number of the experiment.
+        """
+        before = self.continues[i] if self.continues else None
+        return before.periods if before and i and self.ids[i - 1] == before.id else None
+
     def experiments_with_speed(self) -> pd.DataFrame:
         """Return the experiments table with a column rms_<state> for every state, its size in each."""
         columns = {
@@ -166,6 +190,7 @@ class Logs:
             offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
             **{name: getattr(self, name)[rows] for name in ("t", "y", "u", "x")},
             c=self.c[list(runs)],
+            continues=tuple(self.continues[i] for i in runs) if self.continues else (),
         )
 
     def write(self, folder: Path) -> None:
@@ -186,6 +211,7 @@ class Logs:
             **{name: list(getattr(self, name)) for name in GROUPS},
             **{"period": self.period, "measured": list(self.measured), "notes": list(self.notes)},
             "delays": list(self.delays),
+            "continues": [list(before) if before else [] for before in self.continues],
         }
         Campaign(table, signals, self.offsets, {**self.provenance, HEADER: header}).write(folder)
 
@@ -251,6 +277,7 @@ class Logs:
             provenance=provenance,
             # a store that does not say after which delays its inputs act was written for this system
             delays=tuple(header["delays"]) or tuple(item.delay for item in system.inputs),
+            continues=tuple(Continued(*each) if each else None for each in header.get("continues", ())),
         )
 
     @classmethod
@@ -267,6 +294,7 @@ class Logs:
         notes: tuple[str, ...],
         provenance: Mapping[str, Any],
         delays: tuple[float, ...] = (),
+        continues: tuple[Continued | None, ...] = (),
     ) -> Logs:
         """Return measurements without states: see `preparation.prepare`.
 
@@ -281,6 +309,7 @@ class Logs:
             notes: sentences on what was done to the data.
             provenance: origin of the data.
             delays: delays that `u` includes already, one per input, s; none unless given.
+            continues: experiment that every experiment continues, default: none does.
         """
         outputs, inputs, _, constants = names(system)
         return cls(
@@ -298,6 +327,7 @@ class Logs:
             notes=notes,
             provenance=provenance,
             delays=delays or (0.0,) * len(inputs),
+            continues=continues if any(continues) else (),
         )
 
 

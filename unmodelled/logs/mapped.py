@@ -230,7 +230,8 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
     t = log.values["t"]
     if length is None or t[-1] < 2.0 * length:
         return [(name, log)]
-    parts, part = [], np.floor(t / length + 1e-9)
+    parts = list[tuple[str, Samples]]()
+    end, part = -np.inf, np.floor(t / length + 1e-9)
     for k in range(int(part[-1]) + 1):
         rows = np.flatnonzero(part == k)
         if len(rows) < SHORTEST_LOG or t[rows[-1]] - t[rows[0]] < 0.5 * length:
@@ -238,7 +239,8 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
             continue
         values = {key: column[rows] for key, column in log.values.items()}
         values["t"] = values["t"] - values["t"][0]
-        parts.append((f"{name}-{k + 1}", replace(log, values=values, numbers=log.numbers[rows])))
+        since, end = t[rows[0]] - end if parts else None, t[rows[-1]]
+        parts.append((f"{name}-{k + 1}", replace(log, values=values, numbers=log.numbers[rows], since=since)))
     if not parts:
         raise BadInput(
             f"{log.path}: cut: {length:g} s hold fewer than {SHORTEST_LOG} samples: cut longer parts"

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Equations, Program, assembled
+from unmodelled.logs.courses import Courses, Stretch
+from unmodelled.logs.logs import Logs
 from unmodelled.logs.readings import Reading, hidden_states, without_beside
 from unmodelled.systems.model import System
 
@@ -30,12 +32,14 @@ class Observer:
         initial: program whose outputs are the hidden states at the start of every experiment.
         columns: inputs and other states, by number, that the two programs depend on.
         hold: course of these between samples, see `Integration`.
+        names: names of the hidden states.
     """
 
     program: Program
     initial: Program
     columns: tuple[int, ...]
     hold: tuple[float, ...]
+    names: tuple[str, ...]
 
     @classmethod
     def of(cls, system: System, shown: Sequence[Reading]) -> Observer:
@@ -71,7 +75,8 @@ class Observer:
         equations = replace(equations, states=names, inputs=driven, rates=rates, laws=laws)
         hold = [*(item.course for item in system.inputs), *(1.0 for _ in imposed)]
         held = tuple(hold[k] for k in columns)
-        return cls(assembled(equations), assembled(replace(equations, observed=starts)), columns, held)
+        programs = assembled(equations), assembled(replace(equations, observed=starts))
+        return cls(*programs, columns, held, tuple(map(str, names)))
 
     @property
     def parameters(self) -> Indices:
@@ -80,37 +85,89 @@ class Observer:
 
     def states(
         self,
-        windows: Windows,
+        logs: Logs,
+        driven: Array,
+        shift: Indices,
         at: tuple[Indices, Indices],
         p: Array,
         c: Array,
-        period: float,
         substeps: int = SUBSTEPS[0],
     ) -> Array:
-        """Integrate from the initial values by the Runge-Kutta method of order four.
+        """Integrate from the start of every record by the Runge-Kutta method of order four.
 
-        Inputs and imposed states run straight between samples; efforts are those of the known laws.
+        Inputs and imposed states run straight between samples; efforts are those of the known laws. A record
+        that was cut into experiments is integrated from its first sample, through the gaps between them. An
+        experiment whose record has no beginning in `logs` starts at its state in `logs`.
 
         Args:
-            windows: whole experiments; columns of `windows.u` are the inputs, then the imposed states.
-            at: rows of interest: their windows, and their samples since the start, shape (rows,) each.
+            logs: logs of all experiments.
+            driven: inputs, then the imposed states, shape (tables * samples, inputs + imposed states).
+            shift: rows of `driven` before the table that a set of parameters reads, shape (sets,).
+            at: rows of interest: their experiments, and their samples since the start, shape (rows,) each.
             p: parameters, shape (experiments, sets, parameters), SI.
             c: constants of the operating points, shape (experiments, constants), SI.
-            period: sampling period, s.
             substeps: integration steps per sampling period, default 4; more where these are unstable.
 
         Returns:
             States, shape (rows, sets, hidden states), SI; not finite where the integration diverges.
         """
-        windows = windows._replace(u=windows.u[:, self.columns])
+        courses = Courses.of(logs)
+        levels = courses.levels(at[0].tolist(), [p[:, :, self.parameters], c])
+        filled = courses.filled(driven[:, self.columns])
+        shift = shift // len(logs.t) * len(courses.before)
+        windows = [_windows(courses, filled, shift, level) for level in levels]
+        for steps in (substeps, *(more for more in SUBSTEPS if more > substeps)):
+            how = Integration(logs.period, "rk4", steps, self.hold)
+            z = self._along(courses, levels, windows, at, (p, c), how)
+            if np.isfinite(z).all():
+                break
+        return z
+
+    def _along(
+        self,
+        courses: Courses,
+        levels: Sequence[Sequence[Stretch]],
+        windows: Sequence[Windows],
+        at: tuple[Indices, Indices],
+        numbers: tuple[Array, Array],
+        how: Integration,
+    ) -> Array:
+        """States (rows, sets, hidden states) at the rows of interest."""
+        logs, (owner, sample) = courses.logs, at
+        z = np.full((len(owner), len(windows[0].shift), len(self.names)), np.nan)
+        ends: dict[int, Array] = {}
+        for level, one in zip(levels, windows, strict=True):
+            x0 = self._starts(logs, one, *numbers)
+            for k, stretch in enumerate(level):
+                x0[k] = ends.get(stretch.owner, x0[k])
+            found = free_run(self.program, one, *numbers, x0, how)
+            window = np.full(len(logs), -1)
+            for k, stretch in enumerate(level):
+                window[stretch.owner : stretch.last + 1] = k
+                ends[stretch.last + 1] = found[k, :, stretch.steps]
+            mine = window[owner] >= 0
+            at_row = window[owner[mine]]
+            z[mine] = found[at_row, :, courses.first[owner[mine]] + sample[mine] - one.start[at_row]]
+        return z
+
+    def _starts(self, logs: Logs, windows: Windows, p: Array, c: Array) -> Array:
+        """States (windows, sets, hidden states) from which records start."""
         owner, rows = windows.owner, windows.start[:, None] + windows.shift
         unknown = np.zeros(self.initial.sizes.states)
         x0 = self.initial.evaluate(
             windows.t[windows.start][:, None], unknown, windows.u[rows], p[owner], c[owner][:, None]
         )
-        for steps in (substeps, *(more for more in SUBSTEPS if more > substeps)):
-            how = Integration(period, "rk4", steps, self.hold)
-            z = free_run(self.program, windows, p, c, x0, how)[at[0], :, at[1]]
-            if np.isfinite(z).all():
-                break
-        return np.asarray(z)
+        known = [j for j, name in enumerate(self.names) if name in logs.states]
+        columns = [logs.states.index(self.names[j]) for j in known]
+        for k, i in enumerate(owner.tolist()):
+            if known and logs.continues and logs.continues[i] is not None:
+                x0[k][:, known] = logs.x[logs.offsets[i], columns]
+        return np.asarray(x0)
+
+
+def _windows(courses: Courses, filled: Array, shift: Indices, stretches: Sequence[Stretch]) -> Windows:
+    """The stretches as windows of filled samples."""
+    owner, start, steps = (
+        np.array([getattr(s, name) for s in stretches], np.int64) for name in ("owner", "start", "steps")
+    )
+    return Windows(filled, courses.logs.t[courses.before], start, steps, owner, shift)

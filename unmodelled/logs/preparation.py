@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.engine.free_run import Windows
 from unmodelled.logs.clock import SHORTEST_LOG, delayed
 from unmodelled.logs.constants import part_name, with_constants
 from unmodelled.logs.differentiate import smooth_derivative
-from unmodelled.logs.logs import Logs, names
+from unmodelled.logs.logs import Continued, Logs, names
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import Reading, hidden_states, readings
 from unmodelled.systems.model import System
@@ -87,7 +86,7 @@ def several(system: System, logs: Logs) -> Logs:
     note = (
         f"{logs.ids[0]} is the only record: it was cut into {count} experiments of "
         f"{logs.period * len(logs.t) / count:.3g} s, {ids[0]} to {ids[-1]}; states that no output shows "
-        "start anew in each of them"
+        "go on from one to the next"
     )
     rows = [0] * count
     parts = replace(
@@ -97,6 +96,7 @@ def several(system: System, logs: Logs) -> Logs:
         offsets=edges,
         t=logs.t - np.repeat(logs.t[edges[:-1]], np.diff(edges)),
         c=logs.c[rows],
+        continues=(None, *(Continued(name, 1) for name in ids[:-1])),
         notes=(*logs.notes, note),
     )
     return prepare(system, parts)
@@ -157,7 +157,7 @@ def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[s
     if hidden:
         x[:, hidden] = _integrated(system, shown, logs, x)
         hidden_names = ", ".join(system.states[k].name for k in hidden)
-        notes.append(f"{hidden_names}: no output shows it, integrated from the start of each experiment")
+        notes.append(f"{hidden_names}: no output shows it, integrated from the start of each record")
     if any(r.beside for r in shown):
         x[:, [r.state for r in shown]] -= _beside(system, shown, logs, x)
     return x, tuple(k in found for k in range(x.shape[1])), notes
@@ -210,14 +210,12 @@ def _integrated(system: System, shown: Sequence[Reading], logs: Logs, x: Array) 
     Raises:
         BadInput: when a state diverges, naming it, the experiment and the time.
     """
-    n, lengths = len(logs), np.diff(logs.offsets)
     hidden = hidden_states(system, shown)
     sample = np.arange(len(logs.t)) - logs.offsets[logs.owner]
     driven = np.concatenate([logs.u, np.delete(x, hidden, axis=1)], axis=1)
-    none = np.zeros(1, np.int64)
-    windows = Windows(driven, logs.t, logs.offsets[:-1], lengths - 1, np.arange(n), none)
-    p = np.broadcast_to(system.values, (n, 1, len(system.values)))
-    z = Observer.of(system, shown).states(windows, (logs.owner, sample), p, logs.c, logs.period)[:, 0]
+    p = np.broadcast_to(system.values, (len(logs), 1, len(system.values)))
+    observer, none = Observer.of(system, shown), np.zeros(1, np.int64)
+    z = observer.states(logs, driven, none, (logs.owner, sample), p, logs.c)[:, 0]
     bad = ~np.isfinite(z)
     if not bad.any():
         return z

@@ -7,7 +7,7 @@ import unicodedata
 from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
 
@@ -37,12 +37,15 @@ class Columns:
         values: finite numbers by name of the column, each of shape (samples,).
         header: True for a CSV file, which has a row with names.
         first: number of the file's sample that is the first one here, default 0.
+        since: time since the last sample of the columns before, which these continue, s; None where a record
+            begins.
     """
 
     path: Path
     values: Mapping[str, Array]
     header: bool
     first: int = 0
+    since: float | None = field(default=None, kw_only=True)
 
     def __len__(self) -> int:
         return next((len(v) for v in self.values.values()), 0)

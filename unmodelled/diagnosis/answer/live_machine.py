@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.answer.live_numbers import parameter_sliders, values_of
 from unmodelled.diagnosis.data.gap import Gap, steps_of
+from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.sensors import Sensors
+from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.engine.machine.javascript import as_data, as_text
 from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
@@ -136,6 +138,7 @@ def experiments(
     with_slope = sorted({r.output for r in readings(system) if r.slope or r.lag != 0})
     width = logs.u.shape[1] + logs.y.shape[1] + len(with_slope)
     found, room = [], MOST_NUMBERS // width
+    hidden = _continued(system, logs, np.array([identified for _, identified in constants]))
     for i in order:
         first, last = (int(k) for k in logs.offsets[i : i + 2])
         samples = min(last - first, MOST_SAMPLES, room)
@@ -152,6 +155,17 @@ def experiments(
                 "v": {str(j): as_text(sensors.slope(j, 0.0, rows)) for j in with_slope},
                 "given": as_text(constants[i][0]),
                 "identified": as_text(constants[i][1]),
+                "hidden": hidden.get(i),
             }
         )
     return found
+
+
+def _continued(system: System, logs: Logs, c: Array) -> dict[int, str]:
+    """States that no output shows at the starts of the experiments that continue another one, by number."""
+    runs = [i for i in range(len(logs)) if logs.gap(i) is not None]
+    if not runs or not hidden_states(system, readings(system)):
+        return {}
+    simulation = Simulation(system, Recording.whole(logs, runs), c=c)
+    starts = simulation.hidden_starts(simulation.values[None, None])[:, 0]
+    return dict(zip(simulation.recording.owner.tolist(), map(as_text, starts), strict=True))

@@ -220,4 +220,13 @@ class Sensors:
             return self.logs.y[:, output]
         if output not in self._slopes:
             self._slopes[output] = self._spread(self._smoothed(output).v)
+            if any(self.logs.continues):
+                self._fill_others(output, self._slopes[output])
         return self._slopes[output]
+
+    def _fill_others(self, output: int, slope: Array) -> None:
+        """Fill in the slope in other experiments: hidden states go on through them to the next part."""
+        others = [i for i in range(len(self.logs)) if i not in self._known]
+        if others:
+            whole = Sensors(self.logs, tuple(others))
+            slope[whole._rows] = whole._smoothed(output).v

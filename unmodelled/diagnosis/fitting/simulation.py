@@ -159,6 +159,20 @@ class Simulation:
         y = free_run(self.equations, windows, p, self.c, x0, how)
         return self._shown(y, values[0])
 
+    def hidden_starts(self, values: Array, substeps: int = 1) -> Array:
+        """Return the states that no output measures at the first samples of the windows.
+
+        Args:
+            values: parameter sets, shape (experiments or 1, sets, numbers), SI.
+            substeps: integration steps (Runge-Kutta, order four) per sample, default 1.
+
+        Returns:
+            States, shape (windows, sets, hidden states), SI.
+        """
+        everywhere = np.broadcast_to(values, (len(self.recording.logs), *values.shape[1:]))
+        tables = self.reader(everywhere, self.recording, EVERY)
+        return self._integrated(tables, everywhere[:, :, : len(self.system.parameters)], substeps)
+
     def later(self, values: Array) -> Indices:
         """Return the whole samples by which delayed outputs are compared later.
 
@@ -207,13 +221,11 @@ class Simulation:
         """
         record, logs, observer = self.recording, self.recording.logs, self._observer
         assert observer is not None
-        runs = np.array(record.runs, np.int64)
-        first, length = logs.offsets[runs], np.diff(logs.offsets)[runs]
         numbers = np.column_stack([*p[:, :, observer.parameters], tables.member])
         _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
-        windows = Windows(tables.driven, logs.t, first, length - 1, runs, tables.shift[different])
-        at = np.searchsorted(runs, record.owner), record.start - logs.offsets[record.owner]
-        z = observer.states(windows, at, p[:, different], self.c, logs.period, substeps)
+        at = record.owner, record.start - logs.offsets[record.owner]
+        shift, some = tables.shift[different], p[:, different]
+        z = observer.states(logs, tables.driven, shift, at, some, self.c, substeps)
         return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:

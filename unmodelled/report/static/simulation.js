@@ -27,6 +27,7 @@ const simulation = (() => {
         v: Object.fromEntries(Object.entries(e.v).map(([j, text]) => [j, series(text)])),
         given: machine.numbers(e.given),
         identified: machine.numbers(e.identified),
+        hidden: e.hidden && machine.numbers(e.hidden),
       })),
     };
   }
@@ -99,11 +100,12 @@ const simulation = (() => {
   }
 
   // states that no output measures, integrated from the start of the experiment with the others imposed
-  function hiddenStates(model, u, x, t, p, c, substeps) {
+  function hiddenStates(model, u, x, t, p, c, substeps, start) {
     const { program, initial, columns, hold } = model.observer;
     const driving = [...u, ...x], own = columns.map((j) => driving[j]), n = t.length;
     const none = new Float64Array(program.rates.length);
-    const x0 = machine.evaluate(initial, t[0], none, own.map((column) => column[0]), p, c);
+    // of an experiment that continues another one, the page does not have the record before it
+    const x0 = start || machine.evaluate(initial, t[0], none, own.map((column) => column[0]), p, c);
     let found = [];
     for (const steps of [substeps, ...OBSERVER_SUBSTEPS.filter((more) => more > substeps)]) {
       const how = { period: model.period, substeps: steps, hold };
@@ -141,7 +143,7 @@ const simulation = (() => {
     const t = Float64Array.from({ length: n }, (_, k) => period * k);
     const u = experiment.u.map((column, j) => ahead(column, -setting.inputs[j] / period, false));
     const x = measuredStates(model, experiment, u, p, c, setting.outputs);
-    const z = model.hidden.length ? hiddenStates(model, u, x, t, p, c, substeps) : [];
+    const z = model.hidden.length ? hiddenStates(model, u, x, t, p, c, substeps, experiment.hidden) : [];
     const late = setting.outputs.map((delay) => delay / period), later = late.map((d) => Math.floor(d + WHOLE));
     const samples = n - Math.max(...later), found = model.program.shown.map(() => new Float64Array(n).fill(NaN));
     for (let start = 0; start < samples - 1; start += steps) {

@@ -1,0 +1,197 @@
+"""States that no output shows go on where a record is cut, as they do in the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from tests.diagnosis.run_folder import write_runs
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.free_runs import free_runs
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.preparation import prepare, several
+from unmodelled.systems.model import System
+from unmodelled.systems.reader import read_system
+
+Array = NDArray[np.float64]
+PERIOD, SAMPLES, PARTS = 2.0, 1800, 6
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine with a store that no output shows, and its own equations."""
+
+    text: str
+    rates: Callable[[Array, float], Array]
+    start: tuple[float, ...]
+    shows: Callable[[Array, Array], Array]
+    levels: tuple[float, ...]  # of the input, in turn
+    noise: float
+    horizon: float
+
+
+PLATE = Machine(
+    """
+schema: system/1
+name: plate
+states: {surface: {unit: K, initial: 293}, core: {unit: K, initial: 293}}
+inputs: {P: {unit: W}}
+outputs: {y: {unit: K, expression: surface}}
+parameters: {C: {value: 40, unit: J/K}, D: {value: 900, unit: J/K}, g: {value: 2, unit: W/K},
+  h: {value: 0.8, unit: W/K}, room: {value: 293, unit: K}}
+dynamics: {surface: (P - g*(surface - core))/C, core: (g*(surface - core) - h*(core - room))/D}
+""",
+    lambda x, u: np.array(
+        [(u - 2.0 * (x[0] - x[1])) / 40.0, (2.0 * (x[0] - x[1]) - 0.8 * (x[1] - 293.0)) / 900.0]
+    ),
+    (293.0, 293.0),
+    lambda x, u: x[:, 0],
+    (60.0, 20.0, 90.0, 5.0),
+    0.05,
+    200.0,
+)
+TANKS = Machine(
+    """
+schema: system/1
+name: tanks
+states: {upper: {unit: m, initial: 0.5}, lower: {unit: m, initial: 0.2}}
+inputs: {inflow: {unit: m^3/s}}
+outputs: {y: {unit: m, expression: lower}}
+parameters: {A: {value: 0.1, unit: m^2}, B: {value: 0.02, unit: m^2}, a: {value: 0.0003, unit: m^2},
+  b: {value: 0.0004, unit: m^2}, G: {value: 19.62, unit: m/s^2}}
+dynamics: {upper: (inflow - a*sqrt(G*upper))/A, lower: (a*sqrt(G*upper) - b*sqrt(G*lower))/B}
+""",
+    lambda x, u: np.array(
+        [
+            (u - 3e-4 * np.sqrt(19.62 * x[0])) / 0.1,
+            (3e-4 * np.sqrt(19.62 * x[0]) - 4e-4 * np.sqrt(19.62 * x[1])) / 0.02,
+        ]
+    ),
+    (0.5, 0.2),
+    lambda x, u: x[:, 1],
+    (1.2e-3, 0.7e-3, 1.6e-3, 0.9e-3),
+    0.001,
+    100.0,
+)
+CELL = Machine(
+    """
+schema: system/1
+name: cell
+states: {soc: {unit: "1", initial: 0.9}, z: {unit: V, initial: 0}}
+inputs: {i: {unit: A, hold: true}}
+outputs: {y: {unit: V, expression: E + k*soc - R*i - z}}
+parameters: {Q: {value: 7200, unit: A s}, E: {value: 3.3, unit: V}, k: {value: 0.8, unit: V},
+  R: {value: 0.03, unit: ohm}, S: {value: 0.05, unit: ohm}, T: {value: 700, unit: s}}
+dynamics: {soc: -i/Q, z: (S*i - z)/T}
+""",
+    lambda x, u: np.array([-u / 7200.0, (0.05 * u - x[1]) / 700.0]),
+    (0.9, 0.0),
+    lambda x, u: 3.3 + 0.8 * x[:, 0] - 0.03 * u - x[:, 1],
+    (4.0, -1.5, 2.0, 0.0, -2.0),
+    0.0005,
+    300.0,
+)
+MACHINES = {"plate": PLATE, "tanks": TANKS, "cell": CELL}
+
+
+def signals(machine: Machine) -> tuple[Array, Array, Array]:
+    """Time, held input and measured output of one record, integrated in small steps."""
+    u = np.resize(np.repeat(machine.levels, 110), SAMPLES)
+    x, states, h = np.array(machine.start), [], PERIOD / 20.0
+    for held in u:
+        states.append(x)
+        for _ in range(20):
+            middle = x + 0.5 * h * machine.rates(x, held)
+            x = x + h * machine.rates(middle, held)
+    noise = machine.noise * np.random.default_rng(3).standard_normal(SAMPLES)
+    return PERIOD * np.arange(SAMPLES), u, machine.shows(np.array(states), u) + noise
+
+
+def read(folder: Path, machine: Machine, mapping: str = "", lost: slice = slice(0, 0)) -> tuple[System, Logs]:
+    t, u, y = signals(machine)
+    text = machine.text.replace("unit: W}", "unit: W, hold: true}").replace("m^3/s}", "m^3/s, hold: true}")
+    (folder / "system.yaml").write_text(text)
+    system = read_system(folder / "system.yaml")
+    kept = np.delete(np.arange(SAMPLES), lost)
+    table = pd.DataFrame({"t": t, "u": u, "y": y}).iloc[kept]
+    table.to_csv(folder / "record.csv", index=False)
+    (name,) = (item.name for item in system.inputs)
+    (folder / "mapping.yaml").write_text(
+        "schema: mapping/1\nfiles: [record.csv]\ntime: {column: t, unit: s}\n"
+        f"signals: {{{name}: {{column: u, unit: {system.inputs[0].unit}}}, "
+        f"y: {{column: y, unit: {system.outputs[0].unit}}}}}\n{mapping}"
+    )
+    return system, read_logs(folder, system)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_cut_record_has_the_gap_of_the_whole_one(name: str, tmp_path: Path) -> None:
+    """Also of some of its parts: the states go on through those that are not simulated."""
+    machine = MACHINES[name]
+    system, whole = read(tmp_path, machine)
+    cut = read(tmp_path, machine, f"cut: {PERIOD * SAMPLES / PARTS:g} s\n")[1]
+    assert (len(whole), len(cut)) == (1, PARTS)
+    known = free_runs(system, whole, machine.horizon)
+    assert known.value < 1.5 * known.floor
+    for logs, runs in ((cut, None), (cut, [2, 5]), (several(system, whole), None)):
+        found = free_runs(system, logs, machine.horizon, runs)
+        assert found.value < 1.5 * found.floor
+    anew = prepare(system, replace(cut, continues=()))
+    assert free_runs(system, anew, machine.horizon).value > 3.0 * known.value
+
+
+def test_hidden_states_go_on_over_a_gap(tmp_path: Path) -> None:
+    """The store of a plate is integrated over lost samples, with its input held straight between them."""
+    system, logs = read(tmp_path, PLATE, lost=slice(900, 930))
+    assert [logs.gap(i) for i in range(len(logs))] == [None, 31]
+    found = free_runs(system, logs, PLATE.horizon)
+    assert found.value < 3.0 * found.floor
+    anew = prepare(system, replace(logs, continues=()))
+    assert free_runs(system, anew, PLATE.horizon).value > 10.0 * found.value
+
+
+def test_spans_of_one_log_continue_each_other(tmp_path: Path) -> None:
+    """Next to each other they do; over a rest that is as long as they are, states start anew."""
+    system, whole = read(tmp_path, TANKS)
+    t, u, y = signals(TANKS)
+    folder = write_runs(tmp_path / "spans", [pd.DataFrame({"t": t, "inflow": u, "y": y})])
+    table = "id,file,t_from,t_to\na,run0.csv,,1200\nb,run0.csv,1200,1800\nc,run0.csv,3000,\n"
+    (folder / "experiments.csv").write_text(table)
+    logs = read_logs(folder, system)
+    assert [logs.gap(i) for i in range(3)] == [None, 1, None]
+    np.testing.assert_allclose(logs.x[logs.rows(1)], whole.x[600:900], atol=2e-3)
+
+
+def test_a_part_alone_starts_where_the_record_was(tmp_path: Path) -> None:
+    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    alone = prepare(system, logs.among([4]))
+    np.testing.assert_allclose(alone.x[0], logs.x[logs.offsets[4]])
+    assert alone.gap(0) is None
+
+
+def test_a_store_keeps_what_continues(tmp_path: Path) -> None:
+    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    logs.write(tmp_path / "store")
+    stored = prepare(system, Logs.read(tmp_path / "store", system))
+    assert stored.continues == logs.continues
+    np.testing.assert_array_equal(stored.x, logs.x)
+
+
+def test_numbers_of_single_parts_change_along_a_record(tmp_path: Path) -> None:
+    """A parameter of its own in every part: the states of a part go on from the end of the part before."""
+    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    values = np.tile(system.values, (len(logs), 1, 1))
+    hidden = Simulation(system, Recording.whole(logs)).hidden_starts(values)
+    values[2, 0, 1] *= 1.0 + 1e-12
+    np.testing.assert_allclose(Simulation(system, Recording.whole(logs)).hidden_starts(values), hidden)
+    values[2, 0, 1] *= 0.5
+    changed = Simulation(system, Recording.whole(logs)).hidden_starts(values)
+    assert np.abs(changed - hidden)[:3].max() < 1e-9 < 1e-2 < np.abs(changed - hidden)[3]

@@ -1,0 +1,114 @@
+"""Whole records along which hidden states are integrated, also where a record was cut into experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.logs.logs import Logs
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Successive experiments of one record, over which no number of the system changes.
+
+    Attributes:
+        owner: number of the first of these experiments.
+        last: number of the last of these experiments.
+        start: filled sample at which the integration starts.
+        steps: number of filled samples that follow.
+    """
+
+    owner: int
+    last: int
+    start: int
+    steps: int
+
+
+@dataclass(frozen=True, eq=False)
+class Courses:
+    """Samples of experiments with the gaps between the parts of a record filled by straight lines.
+
+    Attributes:
+        logs: logs of the experiments.
+        before: sample at or before every filled sample, shape (filled samples,).
+        share: share of the way from this sample to the next one, shape (filled samples,).
+        first: first filled sample of every experiment, shape (experiments,).
+    """
+
+    logs: Logs
+    before: Indices
+    share: Array
+    first: Indices
+
+    @classmethod
+    def of(cls, logs: Logs) -> Courses:
+        """Return the filled samples of experiments.
+
+        Args:
+            logs: logs of the experiments.
+        """
+        starts = logs.offsets[:-1]
+        missing = [max(logs.gap(i) or 1, 1) - 1 for i in range(len(logs))]
+        if not any(missing):
+            return cls(logs, np.arange(len(logs.t)), np.zeros(len(logs.t)), starts)
+        count = np.ones(len(logs.t), np.int64)
+        count[starts[1:] - 1] += np.array(missing[1:], np.int64)
+        before = np.repeat(np.arange(len(count)), count)
+        number = np.arange(len(before)) - np.repeat(np.cumsum(count) - count, count)
+        return cls(logs, before, number / count[before], starts + np.cumsum(missing))
+
+    def filled(self, values: Array) -> Array:
+        """Return the filled samples of tables.
+
+        Args:
+            values: samples, shape (tables * samples, columns).
+
+        Returns:
+            Filled samples, shape (tables * filled samples, columns).
+        """
+        samples, columns = len(self.logs.t), values.shape[1]
+        if len(self.before) == samples:
+            return values
+        tables = values.reshape(len(values) // samples, samples, columns)
+        after = tables[:, np.minimum(self.before + 1, samples - 1)]
+        between = tables[:, self.before] + self.share[:, None] * (after - tables[:, self.before])
+        return between.reshape(-1, columns)
+
+    def levels(self, runs: Iterable[int], numbers: Sequence[Array]) -> list[list[Stretch]]:
+        """Return the stretches that lead to some experiments, first those that start a record.
+
+        Args:
+            runs: numbers of the experiments.
+            numbers: numbers of the system, shape (experiments, ...) each, that must not change in a stretch.
+        """
+        levels: list[list[Stretch]] = []
+        for record in self._records(set(runs)):
+            changes = [i for i in record[1:] if any((a[i] != a[i - 1]).any() for a in numbers)]
+            for level, (a, b) in enumerate(zip([record[0], *changes], [*changes, None], strict=True)):
+                last = record[-1] if b is None else b - 1
+                length = int(self.logs.offsets[last + 1] - self.logs.offsets[last]) - 1
+                end = self.first[last] + length if b is None else self.first[b]
+                stretch = Stretch(a, last, int(self.first[a]), int(end - self.first[a]))
+                levels += [[]] if level == len(levels) else []
+                levels[level].append(stretch)
+        return levels
+
+    def _records(self, wanted: set[int]) -> list[list[int]]:
+        """Experiments of every record with a wanted one, up to the last wanted one."""
+        records: list[list[int]] = []
+        for i in range(len(self.logs)):
+            if self.logs.gap(i) is None:
+                records.append([i])
+            else:
+                records[-1].append(i)
+        last = [max(wanted.intersection(record), default=-1) for record in records]
+        return [
+            [i for i in record if i <= end] for record, end in zip(records, last, strict=True) if end >= 0
+        ]
