@@ -74,11 +74,22 @@ def check_memory(what: Path | str, needed: float) -> None:
             ...
         unmodelled.base.errors.BadInput: run1.csv: is too large: would take 1e+09 GB of memory, ...
     """
-    if needed > ALWAYS and needed > (allowed := _allowed(left := available())):
+    if not fits(needed):
+        left = available()
         raise BadInput(
             f"{what}: is too large: would take {_shown(needed)} of memory, {_shown(left)} are free and "
-            f"{_shown(allowed)} of them the most for it: give fewer rows or experiments, or free some memory"
+            f"{_shown(_allowed(left))} of them the most for it: give fewer rows or experiments, or free some "
+            "memory"
         )
+
+
+def fits(needed: float) -> bool:
+    """Return whether content takes at most a quarter of the free memory, or 4 MB.
+
+    Args:
+        needed: memory that the content takes, in bytes.
+    """
+    return needed <= ALWAYS or needed <= _allowed(available())
 
 
 @contextmanager

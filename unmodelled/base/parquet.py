@@ -13,8 +13,9 @@ import pyarrow.parquet as pq
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.limits import check_file, check_memory
 
-#: Bytes of a cell in memory: a number, or the place of a text.
-_CELL = 8
+#: Bytes of a cell in memory: a number, or the place of a text; and of an element of a list, whose copies are
+#: the Arrow array, the same in one piece, without the lists, and in columns.
+_CELL, _ELEMENT = 8, 40
 _TEXTS = (pa.string(), pa.large_string(), pa.binary(), pa.large_binary())
 
 
@@ -93,7 +94,7 @@ def _size(about: pq.FileMetaData, wanted: Sequence[str] | None) -> int:
     for k, leaf in enumerate(leaves):
         if wanted is None or any(leaf.path == name or leaf.path.startswith(f"{name}.") for name in wanted):
             cells = sum(about.row_group(g).column(k).num_values for g in range(about.num_row_groups))
-            size += cells * max(_CELL, leaf.length)
+            size += cells * max(_ELEMENT if leaf.max_repetition_level else _CELL, leaf.length)
     return size
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -106,7 +107,7 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
     found = []
     for table in (table for table in tables if len(table) >= ROWS):
         t = _clock(table, tables, timing)
-        elements = {own: other for other, own in table.aliases.items() if other.endswith("]")}
+        elements = {own: other for other, own in table.aliases.items() if _is_named(other)}
         for name, values in table.columns.items():
             rows = np.flatnonzero(np.isfinite(values) & np.isfinite(t))
             if name == timing.column or len(np.unique(values[rows])) < VALUES:
@@ -119,6 +120,11 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
             if len(rows) >= ROWS and role is not Role.TIME:
                 found.append(Signal(address, t[rows], values[rows], unit, role))
     return found
+
+
+def _is_named(name: str) -> bool:
+    """Whether a name ends with an element of a list by its name, not by its number."""
+    return re.search(r"\[[^\[\]]*[^\d\[\]][^\[\]]*\]$", name) is not None
 
 
 def _clock(table: Table, tables: Sequence[Table], timing: Timing) -> Array:

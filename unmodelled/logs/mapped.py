@@ -222,7 +222,7 @@ def _log(
     values = {"t": from_start(t[rows][inside])}
     values |= {c.column: found[inside] for c, (found, _) in zip(channels, others, strict=True)}
     place = Path(f"{record.path}:{base.table.name}") if base.table.name else record.path
-    return Samples(place, values, False, 0, rows[inside] + base.table.first)
+    return Samples(place, values, False, 0, base.table.numbered(rows[inside]))
 
 
 def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> list[tuple[str, Samples]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from unmodelled.base.errors import BadInput, Faults, nearest
 
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 #: First bytes of files that loggers and offices write, what they are, and what to do with them.
 FORMATS = (
     (b"\x1f\x8b", "a gzip file", "unpack it with gunzip"),

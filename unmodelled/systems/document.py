@@ -20,7 +20,7 @@ _DEEPEST = 6
 # What a file may declare; deeper down there can be a value for every experiment.
 _MOST_KEYS, _MOST_VALUES, _DECLARING = 1000, 100_000, 2
 _EMPTY = ("", "~", "null", "Null", "NULL")
-_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?", re.ASCII)
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\x80-\x9f\u2028\u2029\ufffe\uffff]")
 _TAB = re.compile(r"^[ ]*\t", re.MULTILINE)
 # libyaml's parser where PyYAML was built with it; both make the same events.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
+from unmodelled.logs.readers.reader import LONGEST, long_name
 from unmodelled.logs.recognition import COMMENT
 from unmodelled.systems.units import parse_logged
 
@@ -21,14 +22,14 @@ SEPARATORS = ("\t", ";", "|", ",", " ")
 MARKS = ((codecs.BOM_UTF8, "utf-8-sig"), (codecs.BOM_UTF16_LE, "utf-16"), (codecs.BOM_UTF16_BE, "utf-16"))
 Cells = Sequence[tuple[int, list[str]]]  # line number from 0, cells
 
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.ASCII | re.I)
+NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf|infinity)", re.ASCII | re.I)
 COMMAED = re.compile(r"[-+]?(\d*,\d+)([eE][-+]?\d+)?", re.ASCII)
 #: A date or a time of day, alone or one after the other.
 DATE = re.compile(
     r"(\d{4}-\d\d-\d\d|\d\d?\.\d\d?\.\d{4})?[T ]?(\d\d?:\d\d(:\d\d([.,]\d+)?)?)?\s*(Z|[-+]\d\d:?\d\d)?"
 )
-#: A name of a column with its unit in brackets.
-UNIT = re.compile(r"(?P<name>.*?)\s*[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
+#: A name of a column, with spaces behind it, and its unit in brackets.
+UNIT = re.compile(r"(?P<name>.*)[\[(](?P<unit>[^\[\]()]*)[\])]\s*")
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def dialect_of(path: Path) -> Dialect:
     if start is None:
         raise BadInput(f"{path}: row 1: no row of numbers was found: leave the file out")
     width = len(cells[start][1])
-    names, units = _named(_head(rows, cells[:start], cells[start][0], separator, width), width)
+    names, units = _named(path, _head(rows, cells[:start], cells[start][0], separator, width), width)
     values = [cell for _, row in cells[start:] for cell in row]
     decimal = "," if separator != "," and any(COMMAED.fullmatch(cell) for cell in values) else "."
     return Dialect(encoding, separator, decimal, cells[start][0], names, units)
@@ -181,12 +182,14 @@ def _is_unit(cell: str) -> bool:
     return True
 
 
-def _named(head: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], dict[str, str]]:
+def _named(path: Path, head: Sequence[Sequence[str]], width: int) -> tuple[tuple[str, ...], dict[str, str]]:
     """Names and units from the rows above the values: the first one names, the next one may give units."""
     found = list(head[0]) if head else [""] * width
     names: list[str] = []
     for k, cell in enumerate(found, start=1):
         name = cell.strip(" \"'\ufeff") or str(k)
+        if len(name) > LONGEST:
+            raise long_name(path, name)
         names.append(name if name not in names else f"{name}#{k}")
     units = {name: match["unit"] for name in names if (match := UNIT.fullmatch(name)) and match["unit"]}
     for row in head[1:2]:

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from unmodelled.base.limits import check_memory
 from unmodelled.logs.hdf5 import FILTERS, SIGNATURE, STARTS
+from unmodelled.logs.readers.names import NAMING
 from unmodelled.logs.readers.reader import Reader, Table
-from unmodelled.logs.readers.records import tables_by_length
+from unmodelled.logs.readers.records import ELEMENTS, tables_by_length
 
 #: Attributes that give the unit of a dataset.
 UNITS = ("unit", "units")
@@ -44,6 +45,7 @@ def _tables(path: Path, place: str, group: Any, depth: int) -> Iterator[Table]:
     arrays: dict[str, NDArray[Any]] = {}
     units: dict[str, str] = {}
     texts: dict[str, str] = {}
+    words: dict[str, Any] = {}
     inner: dict[str, Any] = {}
     for name in group:
         if name.startswith("#") or not isinstance(group.get(name, getlink=True), h5py.HardLink):
@@ -56,14 +58,18 @@ def _tables(path: Path, place: str, group: Any, depth: int) -> Iterator[Table]:
             arrays[name] = np.asarray(member[...])
             unit = next((_text(member.attrs[key]) for key in UNITS if key in member.attrs), None)
             units |= {name: unit} if unit else {}
+        elif NAMING.fullmatch(name) and (found := _words(member)):
+            words[name] = found
     for name, value in group.attrs.items():
         if name.startswith(("MATLAB_", "H5PATH")):
             continue
         if (text := _text(value)) is not None:
             texts[name] = text
+        elif NAMING.fullmatch(name) and (found := _words(value)):
+            words[name] = found
         elif np.size(value) == 1 and np.asarray(value).dtype.kind in "fiub" and name not in arrays:
             arrays[name] = np.ravel(value)
-    yield from tables_by_length(place, arrays, units, texts)
+    yield from tables_by_length(place, arrays, units, texts, words)
     for name, member in inner.items() if depth < DEPTH else ():
         yield from _tables(path, f"{place}/{name}" if place else name, member, depth + 1)
 
@@ -80,6 +86,21 @@ def _is_plain(dataset: Any) -> bool:
     packed = any(plan.get_filter(k)[0] not in FILTERS for k in range(plan.get_nfilters()))
     own = not dataset.is_virtual and not dataset.external
     return own and not packed and len(dataset.shape) <= 2 and math.prod(dataset.shape) > 0
+
+
+def _words(value: Any) -> list[str]:
+    """The texts of a short dataset or attribute with one axis; none if it holds others, or lies elsewhere."""
+    import h5py
+
+    if isinstance(value, h5py.Dataset):
+        short = value.dtype.kind in "OS" and value.shape is not None and len(value.shape) == 1
+        if not (short and value.size <= ELEMENTS) or value.is_virtual or value.external:
+            return []
+        value = value[...]
+    if np.ndim(value) != 1 or np.size(value) > ELEMENTS:
+        return []
+    found = [_text(each) for each in np.asarray(value, object)]
+    return [text for text in found if text is not None] if None not in found else []
 
 
 def _text(value: Any) -> str | None:

@@ -10,7 +10,7 @@ from typing import Any
 
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.logs.readers.reader import Reader, Table
-from unmodelled.logs.readers.records import Records
+from unmodelled.logs.readers.records import ELEMENTS, Records
 
 
 class JsonRecords(Reader):
@@ -46,14 +46,19 @@ def _tables(place: str, content: Any) -> Iterator[Table]:
         return
     inner = {key: value for key, value in content.items() if _is_table(value)}
     lists = {key: value for key, value in content.items() if _is_column(value)}
-    for length in {len(value) for value in lists.values()}:
+    single = {key: value for key, value in content.items() if key not in inner and key not in lists}
+    names = {key: value for key, value in single.items() if _is_names(value)}
+    alike: dict[int, list[str]] = {}
+    for key, value in lists.items():
+        alike.setdefault(len(value), []).append(key)
+    for length, keys in alike.items():
         records = Records(place)
         for k in range(length):
-            records.add({key: value[k] for key, value in lists.items() if len(value) == length})
+            records.add({**names, **{key: lists[key][k] for key in keys}})
         yield from records.tables()
-    single = Records(place)
-    single.add({key: value for key, value in content.items() if key not in inner and key not in lists})
-    yield from single.tables()
+    other = Records(place)
+    other.add(single)
+    yield from other.tables()
     for key, value in inner.items():
         yield from _tables(f"{place}.{key}" if place else str(key), value)
 
@@ -61,6 +66,15 @@ def _tables(place: str, content: Any) -> Iterator[Table]:
 def _is_table(value: Any) -> bool:
     return isinstance(value, dict) or (
         isinstance(value, list) and bool(value) and all(isinstance(record, dict) for record in value)
+    )
+
+
+def _is_names(value: Any) -> bool:
+    """Whether a value is a list of texts, which may name the elements of lists in every row."""
+    return (
+        isinstance(value, list)
+        and 0 < len(value) <= ELEMENTS
+        and all(isinstance(cell, str) for cell in value)
     )
 
 

@@ -33,6 +33,7 @@ class Mat(Reader):
 def _tables(place: str, struct: dict[str, Any]) -> Iterator[Table]:
     arrays: dict[str, NDArray[Any]] = {}
     texts: dict[str, str] = {}
+    words: dict[str, list[str]] = {}
     inner: dict[str, dict[str, Any]] = {}
     for name, value in struct.items():
         below = f"{place}.{name}" if place else name
@@ -45,6 +46,7 @@ def _tables(place: str, struct: dict[str, Any]) -> Iterator[Table]:
         elif isinstance(value, list | np.ndarray):  # an array of structs
             cells = np.ravel(np.asarray(value, object))
             inner |= {f"{below}[{k}]": cell for k, cell in enumerate(cells) if isinstance(cell, dict)}
-    yield from tables_by_length(place, arrays, {}, texts)
+            words |= {name: cells.tolist()} if all(isinstance(cell, str) for cell in cells) else {}
+    yield from tables_by_length(place, arrays, {}, texts, words)
     for below, value in inner.items():
         yield from _tables(below, value)

@@ -27,5 +27,7 @@ class Npz(Reader):
         with zipfile.ZipFile(path) as archive:
             check_memory(path, sum(member.file_size for member in archive.infolist()))
         with np.load(path) as arrays:  # refuses objects of Python
-            numbers = {name: arrays[name] for name in arrays.files if arrays[name].dtype.kind in "fiub"}
-        return tables_by_length("", {name: v for name, v in numbers.items() if v.size}, {}, {})
+            found = {name: array for name in arrays.files if (array := arrays[name]).size}
+        numbers = {name: array for name, array in found.items() if array.dtype.kind in "fiub"}
+        words = {n: array.tolist() for n, array in found.items() if array.dtype.kind == "U" and array.ndim}
+        return tables_by_length("", numbers, {}, {}, words)

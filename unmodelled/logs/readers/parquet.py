@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json
+from unmodelled.base.limits import check_memory
+from unmodelled.logs.readers.names import Beside, by_name
 from unmodelled.logs.readers.reader import Array, Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, listed
 
@@ -16,6 +19,8 @@ from unmodelled.logs.readers.records import ELEMENTS, listed
 INFO = Path("meta") / "info.json"
 #: Folders above a file in which that is looked for.
 ABOVE = 4
+#: Ticks in a second, by unit of a time in Arrow; bytes of a text in memory, beside its characters.
+TICKS, TEXT = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}, 60
 
 
 class Parquet(Reader):
@@ -37,50 +42,105 @@ class Parquet(Reader):
         aliases = _elements(path)
         if wanted is not None and not set(wanted) <= {*names, *aliases}:
             read = names
-        table = read_arrow(path, read)
-        columns: dict[str, Array] = {}
-        texts: dict[str, Sequence[str]] = {}
-        units: dict[str, str] = {}
-        for field, column in zip(table.schema, table.columns, strict=True):
-            found = dict(_columns(field.name, column.combine_chunks()))
-            columns |= {name: values for name, values in found.items() if isinstance(values, np.ndarray)}
-            texts |= {name: values for name, values in found.items() if isinstance(values, list)}
+        content = _Content(path)
+        for field, column in zip((table := read_arrow(path, read)).schema, table.columns, strict=True):
+            content.add(field.name, column.combine_chunks())
             unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")
-            units |= dict.fromkeys(found, unit) if unit else {}
-            units |= dict.fromkeys(found, "s") if "time" in str(field.type) else {}
-        known = {alias: name for alias, name in aliases.items() if name in columns}
-        return [Table("", columns, units, texts, known)]
+            own = [name for name in content.columns if unit and _is_of(name, field.name)]
+            content.units |= dict.fromkeys(own, unit)
+        known = {alias: name for alias, name in aliases.items() if name in content.columns}
+        found = Table("", content.columns, content.units, content.texts, known)
+        return by_name(found, content.beside.labels(found)[0])
 
 
 def _is_of(wanted: str, name: str) -> bool:
     return wanted == name or wanted.startswith((f"{name}[", f"{name}."))
 
 
-def _columns(name: str, column: Any) -> Iterator[tuple[str, Array | list[str]]]:
-    """Numbers or texts in an Arrow array, by name of a column."""
+class _Content:
+    """Columns of a Parquet file, taken from Arrow arrays.
+
+    Args:
+        path: path of the file, for messages.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.beside = path, Beside()
+        self.columns: dict[str, Array] = {}
+        self.texts: dict[str, Sequence[str]] = {}
+        self.units: dict[str, str] = {}
+
+    def add(self, name: str, column: Any) -> None:
+        """Add the numbers or texts in an Arrow array, and in the fields and lists inside it."""
+        import pyarrow as pa
+
+        kind, is_a = column.type, pa.types
+        if is_a.is_struct(kind):
+            for k, inner in enumerate(column.flatten()):  # empty where the struct is
+                self.add(f"{name}.{kind.field(k).name}", inner)
+        elif is_a.is_timestamp(kind) or is_a.is_duration(kind) or is_a.is_time(kind):
+            ticks = column.cast(pa.int32() if is_a.is_time32(kind) else pa.int64())
+            self.columns[name], self.units[name] = _seconds(ticks, kind.unit), "s"
+        elif is_a.is_list(kind) or is_a.is_large_list(kind) or is_a.is_fixed_size_list(kind):
+            self._add_lists(name, column)
+        elif _is_number(kind):
+            self.columns[name] = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+        elif _is_text(kind.value_type if is_a.is_dictionary(kind) else kind):
+            self.texts[name] = self._words(name, column).tolist()
+
+    def _add_lists(self, name: str, column: Any) -> None:
+        """Add the elements of lists, a column for each of them."""
+        import pyarrow as pa
+        import pyarrow.compute as pc
+
+        lengths = (
+            pc.fill_null(pc.list_value_length(column), 0).to_numpy(zero_copy_only=False).astype(np.int64)
+        )
+        width, inner = int(lengths.max(initial=0)), column.type.value_type
+        if not 0 < width <= ELEMENTS:
+            return
+        check_memory(f"{self.path}: column {name}", 16.0 * width * len(lengths))
+        rows = np.repeat(np.arange(len(lengths)), lengths)
+        places = rows, np.arange(len(rows)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+        if _is_number(inner):
+            values = np.full((len(lengths), width), np.nan)
+            flat = pc.list_flatten(column)
+            values[places] = flat.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+            self.columns |= listed(name, values)
+            self.beside.lengths[name] = lengths.tolist()
+        elif _is_text(inner):
+            words = np.full((len(lengths), width), "", object)
+            words[places] = self._words(name, pc.list_flatten(column))
+            self.beside.names[name] = [tuple(row[:n]) for row, n in zip(words.tolist(), lengths, strict=True)]
+
+    def _words(self, name: str, column: Any) -> NDArray[np.object_]:
+        """Texts, each of which is in memory once; "" where there is none."""
+        coded = column.dictionary_encode()  # what is so already stays
+        check_memory(f"{self.path}: column {name}", TEXT * len(coded.dictionary) + 16.0 * len(coded))
+        words = np.array([*coded.dictionary.to_pylist(), ""], object)
+        return np.asarray(words[coded.indices.fill_null(len(words) - 1).to_numpy(zero_copy_only=False)])
+
+
+def _is_number(kind: Any) -> bool:
     import pyarrow as pa
 
-    kind = column.type
-    if pa.types.is_struct(kind):
-        for k in range(kind.num_fields):
-            inner = kind.field(k).name
-            yield from _columns(f"{name}.{inner}", column.field(k))
-    elif pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
-        ticks = column.cast(pa.int64()).to_numpy(zero_copy_only=False).astype(np.float64)
-        second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
-        yield name, (ticks - np.nanmin(ticks)) / second
-    elif pa.types.is_list(kind) or pa.types.is_large_list(kind) or pa.types.is_fixed_size_list(kind):
-        rows = column.to_pylist()
-        widths = {len(row) for row in rows if row is not None}
-        if len(widths) == 1 and max(widths) <= ELEMENTS and not pa.types.is_nested(kind.value_type):
-            empty = [None] * max(widths)
-            values = np.array([empty if row is None else row for row in rows])
-            if values.dtype.kind in "fiubO":
-                yield from listed(name, values.astype(np.float64)).items()
-    elif pa.types.is_boolean(kind) or pa.types.is_integer(kind) or pa.types.is_floating(kind):
-        yield name, column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
-    elif pa.types.is_string(kind) or pa.types.is_large_string(kind):
-        yield name, [cell or "" for cell in column.to_pylist()]
+    of = pa.types
+    return any(is_a(kind) for is_a in (of.is_boolean, of.is_integer, of.is_floating, of.is_decimal))
+
+
+def _is_text(kind: Any) -> bool:
+    import pyarrow as pa
+
+    return bool(pa.types.is_string(kind) or pa.types.is_large_string(kind))
+
+
+def _seconds(ticks: Any, unit: str) -> Array:
+    """Ticks since the first one in s, subtracted as integers, which have more digits than numbers."""
+    import pyarrow.compute as pc
+
+    first = pc.min(ticks)
+    since = pc.subtract(ticks, first) if first.is_valid else ticks
+    return np.asarray(since.to_numpy(zero_copy_only=False), np.float64) / TICKS[unit]
 
 
 def _elements(path: Path) -> dict[str, str]:

@@ -10,10 +10,28 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.cells import shown
+
 Array = NDArray[np.float64]
+Rows = NDArray[np.int64]
 
 #: Bytes at the beginning of a file by which a reader recognises it.
 START = 4096
+#: Most characters of the name of a column.
+LONGEST = 1000
+
+
+def long_name(path: Path, name: str) -> BadInput:
+    """Return the error that the name of a column is too long.
+
+    Args:
+        path: path of the file.
+        name: name of the column.
+    """
+    return BadInput(
+        f"{path}: column {shown(name)}: its name has {len(name)} characters, more than {LONGEST}: rename it"
+    )
 
 
 @dataclass(frozen=True)
@@ -31,6 +49,7 @@ class Table:
             default none.
         clock: clock of the format, shape (rows,), s; default None: time is a column like any other.
         first: number of the first row in the file, as an editor counts, default 1.
+        rows: number of every row in the file, shape (rows,); default None: they follow each other.
     """
 
     name: str
@@ -40,9 +59,18 @@ class Table:
     aliases: Mapping[str, str] = field(default_factory=dict)
     clock: Array | None = None
     first: int = 1
+    rows: Rows | None = None
 
     def __len__(self) -> int:
         return next((len(column) for column in (*self.columns.values(), *self.texts.values())), 0)
+
+    def numbered(self, rows: Rows) -> Rows:
+        """Return the numbers of rows in the file, as an editor counts.
+
+        Args:
+            rows: rows of this table, from 0, shape (rows,).
+        """
+        return rows + self.first if self.rows is None else self.rows[rows]
 
     def address(self, column: str) -> str:
         """Return the name by which a mapping finds a column of this table in its file.

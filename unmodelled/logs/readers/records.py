@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.base.limits import fits
+from unmodelled.logs.readers.names import NAMING, Beside, Labels, by_name, labels_of
 from unmodelled.logs.readers.reader import Array, Table
 
 #: Longest list whose elements are columns: what is longer is an image, a scan or a cloud of points.
 ELEMENTS = 64
 #: Deepest field inside fields.
 DEPTH = 8
+
+#: Bytes of a cell while the columns of a table are made: a reference, and a number beside it.
+OBJECT = 16
 
 #: Fields of a time stamp of ROS: seconds and nanoseconds.
 STAMPS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"))
@@ -48,8 +53,8 @@ class Records:
         self._numbers: dict[str, list[float]] = {}
         self._texts: dict[str, list[str]] = {}
         self._clock: list[float] = []
-        self._names: dict[str, list[str]] = {}
-        self._count = 0
+        self._labels: list[Labels] = []
+        self._known: dict[Labels, Labels] = {}
 
     def add(self, record: Any, t: float | None = None) -> None:
         """Add a record.
@@ -58,43 +63,81 @@ class Records:
             record: numbers, texts, lists of them, and fields inside fields.
             t: time of the record, s; None (default) where the format has no clock.
         """
-        for name, value in self._flat("", record, 0):
-            if isinstance(value, str):
-                _extended(self._texts.setdefault(name, []), self._count, "").append(value)
-            else:
-                _extended(self._numbers.setdefault(name, []), self._count, np.nan).append(value)
-        self._count += 1
+        found = _Row(self._fields)
+        found.add("", record, 0)
+        for name, number in found.numbers.items():
+            _extended(self._numbers.setdefault(name, []), len(self), np.nan).append(number)
+        for name, text in found.texts.items():
+            _extended(self._texts.setdefault(name, []), len(self), "").append(text)
+        labels = found.labels()
+        self._labels.append(self._known.setdefault(labels, labels))
         if t is not None:
             self._clock.append(t)
 
+    def __len__(self) -> int:
+        return len(self._labels)
+
     def tables(self) -> list[Table]:
-        """Return the table of all records; none if there are no columns."""
-        numbers = {k: np.array(_extended(v, self._count, np.nan)) for k, v in self._numbers.items()}
-        texts = {name: _extended(column, self._count, "") for name, column in self._texts.items()}
+        """Return the table of all records, one for each publisher that names other things; none if empty.
+
+        Raises:
+            MemoryError: when every record has other fields, so that their columns would take too much memory.
+        """
+        cells = len(self) * (len(self._numbers) + len(self._texts))
+        if not fits(OBJECT * cells):
+            raise MemoryError
+        numbers = {k: np.array(_extended(v, len(self), np.nan)) for k, v in self._numbers.items()}
+        texts = {name: _extended(column, len(self), "") for name, column in self._texts.items()}
         if not numbers and not texts:
             return []
         clock = np.array(self._clock) if self._clock else None
-        return [Table(self._name, numbers, {}, texts, _aliases(self._names, numbers), clock)]
+        return by_name(Table(self._name, numbers, {}, texts, {}, clock), self._labels)
 
-    def _flat(self, name: str, value: Any, depth: int) -> Iterator[tuple[str, float | str]]:
+
+class _Row:
+    """Numbers and texts of one record, with the names that stand beside its lists."""
+
+    def __init__(self, fields: Fields) -> None:
+        self._fields = fields
+        self.numbers: dict[str, float] = {}
+        self.texts: dict[str, str] = {}
+        self._names: dict[str, list[str]] = {}
+        self._lengths: dict[str, int] = {}
+        self._own: dict[str, tuple[str, ...]] = {}
+
+    def add(self, name: str, value: Any, depth: int) -> None:
+        """Add a value at a place, and what is inside it."""
         inner = self._fields(value)
         if inner is not None:
-            if depth < DEPTH:
-                for key, field in inner.items():
-                    yield from self._flat(f"{name}.{key}" if name else str(key), field, depth + 1)
+            for key, field in inner.items() if depth < DEPTH else ():
+                self.add(f"{name}.{key}" if name else str(key), field, depth + 1)
         elif isinstance(value, str):
-            yield name, value
+            self.texts[name] = value
         elif isinstance(value, Real | np.generic):
-            yield name, _number(value)
-        elif isinstance(value, list | tuple | np.ndarray) and len(value) <= ELEMENTS:
-            yield from self._elements(name, list(value), depth)
+            self.numbers[name] = _number(value)
+        elif isinstance(value, list | tuple | np.ndarray) and 0 < len(value) <= ELEMENTS:
+            self._add_elements(name, list(value), depth)
 
-    def _elements(self, name: str, values: list[Any], depth: int) -> Iterator[tuple[str, float | str]]:
-        if values and all(isinstance(value, str) for value in values):
-            self._names.setdefault(name, values)
+    def _add_elements(self, name: str, values: list[Any], depth: int) -> None:
+        if all(isinstance(value, str) for value in values):
+            self._names[name] = values
             return
+        self._lengths[name] = len(values)
+        if (first := self._fields(values[0])) is not None and (own := self._names_inside(first, values)):
+            self._own[name] = own
         for k, value in enumerate(values):
-            yield from self._flat(f"{name}[{k}]", value, depth + 1)
+            self.add(f"{name}[{k}]", value, depth + 1)
+
+    def _names_inside(self, first: Mapping[str, Any], values: list[Any]) -> tuple[str, ...]:
+        """Names of the elements of a list of things that have one each: `[{name: hip, position: 0.1}]`."""
+        key = next((k for k, v in first.items() if isinstance(v, str) and NAMING.fullmatch(str(k))), None)
+        names = tuple(str((self._fields(value) or {}).get(key, "")) for value in values) if key else ()
+        return names if all(names) and len(set(names)) == len(names) else ()
+
+    def labels(self) -> Labels:
+        """Return the names of the elements of its lists."""
+        beside = dict(labels_of(self._names, self._lengths)) if self._names else {}
+        return tuple({**beside, **self._own}.items())
 
 
 def _number(value: Any) -> float:
@@ -108,19 +151,6 @@ def _extended(column: list[Any], count: int, empty: Any) -> list[Any]:
     """Return a column with an empty cell for every record that it missed."""
     column += [empty] * (count - len(column))
     return column
-
-
-def _aliases(names: Mapping[str, list[str]], columns: Mapping[str, Array]) -> dict[str, str]:
-    """Return names for the elements of lists that stand beside a list of as many texts: `position[knee]`."""
-    found: dict[str, str] = {}
-    for place, labels in names.items():
-        beside = place.rpartition(".")[0]
-        lists = {name.rpartition("[")[0] for name in columns if name.endswith("]")}
-        for name in (name for name in lists if name.rpartition(".")[0] == beside):
-            elements = [column for column in columns if column.rpartition("[")[0] == name]
-            if len(elements) == len(labels):
-                found |= {f"{name}[{label}]": f"{name}[{k}]" for k, label in enumerate(labels)}
-    return found
 
 
 def listed(name: str, values: NDArray[Any]) -> dict[str, Array]:
@@ -158,7 +188,11 @@ def is_wanted(topic: str, wanted: Sequence[str] | None) -> bool:
 
 
 def tables_by_length(
-    name: str, arrays: Mapping[str, NDArray[Any]], units: Mapping[str, str], texts: Mapping[str, str]
+    name: str,
+    arrays: Mapping[str, NDArray[Any]],
+    units: Mapping[str, str],
+    texts: Mapping[str, str],
+    names: Mapping[str, Sequence[Any]] | None = None,
 ) -> list[Table]:
     """Return the tables of arrays at one place of a file, one for every length.
 
@@ -169,6 +203,8 @@ def tables_by_length(
         arrays: numbers by name, each of shape (rows,), (rows, columns) or (columns, rows).
         units: unit by name of an array, where it has one.
         texts: single texts by name.
+        names: lists of texts by name, which may name the elements of the arrays: one for all rows, or one for
+            each; default none.
     """
     found: dict[int, dict[str, Array]] = {1: {}} if texts else {}
     given: dict[str, str] = {}
@@ -181,15 +217,17 @@ def tables_by_length(
         if columns:
             found.setdefault(len(flat), {}).update(columns)
             given |= dict.fromkeys(columns, units[key]) if key in units else {}
-    return [
-        Table(
-            name,
-            columns,
-            {key: given[key] for key in columns if key in given},
-            {key: (text,) for key, text in texts.items()} if length == 1 else {},
-        )
-        for length, columns in found.items()
-    ]
+    made = []
+    for length, columns in found.items():
+        own = {key: given[key] for key in columns if key in given}
+        single = {key: (text,) for key, text in texts.items()} if length == 1 else {}
+        table, beside = Table(name, columns, own, single), Beside()
+        for key, words in (names or {}).items():
+            rows = words if all(not isinstance(row, str) for row in words) else [words] * length
+            if len(rows) == length:
+                beside.names[key] = [tuple(map(str, row)) for row in rows]
+        made += by_name(table, beside.labels(table)[0])
+    return made
 
 
 def message_fields(message: Any) -> Mapping[str, Any] | None:

@@ -1,0 +1,124 @@
+"""Cells of text tables that hold more than a number: lists, dates, words beside numbers."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from unmodelled.base.limits import check_memory
+from unmodelled.logs.readers.reader import Array
+from unmodelled.logs.readers.records import ELEMENTS, listed
+
+#: Share of the cells of a column that must hold values if it is one of numbers.
+SHARE = 0.5
+
+
+def is_list(cells: pd.Series) -> bool:
+    """Return whether cells are lists such as "[0.1, 0.2]", by the first one that is filled.
+
+    Args:
+        cells: cells of a column, stripped.
+    """
+    first = next((cell for cell in cells if cell), "")
+    return first.startswith("[") and first.endswith("]")
+
+
+def lists(path: Path, name: str, cells: pd.Series) -> tuple[dict[str, Array], list[int]]:
+    """Return the columns of cells with lists of numbers, and the lengths of the lists, shape (rows,).
+
+    Lists that are too long, or hold words, have no columns.
+
+    Args:
+        path: path of the file, for messages.
+        name: name of the column.
+        cells: cells of the column, stripped.
+
+    Raises:
+        BadInput: when short lists fill so many rows that they would take too much memory.
+    """
+    rows = _plain_lists(cells) or [_list(cell) for cell in cells]
+    lengths = [len(row) for row in rows]
+    width = max(lengths)
+    if not 0 < width <= ELEMENTS:
+        return {}, lengths
+    check_memory(f"{path}: column {name}", 16.0 * width * len(rows))
+    values = np.full((len(rows), width), np.nan)
+    for k, row in enumerate(rows):
+        values[k, : len(row)] = row
+    return listed(name, values), lengths
+
+
+def words(cell: str) -> tuple[str, ...]:
+    """Return the words in a cell with a list of them.
+
+    Args:
+        cell: cell such as "['hip', 'knee']".
+
+    Examples:
+        >>> words("['hip', 'knee']"), words("[hip knee]")
+        (('hip', 'knee'), ('hip', 'knee'))
+    """
+    inner = cell.strip("[]() ")
+    parts = re.split(r"[,;]", inner) if re.search(r"[,;]", inner) else inner.split()
+    return tuple(part.strip(" \t'\"") for part in parts[: ELEMENTS + 1])
+
+
+def _plain_lists(cells: pd.Series) -> list[list[float]]:
+    """Lists that are written as in JSON, read all at once; none if there is another one."""
+    try:
+        rows = json.loads(f"[{','.join(cells)}]")
+    except (ValueError, RecursionError):
+        return []
+    plain = all(isinstance(row, list) and all(type(x) in (int, float) for x in row) for row in rows)
+    return rows if plain and len(rows) == len(cells) else []
+
+
+def _list(cell: str) -> list[float]:
+    inner = re.sub(r"[;\s]+", " ", cell.strip("[]").replace(",", " ")).split()
+    try:
+        return [float(number) for number in inner]
+    except ValueError:
+        return []
+
+
+def times(cells: pd.Series) -> Array | None:
+    """Return dates and times of day in s since the first one; None if the cells are neither.
+
+    Args:
+        cells: cells of a column, stripped.
+    """
+    filled = cells[cells != ""]
+    if not len(filled) or not filled.str.contains(r"\d:\d\d").mean() > SHARE:
+        return None
+    plain = filled.str.replace(",", ".")
+    dotted = plain.str.match(r"\d\d?\.\d\d?\.\d{4}")
+    if dotted.all():
+        plain = plain.str.replace(r"(\d\d?)\.(\d\d?)\.(\d{4})", r"\3-\2-\1", regex=True)
+    if plain.str.match(r"\d\d?:").all():
+        plain = "1970-01-01 " + plain
+    found = pd.to_datetime(plain, format="ISO8601", utc=True, errors="coerce")
+    if found.notna().mean() <= SHARE:
+        return None
+    since = (found - found.min()).reindex(cells.index)
+    return np.asarray(since.dt.total_seconds(), np.float64)
+
+
+def numbers(cells: pd.Series, decimal: str) -> Array | None:
+    """Return numbers among other texts, which become nan; None if most cells are no numbers.
+
+    Args:
+        cells: cells of a column, stripped.
+        decimal: decimal mark.
+    """
+    plain = cells.str.replace(",", ".") if decimal == "," else cells
+    truths = {"true": "1", "false": "0"}
+    plain = plain.str.lower().replace(truths).str.replace(r"(?<=\d)d(?=[-+\d])", "e", regex=True)
+    found = pd.to_numeric(plain, errors="coerce")
+    filled = int((cells != "").sum())
+    if not filled or found.notna().sum() <= SHARE * filled:
+        return None
+    return np.asarray(found, np.float64)

@@ -1,0 +1,230 @@
+"""Elements of lists by the names that stand beside them, in every row anew: `position[knee]`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import repeat
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.recognition import NUMBER
+
+#: Names of the elements of lists in one row, by place of the list.
+Labels = tuple[tuple[str, tuple[str, ...]], ...]
+
+#: Keys of lists of texts that name things. Other texts, such as modes, say nothing about the order of things.
+NAMING = re.compile(
+    r".*(names?|(^|_)(ids|labels))|joints?|motors?|servos?|axis|axes|actuators?|channels?|dofs?|ids?|labels?",
+    re.IGNORECASE | re.DOTALL,
+)
+#: A column that is an element of a list: `position[0]`, or `field.position0` of rostopic.
+ELEMENT = re.compile(r"(?P<place>.*?)(\[(?P<inside>\d{1,3})\]|(?P<behind>\d{1,3}))", re.ASCII | re.DOTALL)
+#: Most names that the elements of the lists of a table have: what has more is a text that changes.
+MOST = 256
+
+
+def labels_of(texts: Mapping[str, Sequence[str]], lengths: Mapping[str, int]) -> Labels:
+    """Return the names of the elements of lists in a row.
+
+    Args:
+        texts: lists of texts in the row, by place.
+        lengths: number of elements of the other lists in the row, by place. A list has the names that stand
+            beside it, if there are as many.
+
+    Examples:
+        >>> labels_of({"arm.name": ["hip", "knee"]}, {"arm.position": 2, "arm.velocity": 0, "position": 2})
+        (('arm.position', ('hip', 'knee')),)
+    """
+    known: dict[tuple[str, int], tuple[str, ...]] = {}
+    for place in sorted(texts, key=lambda each: "name" not in each.rpartition(".")[2].lower()):
+        parent, _, key = place.rpartition(".")
+        names = tuple(texts[place])
+        if all(names) and len(set(names)) == len(names) and NAMING.fullmatch(key):
+            known.setdefault((parent, len(names)), names)
+    beside = {place: known.get((place.rpartition(".")[0], length)) for place, length in lengths.items()}
+    return tuple((place, names) for place, names in beside.items() if names)
+
+
+@dataclass
+class Beside:
+    """What the rows of a table say of the elements of its lists.
+
+    Attributes:
+        names: words of the lists of names, by place, each of shape (rows,); default none.
+        lengths: numbers of elements of lists whose length changes, by place, each of shape (rows,); default
+            none: all others are as long as they have columns.
+    """
+
+    names: dict[str, Sequence[tuple[str, ...]]] = field(default_factory=dict)
+    lengths: dict[str, Sequence[int]] = field(default_factory=dict)
+
+    def labels(self, table: Table) -> tuple[list[Labels], NDArray[np.bool_]]:
+        """Return the names of the elements of lists in every row, and where a row has words that name none.
+
+        Args:
+            table: table with a column for every element.
+        """
+        names = {place: rows for place, rows in self.names.items() if NAMING.fullmatch(_key(place))}
+        if not names:
+            return [()] * len(table), np.zeros(len(table), bool)
+        fixed = {place: len(parts) for place, parts in elements(table.columns).items()}
+        found: dict[Any, Labels] = {}
+        labels, wrong = list[Labels](), list[bool]()
+        words, lengths = zip(*names.values(), strict=True), zip(*self.lengths.values(), strict=True)
+        for row in zip(words, lengths if self.lengths else repeat(()), strict=False):
+            if row not in found:
+                fine = {
+                    p: cells
+                    for p, cells in zip(names, row[0], strict=True)
+                    if not any(map(_is_number, cells))
+                }
+                found[row] = labels_of(fine, {**fixed, **dict(zip(self.lengths, row[1], strict=True))})
+            labels.append(found[row])
+            wrong.append(not found[row] and any(map(any, row[0])))
+        return labels, np.array(wrong, bool)
+
+
+def elements(columns: Iterable[str]) -> dict[str, list[str]]:
+    """Return the columns that are elements of lists, in order, by place of the list.
+
+    Args:
+        columns: names of columns.
+
+    Examples:
+        >>> elements(["t", "field.name0", "field.name1", "q[0]"])
+        {'field.name': ['field.name0', 'field.name1'], 'q': ['q[0]']}
+    """
+    found: dict[str, dict[int, str]] = {}
+    for name in columns:
+        if (match := ELEMENT.fullmatch(name)) and match["place"]:
+            number = int(match["inside"] or match["behind"])
+            found.setdefault(match["place"], {}).setdefault(number, name)
+    # counted from 0 or from 1, without a gap
+    whole = {place: each for place, each in found.items() if max(each) - min(each) == len(each) - 1}
+    return {place: [each[k] for k in sorted(each)] for place, each in whole.items() if min(each) < 2}
+
+
+def _key(place: str) -> str:
+    return place.rpartition(".")[2]
+
+
+def _is_number(word: str) -> bool:
+    return NUMBER.fullmatch(word) is not None
+
+
+def by_name(table: Table, labels: Sequence[Labels]) -> list[Table]:
+    """Return a table in which every column is one thing, whatever its place in the lists.
+
+    If the names never change, elements keep their columns and get the names as further names. If the order of
+    the names changes, there is a column for every name. Rows of different things, as of two publishers on one
+    topic, become tables of their own.
+
+    Args:
+        table: table whose elements of lists are the columns `position[0]`, `position[1]`, ...
+        labels: names of the elements in every row, shape (rows,).
+
+    Examples:
+        >>> table = Table("", {"position[0]": np.array([1.0, 4.0]), "position[1]": np.array([2.0, 3.0])})
+        >>> rows = [(("position", ("hip", "knee")),), (("position", ("knee", "hip")),)]
+        >>> {name: column.tolist() for name, column in by_name(table, rows)[0].columns.items()}
+        {'position[hip]': [1.0, 3.0], 'position[knee]': [2.0, 4.0]}
+    """
+    named = [each for each in dict.fromkeys(labels) if each]
+    groups = _sharing(named)
+    if not named or any(len(_things(group)) > MOST for group in groups):
+        return [table]
+    if len(named) == 1:
+        return [replace(table, aliases={**table.aliases, **_aliases(table, named[0])})]
+    number = {each: k for k, group in enumerate(groups) for each in group}
+    of = np.array([number.get(each, -1) for each in labels])
+    codes = {each: k for k, each in enumerate(named)}
+    code = np.array([codes.get(each, -1) for each in labels])
+    found = [_of_group(table, np.flatnonzero(of == k), code, named) for k in range(-1, len(groups))]
+    kept = [each for each in found if each.columns or each.texts]
+    return [_with_places(kept[0], table, named)] if len(kept) == 1 else kept
+
+
+def _things(group: Sequence[Labels]) -> set[tuple[str, str]]:
+    return {(place, name) for labels in group for place, names in labels for name in names}
+
+
+def _sharing(named: Sequence[Labels]) -> list[list[Labels]]:
+    """Groups of rows' names that share a name at a place, directly or through others."""
+    first: dict[tuple[str, str], int] = {}
+    parent = list(range(len(named)))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = k = parent[parent[k]]
+        return k
+
+    for k, labels in enumerate(named):
+        for thing in _things([labels]):
+            parent[root(k)] = root(first.setdefault(thing, k))
+    groups: dict[int, list[Labels]] = {}
+    for k, labels in enumerate(named):
+        groups.setdefault(root(k), []).append(labels)
+    return list(groups.values())
+
+
+def _renamed(column: str, names: Mapping[str, Sequence[str]]) -> str:
+    """A column by the names of the elements of lists that it is in."""
+    at = column.rfind("[")
+    while at >= 0:
+        place, (index, _, rest) = column[:at], column[at + 1 :].partition("]")
+        here = names.get(place, ())
+        if len(index) < 5 and index.isdecimal() and int(index) < len(here):
+            column = f"{place}[{here[int(index)]}]{rest}"
+        at = place.rfind("[")
+    return column
+
+
+def _aliases(table: Table, labels: Labels) -> dict[str, str]:
+    names = dict(labels)
+    return {new: old for old in (*table.columns, *table.texts) if (new := _renamed(old, names)) != old}
+
+
+def _of_group(table: Table, rows: NDArray[np.int64], code: NDArray[Any], named: Sequence[Labels]) -> Table:
+    """Some rows of a table with their elements by name, without columns that they leave empty."""
+    columns: dict[str, Array] = {}
+    texts: dict[str, NDArray[Any]] = {}
+    units: dict[str, str] = {}
+    cells = {name: np.array(column, object) for name, column in table.texts.items()}
+    order = np.argsort(code[rows], kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(code[rows][order])) + 1):
+        k = int(code[rows[here[0]]]) if len(here) else -1
+        names = dict(named[k]) if k >= 0 else {}
+        for old, values in table.columns.items():
+            new = _renamed(old, names)
+            columns.setdefault(new, np.full(len(rows), np.nan))[here] = values[rows[here]]
+            units |= {new: table.units[old]} if old in table.units else {}
+        for old, words in cells.items():
+            texts.setdefault(_renamed(old, names), np.full(len(rows), "", object))[here] = words[rows[here]]
+    columns = {name: column for name, column in columns.items() if not np.isnan(column).all()}
+    filled = {name: words.tolist() for name, words in texts.items() if words.any()}
+    return replace(
+        table,
+        columns=columns,
+        texts=filled,
+        units={name: unit for name, unit in units.items() if name in {*columns, *filled}},
+        aliases={new: old for new, old in table.aliases.items() if old in {*columns, *filled}},
+        clock=None if table.clock is None else table.clock[rows],
+        rows=table.numbered(rows),
+    )
+
+
+def _with_places(found: Table, table: Table, named: Sequence[Labels]) -> Table:
+    """The table with `position[0]` for the element that is first in the first row, if every row has it."""
+    alike = {
+        place: names
+        for place, names in named[0]
+        if all(set(dict(labels).get(place, ())) == set(names) for labels in named)
+    }
+    places = {old: _renamed(old, alike) for old in table.columns}
+    known = {old: new for old, new in places.items() if new in found.columns and old not in found.columns}
+    return replace(found, aliases={**found.aliases, **known})
