@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.drafting.names import Role, role_of, unit_in
-from unmodelled.logs.mapping import seconds_of
 from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 from unmodelled.systems.units import parse_logged
 
 #: Units of time that recorders use, and the sampling rate, Hz, that most of them are nearest to.
@@ -75,7 +75,7 @@ def timing_of(tables: Sequence[Table]) -> Timing:
     if not found:
         return Timing(rate=USUAL, certain=False)
     name = max(found, key=lambda each: found[each])
-    given = base.units.get(name) or unit_in(name) or ""
+    given = base.units.get(name) or unit_in(name) or unit_of_time(name, base.columns[name]) or ""
     if seconds_of(given) is not None:
         return Timing(name, given)
     step = float(np.median(np.abs(np.diff(base.columns[name]))))
@@ -138,7 +138,7 @@ def _clock(table: Table, tables: Sequence[Table], timing: Timing) -> Array:
         name = timing.column
         columns = [each.columns[name] for each in (table, *tables) if name in each.columns]
         fitting = (column for column in columns if len(column) == len(table))
-        t = next(fitting, none) * (seconds_of(timing.unit) or 1.0)
+        t = in_seconds(next(fitting, none), seconds_of(timing.unit) or 1.0)
     known = t[np.isfinite(t)]
     again = np.flatnonzero(np.diff(t) < -0.5 * (np.ptp(known) if len(known) else 0.0))
     return np.where(np.arange(len(t)) > again[0], np.nan, t) if len(again) else t

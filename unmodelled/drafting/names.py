@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from enum import Enum
 
-from unmodelled.logs.mapping import seconds_of
+from unmodelled.logs.time_units import seconds_of
 from unmodelled.systems.units import describe, parse_logged
 
 

@@ -19,7 +19,7 @@ LARGEST = 1e100
 
 
 def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
-    """Return the finite numbers in a column of a data frame.
+    """Return the finite numbers in a column of a data frame; dates and durations in `t` in s since the first.
 
     Args:
         path: path of the file, or name of the frame.
@@ -34,6 +34,8 @@ def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
             counted from 1, and how many there are.
     """
     kind = column.dtype
+    if name == "t" and (since := _since_first(column)) is not None:
+        return since
     if kind is np.dtype(object):
         cells = [_number(cell) for cell in column]
         bad = [k for k, cell in enumerate(cells) if cell is None]
@@ -47,6 +49,20 @@ def frame_numbers(path: Path, name: str, column: pd.Series) -> Array:
         raise no_number(path, 1, name, cell, len(column))
     check_finite(path, name, values)
     return values
+
+
+def _since_first(column: pd.Series) -> Array | None:
+    """Dates or durations in s since the first one; None for others, or if one is missing."""
+    kind = pd.api.types.infer_dtype(column, skipna=True)
+    if kind in ("datetime", "datetime64"):
+        column = pd.to_datetime(column, utc=True)
+    elif kind in ("timedelta", "timedelta64"):
+        column = pd.to_timedelta(column)
+    else:
+        return None
+    if column.isna().any():
+        return None
+    return np.asarray((column - column.iloc[0]).dt.total_seconds(), np.float64)
 
 
 def _number(cell: object) -> float | None:

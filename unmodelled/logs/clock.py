@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.table import Columns
+from unmodelled.logs.time_units import looks_like_days
 
 Array = NDArray[np.float64]
 Offsets = NDArray[np.int64]
@@ -44,6 +45,10 @@ def check_time(log: Columns) -> None:
         last = log.row(len(t) - 1)
         raise BadInput(
             f"{path}: row {last}: column t: must have {SHORTEST_LOG} samples or more, got {len(t)}"
+        )
+    if looks_like_days(t):
+        raise BadInput(
+            f"{path}: row {log.row(0)}: column t: must be in s, {t[0]:.10g} looks like days: write s"
         )
     steps = np.diff(t)
     back = np.flatnonzero(~(steps > 0.0))

@@ -153,6 +153,7 @@ def _experiments(
     """The experiments in one file: its parts with equal values of a column, cut to length."""
     base, values = record.numbers(channels[0].signal.column)
     t = record.clock(base.table)
+    told.update(dict.fromkeys(sorted(record.assumed), 0))
     usable = np.flatnonzero(np.isfinite(t) & np.isfinite(values))
     if not len(usable):
         column = record.mapping.time.column if record.mapping.time else None

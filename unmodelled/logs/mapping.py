@@ -11,9 +11,13 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
+from unmodelled.logs.cells import LARGEST
+from unmodelled.logs.time_units import seconds_of
 from unmodelled.systems.document import Node, load_yaml
+from unmodelled.systems.grammar import parse
+from unmodelled.systems.scope import Scope
 from unmodelled.systems.syntax import shown
-from unmodelled.systems.units import SECOND, LoggedUnit, parse_logged
+from unmodelled.systems.units import SECOND, parse_logged
 
 SCHEMA = "mapping/1"
 #: Name of a mapping that stands in a log folder in place of experiments.csv.
@@ -224,14 +228,28 @@ def _signal(node: Node) -> Signal:
             parse_logged(unit)
         except ValueError as error:
             raise keys["unit"].wrong(str(error)) from None
-    sign = keys["sign"].number() if "sign" in keys else 1.0
+    sign = _number(keys["sign"]) if "sign" in keys else 1.0
     if abs(sign) != 1.0:
         raise keys["sign"].wrong(f"must be 1 or -1, got {sign:g}: write another factor as scale")
-    scale = keys["scale"].number() if "scale" in keys else 1.0
+    scale = _number(keys["scale"]) if "scale" in keys else 1.0
     if scale == 0.0:
         raise keys["scale"].wrong("must not be 0: the signal would be lost")
-    offset = keys["offset"].number() if "offset" in keys else 0.0
+    offset = _number(keys["offset"]) if "offset" in keys else 0.0
     return Signal(Column(keys["column"].text(), keys["column"]), unit, sign * scale, offset)
+
+
+def _number(node: Node) -> float:
+    """A number, or an expression of numbers such as 360/2000, below any measurement."""
+    try:
+        value = node.number() if node.is_number else float(parse(node.text(), Scope({}), node.where))
+    except (BadInput, TypeError):  # a name is left in it
+        got = shown(node.content) if isinstance(node.content, str) else "none"
+        raise node.wrong(
+            f"must be a number, or an expression of numbers such as 360/2000, got {got}"
+        ) from None
+    if not abs(value) < LARGEST:
+        raise node.wrong(f"must be below {LARGEST:g}, got {value:g}")
+    return value
 
 
 def _time(node: Node) -> Time:
@@ -248,25 +266,6 @@ def _time(node: Node) -> Time:
     if "unit" in keys and seconds is None:
         raise keys["unit"].wrong("must be a unit of time, such as s, ms, us or ns")
     return Time(Column(keys["column"].text(), keys["column"]), seconds)
-
-
-def seconds_of(unit: str) -> float | None:
-    """Return how many seconds a unit of time has; None for other units and other texts.
-
-    Args:
-        unit: unit, such as "ms".
-
-    Examples:
-        >>> seconds_of("ms"), seconds_of("rad")
-        (0.001, None)
-    """
-    try:
-        si, logged = parse_logged(unit)
-    except ValueError:
-        return None
-    if si.dimension != SECOND:
-        return None
-    return float(f"{(logged or LoggedUnit(unit, 1.0, 0.0)).factor:.12g}")
 
 
 def _quantity(node: Node, example: str, kind: str) -> float:

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
-from unmodelled.logs.mapping import Column, LogMapping, seconds_of
+from unmodelled.logs.mapping import Column, LogMapping
 from unmodelled.logs.readers.reader import Array, Table
+from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
 Rows = NDArray[np.int64]
 
@@ -23,6 +24,8 @@ Rows = NDArray[np.int64]
 LATEST = 1e11
 #: Share of equal time stamps from which on the clock is too coarse for its samples.
 COARSE = 0.25
+#: Share of a sampling period below which two time stamps are equal.
+TOGETHER = 0.01
 #: Names of columns that a message shows.
 NAMES = 8
 
@@ -57,10 +60,14 @@ class Record:
         path: its path.
         tables: its tables.
         mapping: mapping that names its columns.
+
+    Attributes:
+        assumed: notes on units of time that neither the mapping nor the file gives.
     """
 
     def __init__(self, path: Path, tables: Sequence[Table], mapping: LogMapping) -> None:
         self.path, self.tables, self.mapping = path, tables, mapping
+        self.assumed: set[str] = set()
 
     def find(self, column: Column) -> Found:
         """Return a column by its name with its table, or alone where only one table has it.
@@ -143,7 +150,11 @@ class Record:
                 f"{len(table)}: name a column that every table has"
             )
         seconds = time.seconds if time.seconds is not None else seconds_of(found.unit or "")
-        return t if seconds is None else seconds * t
+        if seconds is None and (unit := unit_of_time(found.name, t)):
+            seconds = seconds_of(unit)
+            if unit != "s":
+                self.assumed.add(f"time {found.name} was read in {unit}, by its name or its numbers")
+        return t if seconds is None else in_seconds(t, seconds)
 
 
 def _in(table: Table, name: str, alone: bool) -> Found | None:
@@ -215,7 +226,8 @@ def from_start(t: Array) -> Array:
         [0.0, 0.01]
     """
     digits = int(np.floor(-np.log10(max(4.0 * np.spacing(np.abs(t).max()), 1e-12))))
-    return np.asarray(np.round(t - t[0], digits))
+    plain = np.round(t - t[0], digits)
+    return np.asarray(plain if np.all(np.diff(plain) > 0.0) else t - t[0])
 
 
 def parts_of(t: Array, rows: Rows) -> list[Rows]:
@@ -235,7 +247,10 @@ def parts_of(t: Array, rows: Rows) -> list[Rows]:
 
 
 def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
-    """Return rows in the order of time, and of equal stamps the first.
+    """Return rows in the order of time, and of equal stamps the last.
+
+    Stamps are equal if they are less than a hundredth of a sampling period apart: messages that were held up
+    arrive together, and a curve through all of them would be steep. The last of them is the least late.
 
     Args:
         t: time of all rows, shape (all,), s.
@@ -248,12 +263,17 @@ def in_order(t: Array, rows: Rows) -> tuple[Rows, int, int]:
         >>> t = np.array([0.0, 0.2, 0.1, 0.2, 0.3])
         >>> rows, late, repeated = in_order(t, np.arange(5))
         >>> rows.tolist(), late, repeated
-        ([0, 2, 1, 4], 1, 1)
+        ([0, 2, 3, 4], 1, 1)
     """
     late = int(np.count_nonzero(np.diff(t[rows]) < 0.0))
     ordered = rows[np.argsort(t[rows], kind="stable")] if late else rows
-    new = np.concatenate([[True], np.diff(t[ordered]) > 0.0])
-    return ordered[new], late, int(np.count_nonzero(~new))
+    steps = np.diff(t[ordered])
+    new = steps > 0.0
+    apart = steps > TOGETHER * np.median(steps[new]) if new.any() else new
+    if np.count_nonzero(~apart) <= COARSE * len(rows):  # otherwise bursts are how the recorder writes
+        new = apart
+    last = np.concatenate([new, [True]])
+    return ordered[last], late, int(np.count_nonzero(~last))
 
 
 def check_coarse(where: str, repeated: int, count: int) -> None:

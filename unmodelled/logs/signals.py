@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.base.errors import Faults, closest
+from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import LONGEST_GAP, read_at
 from unmodelled.logs.mapping import LogMapping, Signal
 from unmodelled.logs.readers.reader import Array
@@ -99,6 +100,11 @@ class Channel:
     def _converted(self, record: Record, found: Found, raw: Array) -> Array:
         """Values in the unit of the system's column."""
         values = self.signal.factor * raw + self.signal.offset
+        if np.any(np.abs(values) >= LARGEST):
+            raise self.signal.column.node.wrong(
+                f"{record.path}: {self.signal.column.name!r} times its scale is above {LARGEST:g}, beyond "
+                "any measurement: correct the scale"
+            )
         text = self.signal.unit
         if text is None and self.signal.factor in (1.0, -1.0):
             text = _known(found.unit)

@@ -203,7 +203,9 @@ def _in_si(text: str, value: float) -> _Quantity:
 
 @cache
 def _registry() -> pint.UnitRegistry[float]:
-    return pint.UnitRegistry()
+    registry: pint.UnitRegistry[float] = pint.UnitRegistry()
+    registry.define("@alias turn = rev = revs")
+    return registry
 
 
 def times(a: Dimension, b: Dimension) -> Dimension:

@@ -1,0 +1,181 @@
+"""Time as recorders write it: any unit, dates, stamps since 1970 and stamps that are nearly equal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tests.measurements.systems import motor, run
+from tests.measurements.test_mapping import assert_equal, refused, write
+from unmodelled.base.errors import BadInput
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.logs import Logs
+from unmodelled.logs.record import from_start, in_order
+from unmodelled.systems.model import Output
+from unmodelled.systems.units import parse_logged
+
+LOG = run(200)
+
+
+def read(folder: Path, time: object, **columns: object) -> Logs:
+    log = {**{name: column for name, column in LOG.items() if name != "t"}, **columns}
+    return read_logs(write(folder, {"a": log}, time=time), motor())
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "size"),
+    [
+        ("t", "h", 3600.0),
+        ("t", "min", 60.0),
+        ("t", "d", 86_400.0),
+        ("elapsed_hours", None, 3600.0),
+        ("time (min)", None, 60.0),
+        ("timeMinutes", None, 60.0),
+        ("stamp_us", None, 1e-6),
+        ("time_ms", None, 1e-3),
+    ],
+)
+def test_units_of_time_in_mapping_brackets_and_names(
+    tmp_path: Path, name: str, unit: str | None, size: float
+) -> None:
+    column = {"column": name.partition(" ")[0], **({"unit": unit} if unit else {})}
+    logs = read(tmp_path, column, **{name: LOG["t"] / size})
+    assert logs.period == pytest.approx(0.002, rel=1e-6) and len(logs.t) == 200
+
+
+@pytest.mark.parametrize("first", [739_950.52, 46_001.25, 2_461_000.3, 20_440.1])
+def test_counts_of_days_are_days_without_a_unit(tmp_path: Path, first: float) -> None:
+    """MATLAB's datenum, a spreadsheet's dates, Julian days, days since 1970, at 20 Hz."""
+    t = np.arange(200) * 0.05
+    logs = read(tmp_path, "clock", clock=first + t / 86_400.0)
+    assert logs.period == pytest.approx(0.05, rel=1e-3)
+    assert "time clock was read in d, by its name or its numbers" in logs.notes
+    np.testing.assert_allclose(logs.y[:, 0], LOG["angle"], atol=2e-4 if first < 1e6 else 5e-3)
+
+
+def test_seconds_stay_seconds(tmp_path: Path) -> None:
+    """Of a machine that has been on for a day, at 10 kHz."""
+    logs = read(tmp_path, "clock", clock=86_000.0 + np.arange(200) * 1e-4)
+    assert logs.period == pytest.approx(1e-4, rel=1e-6)
+
+
+def test_days_in_a_tidy_log_are_refused() -> None:
+    frame = pd.DataFrame({**LOG, "t": 739_950.5 + LOG["t"] / 86_400.0})
+    with pytest.raises(BadInput, match=r"row 1: column t: must be in s, 739950\.5 looks like days"):
+        Logs.from_frames({"a": frame}, motor(), pd.DataFrame({"m": [0.5]}, index=["a"]))
+
+
+@pytest.mark.parametrize(
+    "column",
+    [
+        pd.Timestamp("2026-03-01T10:00Z") + pd.to_timedelta(LOG["t"], "s"),
+        pd.Timestamp("2026-03-01T10:00") + pd.to_timedelta(LOG["t"], "s"),
+        pd.to_timedelta(LOG["t"] + 77.0, "s"),
+        pd.Series([pd.Timestamp("2026-03-01") + pd.Timedelta(t, "s") for t in LOG["t"]], dtype=object),
+    ],
+)
+def test_dates_and_durations_in_a_data_frame_are_time(column: object) -> None:
+    table = pd.DataFrame({"m": [0.5]}, index=["a"])
+    found = Logs.from_frames({"a": pd.DataFrame({**LOG, "t": column})}, motor(), table)
+    expected = Logs.from_frames({"a": pd.DataFrame(LOG)}, motor(), table)
+    assert found.period == pytest.approx(0.002, rel=1e-6)
+    np.testing.assert_allclose(found.y, expected.y, atol=1e-9)
+
+
+def test_a_date_that_is_missing_is_no_time() -> None:
+    stamps = pd.Series(pd.Timestamp("2026-03-01") + pd.to_timedelta(LOG["t"], "s"))
+    stamps[7] = pd.NaT
+    with pytest.raises(BadInput, match=r"frames\['a'\]: row \d+: column t"):
+        Logs.from_frames(
+            {"a": pd.DataFrame({**LOG, "t": stamps})}, motor(), pd.DataFrame({"m": [1]}, index=["a"])
+        )
+
+
+def test_nanoseconds_in_a_parquet_file_are_subtracted_as_integers(tmp_path: Path) -> None:
+    ticks = 1_764_041_247_000_000_000 + np.arange(200) * 100
+    log = {name: LOG[name] for name in ("angle", "voltage")}
+    pq.write_table(pa.table({"t": pa.array(ticks, pa.timestamp("ns")), **log}), tmp_path / "a.parquet")
+    logs = read_logs(write(tmp_path, {}, files="a.parquet", time="t"), motor())
+    assert logs.period == pytest.approx(1e-7, rel=1e-9)
+
+
+def test_messages_that_arrive_together_are_read_by_the_time_of_receipt(tmp_path: Path) -> None:
+    """A stamp of 50 Hz for ten messages; now and then messages are held up, then 0.24 us apart."""
+    generator = np.random.default_rng(4)
+    log = run(2000)
+    arrival = log["t"] + np.abs(generator.normal(0.0, 2e-4, 2000)) + (generator.random(2000) < 0.01) * 7e-3
+    receipt = 1.78e9 + np.maximum.accumulate(arrival) + np.arange(2000) * 2.4e-7
+    stamp = 1.78e9 + np.floor(log["t"] / 0.02) * 0.02
+    raw = {**log, "stamp": stamp, "receipt": receipt}
+    logs = read_logs(write(tmp_path, {"a": raw}, time="receipt"), motor())
+    assert logs.period == pytest.approx(0.002, rel=5e-3)
+    # late by 0.16 ms on average, as a constant delay of all signals
+    error = logs.y[:, 0] - np.interp(logs.t, log["t"] + 1.6e-4, log["angle"])
+    assert np.std(error) < 2e-3 and np.abs(error).max() < 0.02
+    assert "rows repeat a time stamp" in refused(write(tmp_path, {"a": raw}, time="stamp"))
+
+
+def test_stamps_that_differ_stay_different() -> None:
+    t = 1.78e9 + np.arange(100) * 5e-7
+    assert (np.diff(from_start(t)) > 0.0).all()
+    # what a recorder writes in bursts, all of it within a period, is left as it is
+    bursts = np.repeat(np.arange(50) * 0.01, 2) + np.tile([0.0, 1e-6], 50)
+    rows, _, repeated = in_order(bursts, np.arange(100))
+    assert len(rows) == 100 and repeated == 0
+
+
+def test_epoch_seconds_with_jitter_and_turns(tmp_path: Path) -> None:
+    """Seconds since 1970 at 90 Hz with 15 % of jitter; an angle in turns, a speed in rev/s."""
+    generator = np.random.default_rng(6)
+    t = np.cumsum(generator.normal(0.011, 0.0015, 900).clip(0.007, 0.025))
+    raw = {"t": 1_764_041_247.31 + t, "angle": np.sin(3.0 * t), "voltage": t, "speed": 3.0 * np.cos(3.0 * t)}
+    signals = {
+        "angle": {"column": "angle", "unit": "turn"},
+        "voltage": "voltage",
+        "speed": {"column": "speed", "unit": "rev/s"},
+    }
+    system = motor(
+        [*motor().outputs, Output("omega", "rad/s", "speed", motor().x[1], logged=parse_logged("rpm")[1])]
+    )
+    logs = read_logs(write(tmp_path, {"a": raw}, time={"column": "t", "unit": "s"}, signals=signals), system)
+    assert logs.period == pytest.approx(np.median(np.diff(t)), rel=0.02)
+    at = logs.t + t[0]
+    np.testing.assert_allclose(logs.y[:, 0], 2.0 * np.pi * np.sin(3.0 * at), atol=1e-4)
+    np.testing.assert_allclose(logs.y[:, 1], 2.0 * np.pi * 3.0 * np.cos(3.0 * at), atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("scale", "factor"), [("360/2000", 0.18), ("2*pi/4096", np.pi / 2048), ("-1e-3", -1e-3)]
+)
+def test_a_scale_may_be_an_expression(tmp_path: Path, scale: str, factor: float) -> None:
+    signals = {"angle": {"column": "angle", "scale": scale, "offset": "1/4"}, "voltage": "voltage"}
+    logs = read_logs(write(tmp_path, {"a": LOG}, signals=signals), motor())
+    np.testing.assert_allclose(logs.y[:, 0], factor * LOG["angle"] + 0.25, rtol=1e-12)
+
+
+@pytest.mark.parametrize("scale", ["2*x", "t", "1/0", "__import__('os')", "[1]", "1e999", "1e308", "9**9**9"])
+def test_scales_that_are_no_number_are_refused(tmp_path: Path, scale: str) -> None:
+    signals = {"angle": {"column": "angle", "scale": scale}, "voltage": "voltage"}
+    assert "signals.angle.scale: must be" in refused(write(tmp_path, {"a": LOG}, signals=signals))
+
+
+def test_a_scale_beyond_any_measurement_is_refused(tmp_path: Path) -> None:
+    signals = {"angle": {"column": "angle", "scale": "1e99"}, "voltage": "voltage"}
+    log = {**LOG, "angle": 1e5 * LOG["angle"]}
+    assert "times its scale is above 1e+100" in refused(write(tmp_path, {"a": log}, signals=signals))
+
+
+def test_a_share_in_percent(tmp_path: Path) -> None:
+    signals = {"angle": {"column": "angle", "unit": "%"}, "voltage": "voltage"}
+    logs = read_logs(write(tmp_path, {"a": LOG}, signals=signals), motor())
+    np.testing.assert_allclose(logs.y[:, 0], 0.01 * LOG["angle"], rtol=1e-12)
+
+
+def test_equal_logs_from_equal_clocks(tmp_path: Path) -> None:
+    found = read(tmp_path / "days", "t", t=pd.Timestamp("2026-03-01") + pd.to_timedelta(LOG["t"], "s"))
+    assert_equal(found, read(tmp_path / "seconds", "t", t=LOG["t"]))

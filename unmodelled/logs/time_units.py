@@ -1,0 +1,101 @@
+"""The unit of a column of time, by the file, its name or its numbers, and its values in seconds."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.systems.units import SECOND, LoggedUnit, parse_logged
+
+Array = NDArray[np.float64]
+
+DAY = 86_400.0  # s
+#: Days from the beginning of a count to 1970: Julian days, MATLAB's datenum, spreadsheets, days since 1970.
+BEGINNINGS = (2_440_587.5, 719_529.0, 25_569.0, 0.0)
+#: The years 2000 and 2100 in days since 1970, between which machines are logged.
+LOGGED = (10_957.0, 47_482.0)
+#: Longest median step that tells a count of days from seconds, for none is logged at more than 50 kHz.
+STEP = 2e-5
+#: Words at the end of the name of a column of time that are its unit.
+WORDS = {
+    "d": "datenum day days",
+    "h": "h hour hours",
+    "min": "min mins minute minutes",
+    "s": "s sec secs second seconds",
+    "ms": "ms msec msecs millis millisecond milliseconds",
+    "us": "us µs usec usecs micros microsecond microseconds",
+    "ns": "ns nsec nsecs nanos nanosecond nanoseconds",
+}
+
+
+def seconds_of(unit: str) -> float | None:
+    """Return how many seconds a unit of time has; None for other units and other texts.
+
+    Args:
+        unit: unit, such as "ms".
+
+    Examples:
+        >>> seconds_of("ms"), seconds_of("d"), seconds_of("rad")
+        (0.001, 86400.0, None)
+    """
+    try:
+        si, logged = parse_logged(unit)
+    except ValueError:
+        return None
+    if si.dimension != SECOND:
+        return None
+    return float(f"{(logged or LoggedUnit(unit, 1.0, 0.0)).factor:.12g}")
+
+
+def unit_of_time(name: str, values: Array) -> str | None:
+    """Return the unit of a column of time of which the file gives none; None if nothing tells.
+
+    Args:
+        name: name of the column, whose last word may be its unit.
+        values: numbers of the column, shape (rows,). A count of days tells itself by its size and its steps.
+
+    Examples:
+        >>> unit_of_time("time_ms", np.empty(0)), unit_of_time("stamp", np.empty(0))
+        ('ms', None)
+        >>> unit_of_time("time", 739_950.5 + np.arange(100) / 86_400)  # MATLAB's datenum, once a second
+        'd'
+    """
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name[-60:])
+    words = re.findall(r"[A-Za-zµ]+", re.sub(r"\[\d+\]$", "", apart))
+    last = words[-1].lower() if words and (len(words) > 1 or len(words[0]) > 2) else ""
+    found = next((unit for unit, known in WORDS.items() if last in known.split()), None)
+    return found or ("d" if looks_like_days(values) else None)
+
+
+def looks_like_days(values: Array) -> bool:
+    """Return whether numbers are a count of days, as MATLAB and spreadsheets write dates.
+
+    Args:
+        values: numbers of a column of time, shape (rows,).
+    """
+    known = values[np.isfinite(values)]
+    steps = np.diff(known)
+    steps = steps[steps > 0.0]
+    return bool(len(steps) and np.median(steps) < STEP) and _beginning(known) is not None
+
+
+def in_seconds(values: Array, seconds: float) -> Array:
+    """Return a column of time in s.
+
+    Args:
+        values: numbers of the column, shape (rows,).
+        seconds: seconds in its unit. A count of days becomes one since 1970 first, which leaves more digits.
+
+    Returns:
+        Time, shape (rows,), s.
+    """
+    beginning = _beginning(values[np.isfinite(values)]) if seconds == DAY else None
+    return seconds * (values - (beginning or 0.0))
+
+
+def _beginning(days: Array) -> float | None:
+    """The beginning of a count of days, before 1970; None if it is none of those that are used."""
+    middle = float(np.median(days)) if len(days) else np.nan
+    return next((first for first in BEGINNINGS if LOGGED[0] < middle - first < LOGGED[1]), None)
