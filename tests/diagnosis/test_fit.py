@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
+import unmodelled as um
 from tests.diagnosis.benches import FRICTION, PERIOD, Bench, exact, integrated, pendulum
 from tests.diagnosis.conftest import Known
 from tests.diagnosis.unknowns import F_C, MGL, B, simulation_of
@@ -197,3 +198,20 @@ dynamics:
     assert simulation.hidden == [0] and found.start.shape[1] == 0
     assert found.values["k"] == pytest.approx(8.0, rel=0.01)
     assert 0.9 < found.gap.value / floor(simulation, found.numbers).value < 1.1
+
+
+def test_a_machine_without_inputs_and_without_unknowns(tmp_path: Path) -> None:
+    """The initial states alone are fitted: a pendulum that swings freely, whose numbers are all trusted."""
+    free = (
+        ("inputs:\n  torque: {unit: N m}\n", ""),
+        ("(torque - b*omega", "(-b*omega"),
+        ("value: 0.03, unit: N m s/rad, identify: true, bounds: [0, 0.1]", "value: 0.015, unit: N m s/rad"),
+        ("value: 0.9, unit: N m, identify: true, bounds: [0.2, 5]", "value: 1.2, unit: N m"),
+    )
+    system = pendulum(tmp_path, *free)
+    driven = pendulum(tmp_path / "driven")
+    logs = Bench(friction=0.0).logs(tmp_path / "logs", driven)
+    still = {name: run.assign(torque=0.0) for name, run in logs.table().groupby("experiment")}
+    simulation = Simulation(system, Recording.of(um.Logs.from_frames(still, system), 0.1))
+    found = fit_parameters(simulation)
+    assert found.converged and found.names == () and found.start.shape[1] == 2

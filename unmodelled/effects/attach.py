@@ -17,7 +17,7 @@ from unmodelled.effects.motion import acceleration, effort_signals
 from unmodelled.effects.place import Place, Site
 from unmodelled.effects.substitution import substituted, with_law, with_output, with_states
 from unmodelled.effects.translation import Translation
-from unmodelled.systems import grammar, syntax
+from unmodelled.systems import grammar
 from unmodelled.systems.model import Constant, Parameter, State, System, symbol
 from unmodelled.systems.scope import Scope, Value
 
@@ -192,7 +192,7 @@ class _Parts:
 def _product(factor: str, text: str) -> str:
     if text == "1":
         return factor
-    _, body = syntax.tree(text, text)
+    body = ast.parse(text, mode="eval").body  # made of texts that were checked when they were read
     bare = isinstance(body, ast.Call | ast.Name | ast.Constant)
     chain = isinstance(body, ast.BinOp) and not isinstance(body.op, ast.Add | ast.Sub)
     return f"{factor}*{text}" if bare or chain else f"{factor}*({text})"

@@ -10,6 +10,9 @@ from unmodelled.effects.motion import acceleration, mobility
 from unmodelled.systems.model import Port, System, symbol
 from unmodelled.systems.printing import printed
 
+#: Characters of a text that is longer than a line of a system file.
+LINE = 200
+
 
 def load(system: System, port: Port) -> tuple[str, sp.Expr] | None:
     """Return the load of a port: what the port names as its load, or else the effort of the inputs on it.
@@ -56,6 +59,12 @@ def _drive(system: System, port: Port) -> sp.Expr:
 
 
 def _text(system: System, expression: sp.Expr) -> str:
+    """Text of a load; one that is longer than a line has the signals of the system by name."""
     names = [str(s) for s in (*system.x, *system.u, *system.p, *system.c)]
-    text = printed(expression, names, [table.name for table in system.tables])
+    tables = [table.name for table in system.tables]
+    if sp.count_ops(expression) > LINE or len(text := printed(expression, names, tables)) > LINE:
+        # a signal is made of earlier ones, and `subs` finds it among other factors and terms too
+        for name, signal in reversed(system.signals.items()):
+            expression = expression.subs(signal, symbol(name)) if signal.args else expression
+        text = printed(expression, [*names, *system.signals], tables)
     return f"({text})" if isinstance(expression, sp.Add) else text

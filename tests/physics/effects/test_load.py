@@ -8,10 +8,14 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from tests.physics.effects.benches import measured
 from unmodelled.effects.library import effects
 from unmodelled.effects.load import load
+from unmodelled.systems.grammar import parse
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
+from unmodelled.systems.scope import scope_of
+from unmodelled.systems.writer import write_system
 
 SYSTEMS = Path(__file__).parents[3] / "systems"
 
@@ -64,3 +68,28 @@ def test_a_load_that_no_file_can_write_is_none(tmp_path: Path) -> None:
     )
     known = read_system(path)
     assert load(known, known.port("rail")) is None
+
+
+def test_a_long_load_is_written_with_the_signals_of_the_file(tmp_path: Path) -> None:
+    """Each gear doubles the length of the load once the gears before it are inserted."""
+    gears = "".join(f"  g{k}: g{k - 1}*(1.0 + 0.1*sin(g{k - 1}/one))\n" for k in range(1, 8))
+    path = tmp_path / "train.yaml"
+    path.write_text(
+        "schema: system/1\nname: train\nstates: {x: {unit: m}, v: {unit: m/s}}\n"
+        "inputs: {u: {unit: V}, w: {unit: N}}\noutputs: {x: {unit: m}}\n"
+        "parameters: {M: {value: 2.0, unit: kg}, kf: {value: 3.0, unit: N/V}, one: {value: 1.0, unit: N},"
+        " b: {value: 1.0, unit: N s/m}}\n"
+        f"signals:\n  g0: kf*u\n{gears}  push: w*atan(g7/one)\n"
+        "ports: {rail: {effort: F, unit: N, position: x, velocity: v}}\n"
+        "dynamics: {x: v, v: (g7 + push - b*v - F)/M}\n"
+    )
+    train = read_system(path)
+    found = load(train, train.port("rail"))
+    assert found is not None and found[0] == "(g7 + push)"
+    assert parse(found[0], scope_of(train), "") == found[1]
+    for effect in effects():
+        if effect.family == "load_friction":
+            (place,) = effect.places(train)
+            grown = effect.add(train, place, measured(train)).system
+            write_system(grown, tmp_path / "augmented.yaml")
+            assert read_system(tmp_path / "augmented.yaml") == grown

@@ -99,7 +99,8 @@ class Unknowns:
         recording = self.simulation.recording
         run = np.searchsorted(np.sort(recording.runs), recording.owner)
         first = np.searchsorted(self.unknown, np.arange(len(self.each)))
-        return np.asarray(first + np.outer(run, [u.own for u in self.each]))
+        own = np.array([u.own for u in self.each], dtype=np.int64)  # of no unknowns, an index too
+        return np.asarray(first + np.outer(run, own))
 
     @cached_property
     def scale(self) -> Array:
