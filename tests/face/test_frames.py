@@ -95,3 +95,16 @@ def test_what_the_reader_refuses_is_refused(
         um.Logs.from_frames(given, SYSTEM, experiments)
     said = [str(refused.value), *refused.value.others]
     assert not any("tmp" in line or ".parquet" in line for line in said), said
+
+
+def test_the_index_stands_for_the_time() -> None:
+    seconds = {name: frame.set_index("t") for name, frame in frames().items()}
+    start = pd.Timestamp("2026-03-29 00:59:58", tz="Europe/Brussels")  # summer time begins in the log
+    dates = {n: f.set_index(start + pd.to_timedelta(f.index, "s")) for n, f in seconds.items()}
+    spans = {n: f.set_index(pd.to_timedelta(f.index, "s")) for n, f in seconds.items()}
+    columns = {n: f.reset_index(names="t") for n, f in dates.items()}
+    wanted = um.Logs.from_frames(frames(), SYSTEM, table())
+    for other in (seconds, dates, spans, columns):
+        read = um.Logs.from_frames(other, SYSTEM, table())
+        np.testing.assert_allclose(read.t, wanted.t, atol=1e-9)
+        np.testing.assert_allclose(read.y, wanted.y, atol=1e-9)

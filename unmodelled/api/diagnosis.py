@@ -17,11 +17,12 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.findings import Findings, findings
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.report.diagnosis_page import PAGE, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
 from unmodelled.report.headline import effect_name, headline
+from unmodelled.systems.given import SystemGiven
 from unmodelled.systems.model import System
 
 MODELS = ("known", "reidentified", "augmented", "neural", "floor", "persistence")
@@ -266,7 +267,11 @@ class Answer:
 
 
 def diagnose(
-    system: System, logs: Logs, horizon: float | None = None, seed: int = 0, workers: int | None = None
+    system: SystemGiven,
+    logs: LogsGiven,
+    horizon: float | None = None,
+    seed: int = 0,
+    workers: int | None = None,
 ) -> Answer:
     """Diagnose the gap: say which unmodelled effects cause it, where it lies, and how far it shrinks.
 
@@ -274,8 +279,9 @@ def diagnose(
     the logs, such as a unit or a sign, explains most of the gap, that is the answer (verdict check_logs).
 
     Args:
-        system: known physics; parameters marked `identify` are refitted.
-        logs: measured experiments, read for this system; a record that is alone is cut into several.
+        system: known physics, or the path of its file; parameters marked `identify` are refitted.
+        logs: measured experiments, the path of their folder, or data frames (by id, in a list, or one with
+            the column `experiment`); a record that is alone is cut into several.
         horizon: length of the free-run windows, s; default: from the logs, see
             `unmodelled.diagnosis.data.persistence.default_horizon`.
         seed: seed of the random generators; the same seed gives the same answer; default 0.
@@ -307,4 +313,4 @@ def diagnose(
         >>> bool(after.value < 0.1 * before.value)
         True
     """
-    return Answer(findings(system, logs, horizon, seed, workers))
+    return Answer(findings(*read_inputs(system, logs), horizon, seed, workers))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.inputs import read_inputs
 from unmodelled.base.errors import BadInput, closest
+from unmodelled.logs.inputs import read_inputs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 

@@ -9,13 +9,13 @@ from tempfile import TemporaryDirectory
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
-from unmodelled.systems.model import System
+from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.writer import write_system
 
 SCRIPT = Path(__file__).parents[1] / "engine" / "fmu" / "machine.py"
 
 
-def write_fmu(system: System, path: Path | str) -> None:
+def write_fmu(system: SystemGiven, path: Path | str) -> None:
     """Write a system as a Functional Mock-up Unit (FMI 3.0, co-simulation).
 
     Inputs and outputs of the FMU are those of the system, in SI units. Its parameters are the parameters of
@@ -25,7 +25,7 @@ def write_fmu(system: System, path: Path | str) -> None:
     free runs of this package on the system file that it contains.
 
     Args:
-        system: system to write, such as the `augmented` one of a diagnosis.
+        system: system to write, the path of its file, or a result that has one, such as an answer.
         path: file of the FMU, `machine.fmu`; replaced where it exists.
 
     Raises:
@@ -42,7 +42,7 @@ def write_fmu(system: System, path: Path | str) -> None:
         ...     "modelDescription.xml" in zipfile.ZipFile(f"{folder}/pendulum.fmu").namelist()
         True
     """
-    path = Path(path)
+    path, system = Path(path), system_of(system)
     if path.suffix != ".fmu":
         raise BadInput(f"{path}: the name of an FMU must end in .fmu, for example {path.stem}.fmu")
     if find_spec("pythonfmu3") is None:

@@ -23,6 +23,7 @@ from unmodelled.design.runs import frame
 from unmodelled.design.visible import Alike, Visible, alike, visible
 from unmodelled.design.written import DIGITS, write_experiment
 from unmodelled.diagnosis.fitting.checks import check_seed
+from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System
 
 
@@ -91,7 +92,7 @@ class Plan:
         return shown("What the experiments could show", [], {"Effects": self.table()})
 
 
-def plan(system: System, limits: Path | str, inputs: Path | str | None = None, seed: int = 0) -> Plan:
+def plan(system: SystemGiven, limits: Path | str, inputs: Path | str | None = None, seed: int = 0) -> Plan:
     """Tell which effects of the library planned experiments could show, and which would look alike.
 
     No log is needed: the known physics is simulated with the noise of the sensors. An effect changes the
@@ -99,7 +100,7 @@ def plan(system: System, limits: Path | str, inputs: Path | str | None = None, s
     inputs and the initial states cannot explain counts. A size shows if it is told from none with 95 %.
 
     Args:
-        system: known physics; parameters marked `identify` are re-fitted.
+        system: known physics, or the path of its file; parameters marked `identify` are re-fitted.
         limits: YAML file with `duration`, `period`, `inputs`, `noise` (standard deviation of outputs) and as
             needed `travel`, `start` and `operating_point`, all in the units of the columns in the system
             file, see `unmodelled.design.limits.read_limits`.
@@ -129,6 +130,7 @@ def plan(system: System, limits: Path | str, inputs: Path | str | None = None, s
         True
     """
     check_seed(seed)
+    system = system_of(system)
     if not system.inputs:
         raise BadInput(
             f"{system.place}: has no inputs, so that there is no experiment to plan: log the machine"

@@ -21,8 +21,10 @@ from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
+from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepared_for
+from unmodelled.systems.given import SystemGiven
 from unmodelled.systems.model import System
 
 if TYPE_CHECKING:
@@ -202,7 +204,10 @@ class Simulation:
 
 
 def simulate(
-    system: System, logs: Logs, horizon: float | None = None, only: Sequence[str] | str | None = None
+    system: SystemGiven,
+    logs: LogsGiven,
+    horizon: float | None = None,
+    only: Sequence[str] | str | None = None,
 ) -> Simulation:
     """Simulate a system along measured experiments and return the gap between the two.
 
@@ -210,8 +215,10 @@ def simulate(
     error is in standard deviations of its output within the experiments, and in the output's unit.
 
     Args:
-        system: known physics, with laws in its ports where it has any.
-        logs: measured experiments with the inputs and outputs of the system.
+        system: known physics, with laws in its ports where it has any; the path of its file; or a result with
+            a system, such as an answer.
+        logs: measured experiments with the inputs and outputs of the system, the path of their folder, or
+            data frames (by id, in a list, or one with the column `experiment`).
         horizon: length of the free-run windows, s; default: from the logs, see
             `unmodelled.diagnosis.data.persistence.default_horizon`.
         only: ids of the experiments to simulate, or one id; default: all. The scale of the outputs is that of
@@ -240,11 +247,12 @@ def simulate(
         >>> list(gap.table().columns)
         ['experiment', 't', 'window', 'theta_measured', 'theta_simulated']
     """
-    runs, own = _chosen(only, logs), prepared_for(system, logs)
+    known, measured = read_inputs(system, logs)
+    runs, own = _chosen(only, measured), prepared_for(known, measured)
     sensors = Sensors(own)
     seconds = horizon_of(own, horizon, sensors)
-    own = with_own_numbers(system, own, seconds, runs, sensors)
-    return Simulation(system, own, seconds, tuple(runs), free_runs(system, own, seconds, runs, sensors))
+    own = with_own_numbers(known, own, seconds, runs, sensors)
+    return Simulation(known, own, seconds, tuple(runs), free_runs(known, own, seconds, runs, sensors))
 
 
 def _chosen(only: Sequence[str] | str | None, logs: Logs) -> list[int]:

@@ -17,7 +17,9 @@ from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
 from unmodelled.explanation.advice import advise
 from unmodelled.explanation.identifiability import Identifiability, identify_sets
+from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.given import SystemGiven
 from unmodelled.systems.model import System
 
 SCHEMA = "identifiability/1"
@@ -150,8 +152,8 @@ class ParameterStudy:
 
 
 def identifiability(
-    system: System,
-    logs: Logs,
+    system: SystemGiven,
+    logs: LogsGiven,
     parameters: Sequence[str] | None = None,
     limit: float = 5.0,
     floor: float = 0.05,
@@ -159,8 +161,8 @@ def identifiability(
     """Find out which parameters can be identified from logs, alone and beside networks in the ports.
 
     Args:
-        system: system with the nominal values of its parameters.
-        logs: measured experiments, read for this system.
+        system: system with the nominal values of its parameters, or the path of its file.
+        logs: measured experiments, read for this system, the path of their folder, or data frames.
         parameters: names of the parameters to study; default: all.
         limit: largest collinearity index of a set, larger than 1; 5 (strict, default) to 20 is usual.
         floor: sensitivity that a parameter must have, as a share of the largest, 0 to 1; default 0.05.
@@ -190,4 +192,5 @@ def identifiability(
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise BadInput(f"{key}: must be a number, got {value!r}")
     chosen = None if parameters is None else [str(name) for name in parameters]
-    return ParameterStudy(system, logs, identify_sets(system, logs, chosen, limit, floor))
+    known, measured = read_inputs(system, logs)
+    return ParameterStudy(known, measured, identify_sets(known, measured, chosen, limit, floor))

@@ -15,6 +15,7 @@ from unmodelled.base.notebook import shown
 from unmodelled.engine.free_run import Integration
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, surfaces
+from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.logs.logs import Logs
 from unmodelled.models.nnap import Nnap
 
@@ -110,7 +111,7 @@ class Evaluation:
         return figure
 
 
-def evaluate(fit: Fit, logs: Logs) -> Evaluation:
+def evaluate(fit: Fit, logs: LogsGiven) -> Evaluation:
     """Simulate every experiment that a model was not trained on, from its first measured state.
 
     The models of a fold simulate all experiments of `logs` whose ids are not among the training experiments
@@ -118,7 +119,8 @@ def evaluate(fit: Fit, logs: Logs) -> Evaluation:
 
     Args:
         fit: fitted models of a system.
-        logs: measured experiments of the same system, those of the training or others.
+        logs: measured experiments of the same system, those of the training or others; the path of their
+            folder, or data frames.
 
     Returns:
         Errors, trajectories and learned efforts.
@@ -140,6 +142,7 @@ def evaluate(fit: Fit, logs: Logs) -> Evaluation:
         >>> bool(errors["median"][0] < 0.5 * um.simulate(system, logs).units["whole_run"][0])
         True
     """
+    _, logs = read_inputs(fit, logs)
     seen = fit.seen(logs)
     if all(known.all() for known in seen.values()):
         raise BadInput("logs: every experiment was trained on: give logs of other experiments")

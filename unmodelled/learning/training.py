@@ -10,17 +10,17 @@ from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.splits import Fold, leave_one_out
 from unmodelled.learning.windows import Windows
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.models.structures import Structure
-from unmodelled.systems.model import System
+from unmodelled.systems.given import SystemGiven
 
 #: Training of a structure that is given without one: short windows of free run, as in `model=hybrid`.
 WINDOWS = Windows(horizon=20, epochs=100, rate=0.01, physics_rate=0.01)
 
 
 def train(
-    system: System,
-    logs: Logs,
+    system: SystemGiven,
+    logs: LogsGiven,
     model: Structure | AugmentedRecipe,
     split: Callable[[pd.DataFrame], list[Fold]] = leave_one_out,
     repeats: int = 1,
@@ -31,8 +31,8 @@ def train(
     """Train hybrid models of a system, one per fold and repeat of a split.
 
     Args:
-        system: known physics.
-        logs: measured experiments of the system.
+        system: known physics, or the path of its file.
+        logs: measured experiments of the system, the path of their folder, or data frames.
         model: structure of the model, such as `one_per_port(hidden=32)`, which is trained on free runs of 20
             samples for 100 epochs with RK4; or a recipe, which says how it is trained.
         split: function that divides the table of experiments into folds; default: every fold leaves one
@@ -62,8 +62,9 @@ def train(
         0         b  N m s/rad   0.01
     """
     recipe = model if isinstance(model, AugmentedRecipe) else _recipe(model)
-    folds = split(logs.experiments_with_speed())
-    return recipe.fit(system, logs, folds, repeats, seed, start.model if start else None, device)
+    known, measured = read_inputs(system, logs)
+    folds = split(measured.experiments_with_speed())
+    return recipe.fit(known, measured, folds, repeats, seed, start.model if start else None, device)
 
 
 def _recipe(networks: Structure) -> AugmentedRecipe:

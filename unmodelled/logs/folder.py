@@ -22,13 +22,14 @@ from unmodelled.logs.mapped import read_mapped
 from unmodelled.logs.preparation import prepare, with_delays
 from unmodelled.logs.recognition import foreign
 from unmodelled.logs.table import Columns, Rows, numbers, read_columns, read_rows
+from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.model import System
 
 #: Span of time of a whole log, s.
 EVERYTHING = -math.inf, math.inf
 
 
-def read_logs(folder: Path | str, system: System) -> Logs:
+def read_logs(folder: Path | str, system: SystemGiven) -> Logs:
     """Read the experiments of a log folder, of recorders' files with a mapping, or of an HDF5 file.
 
     Args:
@@ -39,8 +40,8 @@ def read_logs(folder: Path | str, system: System) -> Logs:
             mapping, or a folder with mapping.yaml, that names the columns of recorders' files
             (`mapping.read_mapping`); an HDF5 file with a group per experiment (`hdf5.read_campaign`); a store
             that `Logs.write` wrote.
-        system: system whose inputs and outputs name the columns. A store must have been written for a system
-            with the same inputs and outputs.
+        system: system whose inputs and outputs name the columns, or the path of its file. A store must have
+            been written for a system with the same inputs and outputs.
 
     Returns:
         The experiments on one uniform clock.
@@ -57,7 +58,7 @@ def read_logs(folder: Path | str, system: System) -> Logs:
         inputs: torque
         note: omega was estimated from theta by smoothing differentiation over 21 samples
     """
-    folder = Path(folder)
+    folder, system = Path(folder), system_of(system)
     check_file(folder)
     if (mapped := read_mapped(folder, system)) is not None:
         return mapped

@@ -59,6 +59,7 @@ def _table(ids: list[str], experiments: pd.DataFrame | None) -> tuple[list[str],
 
 def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
     """Return the wanted columns of a frame; `path` is its name in messages."""
+    frame = _with_time(frame)
     names = [str(name) for name in frame.columns]
     check_repeated(path, names)
     refuse_missing(f"{path}: row 1", "the frame", names, wanted)
@@ -68,3 +69,13 @@ def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
             values[name] = frame_numbers(path, name, frame.iloc[:, names.index(name)])
     faults.check()
     return Columns(path, values, header=False)
+
+
+def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return the frame with t in s: its index stands for a missing column t, unless it only counts rows."""
+    if "t" not in frame.columns and not pd.api.types.is_integer_dtype(frame.index.dtype):
+        frame = frame.assign(t=frame.index)
+    if "t" not in frame.columns or frame["t"].dtype.kind not in "Mm":
+        return frame
+    since = frame["t"] - frame["t"].iloc[0] if frame["t"].dtype.kind == "M" else frame["t"]
+    return frame.assign(t=since.dt.total_seconds())

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from unmodelled.api.diagnosis import diagnose as diagnosed
-from unmodelled.api.inputs import read_inputs
 from unmodelled.base.ownership import verb
+from unmodelled.logs.inputs import read_inputs
 
 
 @verb()

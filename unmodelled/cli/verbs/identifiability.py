@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.inputs import read_inputs
 from unmodelled.base.ownership import verb
 from unmodelled.explanation.parameter_study import identifiability as studied
+from unmodelled.logs.inputs import read_inputs
 
 
 @verb()

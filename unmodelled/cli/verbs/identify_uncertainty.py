@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from unmodelled.api.inputs import read_inputs
 from unmodelled.api.uncertainty_page import write_page
 from unmodelled.base.ownership import verb
 from unmodelled.learning.uncertainty.identified import identified
 from unmodelled.learning.uncertainty.problem import read_problem
 from unmodelled.learning.uncertainty.setup import Setup
+from unmodelled.logs.inputs import read_inputs
 from unmodelled.uncertainty.response import Response
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from unmodelled.api.inputs import read_inputs
 from unmodelled.api.next_experiment import planned
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
 from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.diagnosis.fitting.checks import check_seed
+from unmodelled.logs.inputs import read_inputs
 
 
 @verb()

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from unmodelled.api.inputs import read_inputs
 from unmodelled.api.simulation import simulate as simulated
 from unmodelled.base.ownership import verb
+from unmodelled.logs.inputs import read_inputs
 
 #: What to do with the result (`unmodelled.cli.written`).
 NEXT = "the cause of the gap: {program} diagnose system={system} logs={logs}"
