@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from unmodelled.api.diagnosis import GapLocation as GapLocation
     from unmodelled.api.diagnosis import NamedEffect as NamedEffect
     from unmodelled.api.diagnosis import diagnose as diagnose
+    from unmodelled.api.diagnosis import read_answer as read_answer
     from unmodelled.api.example import example as example
     from unmodelled.api.fmu import write_fmu as write_fmu
     from unmodelled.api.learned_laws import LearnedLaws as LearnedLaws
@@ -53,7 +54,7 @@ else:
     #: Modules and the public names that they define: the imports above, which a test compares.
     _NAMES = {
         "api.answer_list": ("AnswerList", "list_answers"),
-        "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose"),
+        "api.diagnosis": ("Answer", "GapLocation", "NamedEffect", "diagnose", "read_answer"),
         "api.example": ("example",),
         "api.fmu": ("write_fmu",),
         "api.learned_laws": ("LearnedLaws", "learned_laws"),

@@ -125,6 +125,33 @@ def test_a_result_is_not_saved_over_its_logs(answer: um.Answer) -> None:
     assert sorted(Path(logs.source).iterdir()) == before
 
 
+@pytest.mark.long
+def test_a_saved_answer_is_read_back(answer: um.Answer, tmp_path: Path) -> None:
+    answer.save(tmp_path / "out")
+    read = um.read_answer(tmp_path / "out")
+    assert (read.verdict, read.confidence, read.notes) == (answer.verdict, answer.confidence, answer.notes)
+    for name in ("gaps", "units", "parameters"):
+        pd.testing.assert_frame_equal(getattr(read, name), getattr(answer, name))
+    pd.testing.assert_frame_equal(read.table(), answer.table())
+    assert read.effects == answer.effects and read.system == answer.system
+    assert len(read.plot("lacking").axes) == len(answer.plot("lacking").axes)
+    assert str(read).splitlines()[0] == str(answer).splitlines()[0]
+    read.save(tmp_path / "copy")
+    assert um.read_answer(tmp_path / "copy").table().equals(answer.table())
+    with pytest.raises(um.BadInput, match=r"is the input answer="):
+        read.save(tmp_path / "out")
+    logs = answer.findings.diagnosis.logs
+    assert um.simulate(read, logs).value == pytest.approx(um.simulate(answer, logs).value)
+
+
+def test_a_folder_without_an_answer_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(um.BadInput, match=r"diagnosis.json: no such file"):
+        um.read_answer(tmp_path)
+    (tmp_path / "diagnosis.json").write_text('{"schema": "diagnosis/1"}')
+    with pytest.raises(um.BadInput, match=r"is no answer of this version \(schema diagnosis/2\): diagnose"):
+        um.read_answer(tmp_path)
+
+
 def test_a_result_of_one_verb_does_not_replace_that_of_another(
     study: um.ParameterStudy, simulation: um.Simulation, tmp_path: Path
 ) -> None:

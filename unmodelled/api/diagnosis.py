@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
-from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.findings import Findings, findings
+from unmodelled.diagnosis.answer.saved_findings import SavedFindings
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.report.diagnosis_page import PAGE, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
@@ -106,20 +106,20 @@ class Answer:
     """Answer of a diagnosis; made by `diagnose`.
 
     Attributes:
-        findings: all results of the diagnosis, the fitted models included.
+        findings: results of the diagnosis: with the fitted models, or as a folder holds them.
     """
 
-    findings: Findings
+    findings: Findings | SavedFindings
 
     @property
     def verdict(self) -> str:
         """Return effect, main_effect, no_gap, unknown or check_logs."""
-        return self.findings.diagnosis.verdict
+        return str(self.findings.content["verdict"])
 
     @property
     def confidence(self) -> float:
         """Return the calibrated probability that the verdict and its effects are right, 0 to 1."""
-        return self.findings.diagnosis.confidence
+        return float(self.findings.content["confidence"])
 
     @cached_property
     def effects(self) -> tuple[NamedEffect, ...]:
@@ -142,12 +142,12 @@ class Answer:
     @property
     def shrink(self) -> float:
         """Return the share of the squared gap above the noise floor that the effects explain, 0 to 1."""
-        return self.findings.diagnosis.shrink
+        return float(self.findings.content["gap"]["shrink"])
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Return remarks on logs, models and integration, a sentence each."""
-        return self.findings.diagnosis.notes
+        return tuple(self.findings.content["notes"])
 
     @property
     def gaps(self) -> pd.DataFrame:
@@ -212,7 +212,7 @@ class Answer:
         """
         with TemporaryDirectory() as place:
             folder = Path(place)
-            write_tables(self.findings.diagnosis, self.findings.where, folder)
+            self.findings.write_tables(folder)
             figures = figures_of(folder)
             name = next(iter(figures)) if figure is None else figure
             if name not in figures:
@@ -237,12 +237,11 @@ class Answer:
         Raises:
             BadInput: when the folder may not be replaced, or the answer cannot be written.
         """
-        found = self.findings.diagnosis
-        sources = {"system": found.system.source, "logs": found.logs.source}
+        sources = self.findings.sources
         drawn = {"figures": write_figures, PAGE: lambda into: write_page(into, self._command)}
         with writing("diagnose", Path(folder), sources):
             saved = self.findings.save(Path(folder), drawn if pages else None)
-        return saved.diagnosis.notes[len(self.notes) :]
+        return tuple(saved.content["notes"][len(self.notes) :])
 
     def __repr__(self) -> str:
         return str(self.findings)
@@ -260,9 +259,10 @@ class Answer:
     @property
     def _command(self) -> str:
         """The command line that gives this answer; none where system or logs are no files."""
-        found = self.findings.diagnosis
-        system, logs = found.system.source, found.logs.source
-        command = f"unmodelled diagnose {system=!s} {logs=!s} horizon={found.horizon} seed={found.seed}"
+        content, sources = self.findings.content, self.findings.sources
+        system, logs = sources.get("system"), sources.get("logs")
+        horizon, seed = content["gap"]["horizon"], content["seed"]
+        command = f"unmodelled diagnose {system=!s} {logs=!s} {horizon=} {seed=}"
         return command if system and logs else ""
 
 
@@ -314,3 +314,29 @@ def diagnose(
         True
     """
     return Answer(findings(*read_inputs(system, logs), horizon, seed, workers))
+
+
+def read_answer(folder: Path | str) -> Answer:
+    """Read the answer that `Answer.save` or the verb `diagnose` wrote.
+
+    Args:
+        folder: folder of the answer, with diagnosis.json.
+
+    Returns:
+        The answer as it was written: verdict, effects, tables, figures and the augmented system.
+
+    Raises:
+        BadInput: when the folder holds no answer of this version.
+
+    Examples:
+        >>> import tempfile, unmodelled as um
+        >>> folder = f"{tempfile.mkdtemp()}/answer"
+        >>> um.diagnose(*um.example("pendulum")).save(folder)
+        ()
+        >>> answer = um.read_answer(folder)
+        >>> answer.verdict, answer.effects[0].law
+        ('effect', 'F_c*sign(omega)')
+        >>> answer.system.port("joint").law
+        F_c*tanh(omega/v_c)
+    """
+    return Answer(SavedFindings.read(Path(folder)))

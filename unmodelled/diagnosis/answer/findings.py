@@ -75,6 +75,19 @@ class Findings:
         *lines, last = sentences(self.diagnosis)
         return "\n".join([*lines, *([] if self.robot is None else [str(self.robot)]), last])
 
+    @property
+    def sources(self) -> dict[str, str]:
+        """Return the paths of system and logs, empty where they are no files."""
+        return {"system": self.diagnosis.system.source, "logs": self.diagnosis.logs.source}
+
+    def write_tables(self, folder: Path) -> None:
+        """Write the tables of the figures into a folder, see `figure_tables.write_tables`.
+
+        Args:
+            folder: folder that gets the folder of tables.
+        """
+        write_tables(self.diagnosis, self.where, folder)
+
     def with_notes(self, *notes: str) -> Findings:
         """Return the same findings with further notes.
 
@@ -112,7 +125,7 @@ class Findings:
 
     def _with_parts(self, folder: Path, drawn: Mapping[str, Part]) -> Findings:
         found = self
-        tables: Part = lambda into: write_tables(self.diagnosis, self.where, into)  # noqa: E731
+        tables: Part = lambda into: self.write_tables(into)  # noqa: E731
         machine: Part = lambda into: write_live(self.diagnosis, into)  # noqa: E731
         shown = drawn and self.diagnosis.verdict != "check_logs"
         for name, write in {TABLES: tables, **({LIVE: machine} if shown else {}), **drawn}.items():
