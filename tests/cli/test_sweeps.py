@@ -202,8 +202,21 @@ def test_a_bare_word_is_the_folder_whatever_its_name(sweep: Path, tmp_path: Path
     ],
 )
 def test_options_may_stand_anywhere(words: str, expected: list[str]) -> None:
-    assert _options_last("runs", words.split()) == expected
-    assert _options_last("train", ["seed=1", "-m", "model=a"]) == ["seed=1", "model=a", "-m"]
+    assert _options_last(["runs"], words.split()) == expected
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("belt.yaml belt", ["system='belt.yaml'", "logs='belt'"]),
+        ("belt.yaml -q seed=1 belt", ["system='belt.yaml'", "seed=1", "logs='belt'", "-q"]),
+        ("belt system=belt.yaml", ["logs='belt'", "system=belt.yaml"]),
+        ("logs=belt belt.yaml more", ["logs=belt", "system='belt.yaml'", "more"]),
+        ("seed=1 -m model=a", ["seed=1", "model=a", "-m"]),
+    ],
+)
+def test_bare_words_stand_for_the_required_keys_in_their_order(words: str, expected: list[str]) -> None:
+    assert _options_last(["system", "logs"], words.split()) == expected
 
 
 @pytest.mark.long

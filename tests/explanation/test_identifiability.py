@@ -132,6 +132,33 @@ def test_columns_are_in_units_of_the_parameter_and_the_derivative(oscillator: tu
     assert result.norms["offset"] == pytest.approx(4.0 / 2.0 / acceleration, rel=0.01)
 
 
+SERVO = """
+schema: system/1
+name: servo
+states: {q: {unit: rad}, w: {unit: rad/s}}
+inputs: {u: {unit: V}}
+outputs: {q: {unit: rad}, w: {unit: rad/s}}
+parameters:
+  n: {value: 350.0, unit: "1"}
+  k: {value: 0.004, unit: N m/A}
+  R: {value: 4.0, unit: ohm}
+  Jm: {value: 2.0e-7, unit: kg m^2}
+  J: {value: 0.01, unit: kg m^2, identify: true, bounds: [0, 0.1]}
+  b: {value: 0.012, unit: N m s/rad, identify: true, bounds: [0, 0.2]}
+dynamics: {q: w, w: (n*k/R*(u - n*k*w) - b*w)/(J + n**2*Jm)}
+"""
+
+
+def test_a_known_gear_ratio_does_not_hide_what_is_to_be_identified(tmp_path: Path) -> None:
+    """Supply and back-EMF nearly cancel, so that the ratio changes the acceleration by many times its size."""
+    t, q, w, a = motion((0.3, 0.7, 1.7), 0.2)
+    u = ((0.01 + 350.0**2 * 2e-7) * a + 0.012 * w) * 4.0 / (350.0 * 0.004) + 350.0 * 0.004 * w
+    result = identify_sets(*read(tmp_path, SERVO, [{"t": t, "q": q, "w": w, "u": u}]))
+    assert result.norms["n"] > 20.0 * result.norms["J"] and 0.05 < result.norms["J"] < 1.0
+    assert {"J", "b"} <= {*result.sensitive}
+    assert result.judge(("J", "b")).both
+
+
 def test_a_state_that_no_output_shows_is_noted(tmp_path: Path) -> None:
     text = OSCILLATOR.replace("v: {unit: m/s}}\ninputs", "v: {unit: m/s}, F: {unit: N}}\ninputs")
     text = text.replace("(K*u - k*x", "(F - k*x").replace("+ offset)/m}", "+ offset)/m, F: (K*u - F)/lag}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -34,6 +34,7 @@ exit codes: 0 done; 2 bad input (a line for every fault, nothing written); 1 a f
 #: Forms of a command, and what each does.
 FORMS = {
     "<verb> --help": "the verb's keys, each of which can be given as key=value; the same as `help <verb>`",
+    "<verb> <word> ...": "words without = stand for the keys that must be given: diagnose system.yaml logs",
     "<verb> --cfg job": "the configuration after your changes; nothing is run",
     "<verb> -m key=a,b": "one run for every combination, in folders under outputs/",
     "compare <folder>": "the runs of a sweep as one table and figure",
@@ -102,7 +103,7 @@ def _main(program: Program, arguments: list[str]) -> int:
     if "-h" in rest or "--help" in rest:
         print(_about(program, verb))
         rest = [*(r for r in rest if r not in ("-h", "--help")), "--cfg", "job"]
-    return _run(program, verb, _options_last(program.only_key(verb), rest))
+    return _run(program, verb, _options_last(program.required_keys(verb), rest))
 
 
 def _help(program: Program) -> str:
@@ -123,17 +124,18 @@ def _about(program: Program, verb: str) -> str:
     return "\n".join([head, *(["Choices:", *choices, ""] if choices else []), "Configuration:"])
 
 
-def _options_last(only: str, rest: list[str]) -> list[str]:
-    """Keys before options, as Hydra needs them; a bare word stands for the only required key."""
+def _options_last(required: Sequence[str], rest: list[str]) -> list[str]:
+    """Keys before options, as Hydra needs them; bare words stand for the required keys, in their order."""
+    bare = [key for key in required if not any(word.startswith(f"{key}=") for word in rest)]
     options: list[str] = []
     keys: list[str] = []
     for before, word in zip(["", *rest], rest, strict=False):
         is_value = before.startswith("-") and before not in FLAGS and "=" not in word
         if word.startswith("-") or is_value:
             options.append(word)
-        elif only and "=" not in word and not any(key.startswith(f"{only}=") for key in keys):
+        elif bare and "=" not in word:
             # quoted, for Hydra gives commas and brackets a meaning
-            keys.append(f"{only}='" + word.replace("'", "\\'") + "'")
+            keys.append(f"{bare.pop(0)}='" + word.replace("'", "\\'") + "'")
         else:
             keys.append(word)
     return [*keys, *options]

@@ -119,14 +119,13 @@ class Program:
         config = self.config(verb).read_text()
         return {group: list(files) for group, files in self.groups().items() if f"- {group}:" in config}
 
-    def only_key(self, verb: str) -> str:
-        """Return the name of the only key of a verb that must be given; empty if none or several must be.
+    def required_keys(self, verb: str) -> list[str]:
+        """Return the names of the keys of a verb that must be given, in the order of its configuration.
 
         Args:
             verb: name of the verb.
         """
-        keys = re.findall(r"^(\w+): \?\?\?", self.config(verb).read_text(), re.MULTILINE)
-        return keys[0] if len(keys) == 1 else ""
+        return re.findall(r"^(\w+): \?\?\?", self.config(verb).read_text(), re.MULTILINE)
 
     def is_choice(self, override: str) -> bool:
         """Tell whether an override such as `model=hybrid` chooses a configuration file.

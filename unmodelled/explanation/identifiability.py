@@ -70,7 +70,7 @@ class Identifiability:
         found: sensitivity matrix.
         left: parameters' columns without what networks in the ports absorb, shape (rows, parameters).
         limit: limit of the collinearity index.
-        floor: smallest sensitivity that counts, as a share of the largest parameter's.
+        floor: smallest sensitivity that counts, as a share of the largest parameter's or of 1 if that is less.
     """
 
     found: Sensitivity
@@ -114,7 +114,8 @@ class Identifiability:
     @cached_property
     def sensitive(self) -> Names:
         """Names of the parameters whose sensitivity reaches the floor."""
-        largest = max(self.norms[p] for p in self.found.parameters)
+        # a gear ratio between terms that cancel can dwarf the others; 1 changes the derivatives by their size
+        largest = min(max(self.norms[p] for p in self.found.parameters), 1.0)
         return tuple(
             p for p in self.found.parameters if self.norms[p] > 0.0 and self.norms[p] >= self.floor * largest
         )
@@ -226,7 +227,7 @@ def identify_sets(
         logs: logs of this system.
         parameters: names of the parameters to analyse; default None: all.
         limit: limit of the collinearity index of a set, usually 5 to 20; default 5.
-        floor: smallest sensitivity that counts, as a share of the largest; default 0.05.
+        floor: smallest sensitivity that counts, as a share of the largest, at most 1; default 0.05.
 
     Returns:
         Sensitivities, correlations and judged sets.

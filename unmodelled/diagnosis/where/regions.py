@@ -125,7 +125,8 @@ def _dense(sums: Array, counts: Array, limits: Thresholds) -> Indices:
 
     def density(s: Array, c: Array) -> Array:
         share = s / np.maximum(s.sum(-1, keepdims=True), 1e-300)
-        return np.asarray(share / np.maximum(c / c.sum(-1, keepdims=True), 1e-12))
+        with np.errstate(invalid="ignore"):  # nan, which is not dense: the group left out had all samples
+            return np.asarray(share / np.maximum(c / c.sum(-1, keepdims=True), 1e-12))
 
     whole = density(sums.sum(0), counts.sum(0))
     without = density(sums.sum(0) - sums, counts.sum(0) - counts)
