@@ -48,10 +48,13 @@ class OutputPlace:
         out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
         inside: names of input arguments (folders searched for results of many verbs) that `out` may lie
             inside; default none.
+        beside: names of input arguments (folders of a user's files) into which `out` may be written; default
+            none.
     """
 
     out: Out = Out.FOLDER
     inside: frozenset[str] = frozenset()
+    beside: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -68,20 +71,23 @@ _NONE = _Running()
 _RUNNING = ContextVar("_RUNNING", default=_NONE)
 
 
-def verb(out: Out = Out.FOLDER, inside: Collection[str] = ()) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def verb(
+    out: Out = Out.FOLDER, inside: Collection[str] = (), beside: Collection[str] = ()
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator that makes a function a verb: an `out` that would overwrite foreign files is refused
     first.
 
     Args:
         out: kind of output that the argument `out` names; default a folder that the verb replaces as a whole.
         inside: names of input arguments that `out` may lie inside; default none.
+        beside: names of input arguments into which `out` may be written; default none.
 
     Returns:
         Decorator of a function whose paths are annotated with `Path`.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        signature, place = inspect.signature(function), OutputPlace(out, frozenset(inside))
+        signature, place = inspect.signature(function), OutputPlace(out, frozenset(inside), frozenset(beside))
         paths = path_arguments(signature.parameters)
 
         @functools.wraps(function)
@@ -194,7 +200,7 @@ def check_writable(path: Path) -> None:
 
 
 def _check_out(path: Path, kind: Out) -> None:
-    check_named(path)
+    check_named(path.absolute() if kind is Out.SHARED and path == Path() else path)
     check_writable(path)
     if kind is Out.FOLDER:
         check_replaceable(path)
@@ -286,7 +292,7 @@ def _check_apart(path: Path, may_hold_inputs: bool = False) -> None:
             continue  # the verb says what is wrong with it, if it reads it
         how = ""
         if source == result:
-            how = "is"
+            how = "" if name in running.place.beside else "is"
         elif source in result.parents and name not in running.place.inside and given != Path():
             how = "lies inside"  # the folder in which one works holds results and inputs
         elif result in source.parents and not may_hold_inputs:

@@ -109,11 +109,16 @@ def _check_word(program: Program, verb: str, word: str) -> None:
     try:
         OverridesParser.create().parse_override(word)
     except (HydraException, ValueError):
-        raise BadInput(f"{word!r} cannot be read; as a text write {_quoted(name, value)}") from None
+        raise BadInput(f"{word!r} cannot be read; as a text write {quoted(name, value)}") from None
 
 
-def _quoted(name: str, text: str) -> str:
-    """A word of a command line by which `name` is given any text: in quotes for Hydra, and for the shell."""
+def quoted(name: str, text: str) -> str:
+    """Return a word of a command line that gives a key any text: in quotes for Hydra, and for the shell.
+
+    Args:
+        name: key of a verb.
+        text: value of the key.
+    """
     word = f"{name}='{_escaped(text)}'"
     return shlex.quote(word) if set('"$`\\!') & set(word) else f'"{word}"'
 
@@ -147,7 +152,7 @@ def explained(error: Exception, program: Program, verb: str, words: Sequence[str
         return f"unknown key {found[1]!r} of {verb}{_either(found[1], _keys(program, verb, choices))}"
     if found := re.match(r"Ambiguous value for argument '([^=]+)=(.*?)' 1\. ", text):
         place = f"{found[1]}: commas separate the runs of a sweep (-m)"
-        return f"{place}; as a text write {_quoted(found[1], found[2])}"
+        return f"{place}; as a text write {quoted(found[1], found[2])}"
     return text.partition(" See https://hydra.cc")[0]
 
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from unmodelled.drafting.columns import Signal
+from unmodelled.drafting.lines import one_line
 from unmodelled.drafting.motion import Drive, Slope, at, drive_of, slope_of
 from unmodelled.drafting.names import Role, is_command, words_of
+from unmodelled.drafting.units import dimension_of, is_angle, is_position, is_speed
 from unmodelled.logs.readers.reader import Array
 from unmodelled.systems.units import parse_logged
 
@@ -18,20 +20,27 @@ SAMPLES = 20_000
 NEAR = 0.5
 #: Range of an angle beyond which it is in degrees.
 DEGREES = 40.0
-#: Units of a position and of its speed, by the factor between them.
-RATIOS = {
-    ("rad", "rad/s"): 1.0,
-    ("deg", "deg/s"): 1.0,
-    ("m", "m/s"): 1.0,
-    ("mm", "mm/s"): 1.0,
-    ("rad", "deg/s"): 180.0 / np.pi,
-    ("deg", "rad/s"): np.pi / 180.0,
-    ("rad", "rpm"): 30.0 / np.pi,
-    ("deg", "rpm"): 1.0 / 6.0,
-    ("mm", "m/s"): 1e-3,
-    ("m", "mm/s"): 1e3,
-}
-_LENGTHS = frozenset(["travel", "stroke", "weg", "x"])
+#: Units of a position and of its speed that a column without a unit may have, the usual ones first.
+PAIRS = (
+    ("rad", "rad/s"),
+    ("deg", "deg/s"),
+    ("m", "m/s"),
+    ("mm", "mm/s"),
+    ("rad", "deg/s"),
+    ("deg", "rad/s"),
+    ("rad", "rpm"),
+    ("deg", "rpm"),
+    ("mm", "m/s"),
+    ("m", "mm/s"),
+)
+#: Logarithm of a factor by which such a pair may miss.
+CLOSE = 0.15
+#: Counts of an encoder, per turn and per metre, until somebody tells; range of whole numbers that are counts.
+COUNTS, FINE, MANY = 4096, 1_000_000, 1000.0
+#: Units of inputs without one.
+USUAL = {Role.CURRENT: "A", Role.VOLTAGE: "V", Role.DUTY: "1", Role.PRESSURE: "Pa", Role.FLOW: "m^3/s"}
+USUAL |= {Role.POWER: "W"}
+_LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x"])
 
 
 @dataclass(frozen=True)
@@ -40,13 +49,32 @@ class Channel:
 
     Attributes:
         signal: signal of the logs.
-        unit: its unit.
+        unit: unit of the scaled values.
         certain: whether the file or the name gives the unit.
+        scale: factor of the logged values.
+        question: question on the scale; "": none but that on the unit, if it is not certain.
     """
 
     signal: Signal
     unit: str
     certain: bool
+    scale: float = 1.0
+    question: str = ""
+
+    def si(self, values: Array) -> Array:
+        """Convert logged values to SI units.
+
+        Args:
+            values: values, shape (samples,).
+        """
+        _, logged = parse_logged(self.unit)
+        return self.scale * values if logged is None else logged.to_si(self.scale * values)
+
+    @property
+    def size(self) -> float:
+        """One logged unit in SI units."""
+        one, zero = self.si(np.array([1.0, 0.0]))
+        return float(one - zero)
 
 
 def slope(position: Signal, other: Signal) -> Slope:
@@ -90,7 +118,7 @@ def follows(position: Signal, other: Signal) -> bool:
     return bool(np.std(wanted - q) < NEAR * np.std(q))
 
 
-def position_channel(position: Signal, velocity: Channel | None, widest: float) -> Channel:
+def position_channel(position: Signal, velocity: Signal | None, widest: float) -> Channel:
     """Return a position in its unit.
 
     Args:
@@ -98,46 +126,93 @@ def position_channel(position: Signal, velocity: Channel | None, widest: float) 
         velocity: its speed; None: unknown.
         widest: largest motion of positions like it.
     """
-    return Channel(position, *_position_unit(position, velocity, widest))
-
-
-def _position_unit(position: Signal, velocity: Channel | None, widest: float) -> tuple[str, bool]:
-    """Unit of a position, and whether it is certain."""
-    if position.unit is not None:
-        return position.unit, True
-    if velocity is not None:
-        ratio = abs(slope(position, velocity.signal).ratio)
-        for (own, other), factor in RATIOS.items():
-            fits = other == velocity.unit and abs(np.log(max(ratio, 1e-9) / factor)) < 0.15
-            if fits and not (own == "rad" and widest > DEGREES and not velocity.certain):
-                return own, velocity.certain
+    given, whole = position.unit, bool(np.all(position.values == np.round(position.values)))
+    if given is not None and is_position(given):
+        return Channel(position, given, True)
+    if given is not None or (whole and widest > MANY):
+        return _scaled(position, velocity)
+    if velocity is not None and (own := _by_speed(position, velocity, widest)) is not None:
+        return Channel(position, own, velocity.unit is not None)
     if _LENGTHS & set(words_of(position.address)):
-        return "m", False
-    return ("deg" if widest > DEGREES else "rad"), False
+        return Channel(position, "m", False)
+    return Channel(position, "deg" if widest > DEGREES else "rad", False)
 
 
-def velocity_channel(position: Signal, velocity: Signal) -> Channel:
+def _by_speed(position: Signal, velocity: Signal, widest: float) -> str | None:
+    """Unit of a position whose slope a speed is; None if no usual pair of units fits."""
+    rate, known = abs(slope(position, velocity).ratio), velocity.unit is not None
+    pairs = [(own, other) for own, other in PAIRS if velocity.unit in (None, other)]
+    fitting = [own for own, other in pairs if _close(rate, _factor(own, other))]
+    return next((own for own in fitting if known or own != "rad" or widest <= DEGREES), None)
+
+
+def _factor(own: str, other: str) -> float:
+    """Number of a speed in a unit, for one unit of its position a second."""
+    return _size(own) / _size(other)
+
+
+def _size(unit: str) -> float:
+    _, logged = parse_logged(unit)
+    return 1.0 if logged is None else logged.factor
+
+
+def _close(value: float, wanted: float) -> bool:
+    return bool(abs(np.log(max(value, 1e-12) / wanted)) < CLOSE)
+
+
+def _scaled(position: Signal, velocity: Signal | None) -> Channel:
+    """A position in counts, or in the unit of a sensor: its scale follows from a speed, or is asked."""
+    linear = bool(_LENGTHS & set(words_of(position.address)))
+    if velocity is not None and velocity.unit is not None and is_speed(velocity.unit):
+        linear = dimension_of(velocity.unit) == dimension_of("m/s")
+        scale = abs(slope(position, velocity).ratio) * _size(velocity.unit)
+        by = f", by {one_line(velocity.address)}"
+    else:
+        scale, by = 1.0 / FINE if linear else 2.0 * np.pi / COUNTS, ", a guess"
+    unit, whole = ("m", "metre") if linear else ("rad", "turn")
+    if position.unit in (None, "count"):
+        counts = (1.0 if linear else 2.0 * np.pi) / scale
+        over = "1" if linear else "2*pi"
+        asked = f"how many counts a {whole}? The scale is {over}/counts, here {counts:.6g}{by}."
+        return Channel(position, unit, False, scale, asked)
+    scale = 1.0 if velocity is None else scale
+    return Channel(
+        position, unit, False, scale, f"which {unit} is one {position.unit}? The scale is {scale:.4g}{by}."
+    )
+
+
+def velocity_channel(position: Channel, velocity: Signal) -> Channel:
     """Return a speed in its unit.
 
     Args:
         position: its position.
         velocity: speed.
     """
-    ratio = abs(slope(position, velocity).ratio)
-    units = [pair for pair, factor in RATIOS.items() if abs(np.log(max(ratio, 1e-9) / factor)) < 0.15]
-    own = position.unit or (None if velocity.unit or not units else units[0][0])
-    fitting = [v for p, v in units if own in (None, p)] or ["rad/s"]
-    return Channel(velocity, velocity.unit or fitting[0], velocity.unit is not None)
+    if velocity.unit is not None and is_speed(velocity.unit):
+        return Channel(velocity, velocity.unit, True)
+    kind = "rad" if is_angle(position.unit) else "m"
+    ratio = abs(slope(position.signal, velocity).ratio) / position.size
+    if velocity.unit is None and not position.question:
+        fitting = (other for own, other in PAIRS if _alike(own, kind) and _close(ratio, _factor(kind, other)))
+        return Channel(velocity, next(fitting, f"{kind}/s"), False)
+    asked = f"the scale is that of {one_line(position.signal.address)}: is it right?"
+    return Channel(velocity, f"{kind}/s", False, 1.0 / ratio, asked)
 
 
-def input_channel(signal: Signal) -> Channel:
+def _alike(unit: str, kind: str) -> bool:
+    return is_angle(unit) == is_angle(kind)
+
+
+def input_channel(signal: Signal, angular: bool) -> Channel:
     """Return an input in its unit.
 
     Args:
         signal: input.
+        angular: whether it drives an angle.
     """
-    unit = signal.unit or {Role.CURRENT: "A", Role.VOLTAGE: "V"}.get(signal.role or Role.OTHER, "N m")
-    return Channel(signal, unit, signal.unit is not None)
+    effort = "N m" if angular else "N"
+    unit = signal.unit or USUAL.get(signal.role or Role.OTHER, effort)
+    return Channel(signal, "1" if unit == "count" else unit, signal.unit is not None)
 
 
 def correlation(position: Signal, other: Signal) -> float:
@@ -165,11 +240,6 @@ def fit_of(position: Channel, drive: Channel, servo: bool) -> Drive:
         servo: whether the drive is a commanded position, whose distance from the position drives.
     """
     t = position.signal.t[:SAMPLES]
-    q = _si(position.unit, plain(position.signal)[: len(t)])
-    u = _si(drive.unit, at(t, drive.signal.t, drive.signal.values))
+    q = position.si(plain(position.signal)[: len(t)])
+    u = drive.si(at(t, drive.signal.t, drive.signal.values))
     return drive_of(t, q, u - q if servo else u)
-
-
-def _si(unit: str, values: Array) -> Array:
-    _, logged = parse_logged(unit)
-    return values if logged is None else logged.to_si(values)

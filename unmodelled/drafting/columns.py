@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from unmodelled.drafting.names import Role, role_of, unit_in
+from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.readers.reader import Array, Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
-from unmodelled.systems.units import parse_logged
 
 #: Units of time that recorders use, and the sampling rate, Hz, that most of them are nearest to.
 TIMES, USUAL = ("s", "ms", "us", "ns"), 100.0
@@ -75,7 +74,7 @@ def timing_of(tables: Sequence[Table]) -> Timing:
     if not found:
         return Timing(rate=USUAL, certain=False)
     name = max(found, key=lambda each: found[each])
-    given = base.units.get(name) or unit_in(name) or unit_of_time(name, base.columns[name]) or ""
+    given = meaning_of(name, base.units.get(name)).unit or unit_of_time(name, base.columns[name]) or ""
     if seconds_of(given) is not None:
         return Timing(name, given)
     step = float(np.median(np.abs(np.diff(base.columns[name]))))
@@ -90,8 +89,10 @@ def _likeness(table: Table, name: str) -> float:
     steps = np.diff(values[np.isfinite(values)])
     if len(steps) < ROWS or not np.median(steps) > 0.0 or np.mean(steps >= 0.0) < 0.95:
         return 0.0
-    unit = table.units.get(name) or unit_in(name)
-    named = 4.0 * (role_of(name, unit) is Role.TIME)
+    role = meaning_of(name, table.units.get(name)).role
+    if role not in (None, Role.TIME, Role.PART):
+        return 0.0
+    named = 4.0 * (role is Role.TIME)
     even = float(np.mean(np.abs(steps / np.median(steps) - 1.0) < 0.5) > 0.9)
     first = float(next(iter(table.columns)) == name)
     return named + even + first if named or even else 0.0
@@ -114,11 +115,10 @@ def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
                 continue
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
-            unit = _known(table.units.get(name)) or unit_in(name)
             address = table.address(elements.get(name, name))
-            role = role_of(address, unit)
-            if len(rows) >= ROWS and role is not Role.TIME:
-                found.append(Signal(address, t[rows], values[rows], unit, role))
+            meant = meaning_of(address, table.units.get(name))
+            if len(rows) >= ROWS and meant.role is not Role.TIME:
+                found.append(Signal(address, t[rows], values[rows], meant.unit, meant.role))
     return found
 
 
@@ -142,10 +142,3 @@ def _clock(table: Table, tables: Sequence[Table], timing: Timing) -> Array:
     known = t[np.isfinite(t)]
     again = np.flatnonzero(np.diff(t) < -0.5 * (np.ptp(known) if len(known) else 0.0))
     return np.where(np.arange(len(t)) > again[0], np.nan, t) if len(again) else t
-
-
-def _known(unit: str | None) -> str | None:
-    try:
-        return unit if unit and parse_logged(unit) else None
-    except ValueError:
-        return None

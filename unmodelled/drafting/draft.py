@@ -12,9 +12,10 @@ from unmodelled.base.errors import BadInput
 from unmodelled.drafting.columns import Signal, Timing, signals_in, timing_of
 from unmodelled.drafting.files import Survey, survey
 from unmodelled.drafting.joints import Joint, joints_of
-from unmodelled.drafting.names import Role, role_of
+from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
+from unmodelled.logs.table import is_text
 
 #: Parts into which a single long record is cut: as many as it allows, to hold some of them out.
 PARTS = (8, 6, 4, 3, 2)
@@ -97,14 +98,17 @@ def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[J
     left_out, read = dict(found.left_out), {}
     for place, each in signals.items():
         here = {signal.address: signal for signal in each}
-        if still := sorted(used - here.keys()):
+        if not is_text(place.resolve().name):
+            left_out[place] = "its name has a control character: rename it"
+        elif still := sorted(used - here.keys()):
             left_out[place] = f"{still[0]} does not change while time increases"
         elif len(here[base].t) < SHORTEST_LOG:
             left_out[place] = f"fewer than {SHORTEST_LOG} samples"
         else:
             read[place] = found.read[place]
     if not read:
-        raise BadInput(f"{next(iter(left_out))}: {next(iter(left_out.values()))}, and so it is in all files")
+        first, reason = next(iter(left_out.items()))
+        raise BadInput(f"{first}: no file can be used, this one because {reason}")
     if len(read) == len(found.read):
         return found
     return found.only(read, left_out)
@@ -119,7 +123,7 @@ def _split_by(table: Table) -> str | None:
     for name, cells in (*table.columns.items(), *table.texts.items()):
         values = np.asarray(cells)
         changes = int(np.count_nonzero(values[1:] != values[:-1]))
-        if role_of(name, None) is Role.PART and 0 < changes < len(values) / SHORTEST_LOG:
+        if meaning_of(name).role is Role.PART and 0 < changes < len(values) / SHORTEST_LOG:
             return name
     return None
 

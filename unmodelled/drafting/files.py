@@ -44,6 +44,7 @@ class Survey:
         folder: folder to which `patterns` are relative.
         patterns: patterns of the paths of the experiments.
         groups: patterns of groups inside a file that are the experiments; (): files are.
+        unread: experiments that were not looked into, because there are many.
         read: tables of the experiments that were looked into, by path.
         left_out: files that are no such experiments, with the reason.
     """
@@ -53,6 +54,7 @@ class Survey:
     read: dict[Path, list[Table]]
     left_out: dict[Path, str]
     groups: tuple[str, ...] = ()
+    unread: tuple[Path, ...] = ()
 
     def only(self, read: dict[Path, list[Table]], left_out: dict[Path, str]) -> Survey:
         """Return the survey of some of the experiments.
@@ -64,7 +66,8 @@ class Survey:
         if self.groups:
             groups = tuple(str(place).rsplit(":/", 1)[1] for place in read)
             return replace(self, read=read, left_out=left_out, groups=groups)
-        return replace(self, read=read, left_out=left_out, patterns=patterns_of(self.folder, list(read)))
+        patterns = patterns_of(self.folder, [*read, *self.unread])
+        return replace(self, read=read, left_out=left_out, patterns=patterns)
 
 
 def survey(logs: Path) -> Survey:
@@ -102,7 +105,8 @@ def survey(logs: Path) -> Survey:
     left_out |= {place: "other columns" for place in read if place not in kept}
     # what was not looked into is of the experiments, if it has the ending of one
     rest = [place for place in places[MOST:] if place.suffix in {kept_place.suffix for kept_place in kept}]
-    found = Survey(logs, patterns_of(logs, [*kept, *rest]), {place: read[place] for place in kept}, left_out)
+    patterns, tables = patterns_of(logs, [*kept, *rest]), {place: read[place] for place in kept}
+    found = Survey(logs, patterns, tables, left_out, unread=tuple(rest))
     return _of_groups(found) if len(kept) == 1 and not rest else found
 
 

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from unmodelled.drafting.channels import (
+    CLOSE,
     SAMPLES,
     Channel,
     correlation,
     fit_of,
     follows,
     input_channel,
+    plain,
     position_channel,
     slope,
     velocity_channel,
 )
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.motion import Drive, at
-from unmodelled.drafting.names import Role, is_measured, number_of, words_of
-from unmodelled.systems.units import parse_logged
+from unmodelled.drafting.names import Role, is_command, is_measured, number_of, words_of
+from unmodelled.drafting.units import dimension_of, is_angle, is_position, is_speed
 
 #: Joints of a first model.
 MOST = 6
@@ -30,8 +32,15 @@ MOST = 6
 STILL, NOISE = 0.02, 20.0
 #: Correlation with the slope of a position from which on a column is its speed: named so, and without a name.
 NAMED, UNNAMED = 0.7, 0.95
+#: Quantities that act on a body, and those of them that do so without a source behind them.
+ACTING = frozenset(
+    [Role.EFFORT, Role.CURRENT, Role.VOLTAGE, Role.DUTY, Role.PRESSURE, Role.FLOW, Role.POWER, Role.SET_POINT]
+)
+FORCES = ACTING - {Role.FLOW, Role.POWER, Role.SET_POINT}
 #: Share of an acceleration that an input must explain: to give its sign and size, and to be found by it.
 EXPLAINED, FOUND = 0.1, 0.3
+#: Share of its motion by which a position on one chain may differ from another one: springs, plays, filters.
+SLACK = 0.05
 #: Difference between such shares that says nothing.
 ALIKE = 0.05
 
@@ -47,6 +56,7 @@ class Joint:
         servo: whether `drive` is a commanded position.
         fit: acceleration by `drive`, in SI units.
         others: further columns that could drive it.
+        goal: commanded position beside a drive: a controller makes the drive from both; None: none is logged.
     """
 
     position: Channel
@@ -55,11 +65,12 @@ class Joint:
     servo: bool
     fit: Drive
     others: tuple[Signal, ...]
+    goal: Signal | None = None
 
     @property
     def angular(self) -> bool:
         """Whether the position is an angle."""
-        return parse_logged(self.position.unit)[0].text == "rad"
+        return is_angle(self.position.unit)
 
     @property
     def trusted(self) -> bool:
@@ -83,6 +94,16 @@ class _Home:
         """Whether it moves by more than a least range and by far more than its noise."""
         noise = float(np.std(np.diff(self.position.values, 2))) / np.sqrt(6.0)
         return bool(self.motion > max(least, NOISE * noise))
+
+
+def numbered(joints: Sequence[Joint]) -> Iterator[tuple[str, Joint]]:
+    """Yield the joints with the numbers of their symbols; a single one has none.
+
+    Args:
+        joints: joints in order.
+    """
+    for k, joint in enumerate(joints, start=1):
+        yield (str(k) if len(joints) > 1 else ""), joint
 
 
 def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
@@ -171,36 +192,59 @@ def _distinct(homes: Sequence[_Home]) -> list[_Home]:
     for home in sorted(homes, key=lambda each: not is_measured(each.position.address)):
         here = {signal.address: signal for signal in home.signals}
         others = [here[other.position.address] for other in kept if other.position.address in here]
-        if not any(alike(home.position, other) for other in others):
+        if not any(chained(home.position, other, home.signals) for other in others):
             kept.append(home)
     return [home for home in homes if home in kept]
 
 
-def alike(signal: Signal, other: Signal) -> bool:
-    """Return whether a position is nearly another one, such as the same one after a filter.
+def chained(signal: Signal, other: Signal, signals: Sequence[Signal]) -> float:
+    """Return how many times another position one is, if both are of one chain; 0 if they are not.
+
+    Positions that move alike, each with a drive of its own number, are two joints that were moved alike.
 
     Args:
         signal: position.
         other: other position.
+        signals: columns of the same experiment.
     """
     t = signal.t[:SAMPLES]
-    a, b = signal.values[: len(t)], at(t, other.t, other.values)
-    return bool(np.std(a - b) < 0.02 * min(np.std(a), np.std(b)))
+    a, b = plain(signal)[: len(t)], at(t, other.t, plain(other))
+    a, b = a - a.mean(), b - b.mean()
+    ratio = float(a @ b) / float(b @ b) if b.any() else 0.0
+    if ratio == 0.0 or np.std(a - ratio * b) > SLACK * np.std(a):
+        return 0.0
+    numbers = {number_of(s.address) for s in signals if s.role in ACTING or s.role is Role.GOAL}
+    own = {number_of(signal.address), number_of(other.address)}
+    return 0.0 if len(own) > 1 and own <= numbers else ratio
 
 
-def _velocity(home: _Home, free: Sequence[Signal]) -> Channel | None:
-    position, found = home.position, home.velocity
-    if found is None:
-        same = [s for s in free if s.role is Role.VELOCITY and _same(position, s)]
-        known = same or [s for s in free if s.role is Role.VELOCITY]
-        best, found = max(
-            ((slope(position, s).correlation, s) for s in known),
-            key=lambda pair: pair[0],
-            default=(0.0, None),
-        )
-        if found is None or best < NAMED:
-            return None
-    return velocity_channel(position, found)
+def _velocity(home: _Home, free: Sequence[Signal]) -> Signal | None:
+    """The speed of a position; None if none agrees with its slope."""
+    position, known = home.position, [s for s in free if s.role is Role.VELOCITY]
+    if home.velocity is not None:
+        return home.velocity
+    same = [s for s in known if _same(position, s)] or known
+    rated = [(slope(position, s).correlation, s) for s in same if not geared(position, s)]
+    best, found = max(rated, key=lambda pair: pair[0], default=(0.0, None))
+    return found if best >= NAMED else None
+
+
+def geared(position: Signal, velocity: Signal) -> float:
+    """Return how many times the slope of a position a speed is, both in known units; 0 if it is the slope.
+
+    Args:
+        position: position.
+        velocity: speed.
+    """
+    if position.unit is None or velocity.unit is None or not is_speed(velocity.unit):
+        return 0.0
+    here = position_channel(position, None, 0.0)
+    kind = "rad/s" if is_angle(here.unit) else "m/s"
+    if here.question or dimension_of(velocity.unit) != dimension_of(kind):
+        return 0.0
+    found = slope(position, velocity)
+    ratio = abs(found.ratio) * Channel(velocity, velocity.unit, True).size / here.size
+    return ratio if abs(found.correlation) >= UNNAMED and abs(np.log(max(ratio, 1e-9))) > CLOSE else 0.0
 
 
 def _same(position: Signal, other: Signal) -> bool:
@@ -220,31 +264,53 @@ def _akin(position: Signal, near: Sequence[Signal], positions: Sequence[Signal])
 def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     position, many, taken = home.position, len(homes) > 1, {each.position.address for each in homes}
     free = [signal for signal in home.signals if signal.address not in taken]
-    velocity = _velocity(home, free)
-    free = [signal for signal in free if velocity is None or signal is not velocity.signal]
+    speed = _velocity(home, free)
+    free = [signal for signal in free if signal is not speed]
     # elements of one list have one unit
     name = _without_number(position.address)
     widest = max(each.motion for each in homes if _without_number(each.position.address) == name)
-    here = position_channel(position, velocity, widest)
+    here = position_channel(position, speed, widest)
+    velocity = None if speed is None else velocity_channel(here, speed)
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
     near = _akin(position, near, [each.position for each in homes])
-    efforts = [s for s in near if s.role in (Role.EFFORT, Role.CURRENT, Role.VOLTAGE)]
+    # of what acts, what was measured goes before what was wanted
+    acting = sorted((s for s in near if s.role in ACTING), key=lambda s: is_command(s.address))
+    efforts = [s for s in acting if s.role in FORCES] or acting
     goals = [s for s in near if s.role is Role.GOAL or follows(position, s)]
+    goal = max(goals, key=lambda signal: correlation(position, signal), default=None)
+    if goal is not None and not efforts:
+        servo = _servo(here, goal)
+        return Joint(here, velocity, servo, True, fit_of(here, servo, True), _without(goal, goals))
     unknown = [s for s in free if s.role is None]
-    if goals:
-        goal = max(goals, key=lambda signal: correlation(position, signal))
-        servo = Channel(goal, goal.unit or here.unit, goal.unit is not None)
-        return Joint(
-            here, velocity, servo, True, fit_of(here, servo, True), (*efforts, *_without(goal, goals))
-        )
-    rated = [(fit_of(here, input_channel(s), False), s) for s in efforts or unknown]
+    drives = [input_channel(s, is_angle(here.unit)) for s in efforts or unknown]
+    rated = [(fit_of(here, drive, False), drive) for drive in drives]
     best = max((fit.share for fit, _ in rated), default=0.0)
     if not efforts and best < FOUND:
         return Joint(here, velocity, None, False, Drive(0.0, 0.0, 0.0), ())
     # of those that explain about the same: the first with a telling name, otherwise what varies most
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
-    fit, effort = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].values)))
-    return Joint(here, velocity, input_channel(effort), False, fit, _without(effort, efforts))
+    fit, drive = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].signal.values)))
+    return Joint(here, velocity, drive, False, fit, _without(drive.signal, efforts), goal)
+
+
+def _servo(position: Channel, goal: Signal) -> Channel:
+    """A commanded position as a drive, in the unit of the position if it has none that fits."""
+    if goal.unit is not None and is_position(goal.unit) and is_angle(goal.unit) == is_angle(position.unit):
+        return Channel(goal, goal.unit, True)
+    asked = "is its scale that of the position?" if position.question else ""
+    return Channel(goal, position.unit, False, position.scale, asked)
+
+
+def with_goal(joint: Joint) -> Joint:
+    """Return a joint that follows its commanded position, if one is logged, for a model with a servo.
+
+    Args:
+        joint: joint.
+    """
+    if joint.goal is None:
+        return joint
+    servo = _servo(joint.position, joint.goal)
+    return replace(joint, drive=servo, servo=True, fit=fit_of(joint.position, servo, True), goal=None)
 
 
 def _without(signal: Signal, signals: Sequence[Signal]) -> tuple[Signal, ...]:

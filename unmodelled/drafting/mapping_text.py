@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import re
-
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal
-from unmodelled.drafting.comments import numbered, one_line, word
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Joint, alike
+from unmodelled.drafting.joints import SLACK, Joint, chained, geared, numbered
+from unmodelled.drafting.lines import one_line, quoted, word
 from unmodelled.drafting.names import Role
 
 #: Files that are left out, and constants, that are named in a comment.
 NAMES = 5
-_PLAIN = re.compile(r"[A-Za-z][\w./]*")
 
 
 def mapping_text(draft: Draft, folder: str) -> str:
@@ -25,9 +21,9 @@ def mapping_text(draft: Draft, folder: str) -> str:
         folder: folder of the logs, seen from that of the mapping, "." if both are the same.
     """
     patterns = [_seen_from(folder, pattern) for pattern in draft.survey.patterns]
-    lines = ["schema: mapping/1", "files:" if len(patterns) > 1 else f"files: {_quoted(patterns[0])}"]
-    lines += [f"  - {_quoted(pattern)}" for pattern in patterns] if len(patterns) > 1 else []
-    groups = [_quoted(pattern) for pattern in draft.survey.groups]
+    lines = ["schema: mapping/1", "files:" if len(patterns) > 1 else f"files: {quoted(patterns[0])}"]
+    lines += [f"  - {quoted(pattern)}" for pattern in patterns] if len(patterns) > 1 else []
+    groups = [quoted(pattern) for pattern in draft.survey.groups]
     lines += (
         [f"groups: [{', '.join(groups)}]" if len(groups) > 1 else f"groups: {groups[0]}"] if groups else []
     )
@@ -40,10 +36,10 @@ def mapping_text(draft: Draft, folder: str) -> str:
         lines.append(_signal(f"q{k}", joint.position))
         lines += [_signal(f"w{k}", joint.velocity)] if joint.velocity else []
         lines += [_signal(f"u{k}", joint.drive, _is_against(joint))] if joint.drive else []
-        lines += _copies(draft, joint.position.signal)
+        lines += _copies(draft, joint)
     if draft.split_by is not None:
         lines.append(
-            f"split_by: {_quoted(draft.split_by)}  # Question: does every value of it begin an experiment?"
+            f"split_by: {quoted(draft.split_by)}  # Question: does every value of it begin an experiment?"
         )
     if draft.cut is not None:
         asked = "one record was found, and is cut into experiments. Are there more records?"
@@ -54,7 +50,7 @@ def mapping_text(draft: Draft, folder: str) -> str:
         lines.append(
             f"# the files hold constants: {one_line(known)}; for the operating point of the system file:"
         )
-        lines.append(f"# constants: {{{word(example)}: {{column: {_quoted(example)}}}}}")
+        lines.append(f"# constants: {{{word(example)}: {{column: {quoted(example)}}}}}")
     return "\n".join(lines) + "\n"
 
 
@@ -67,27 +63,48 @@ def _time(draft: Draft) -> list[str]:
         return []
     rate = draft.joints[0].position.signal.rate
     asked = "" if timing.certain else f"  # Question: is it in {timing.unit} ({rate:.4g} samples a second)?"
-    return [f"time: {{column: {_quoted(timing.column)}, unit: {timing.unit}}}{asked}"]
+    return [f"time: {{column: {quoted(timing.column)}, unit: {quoted(timing.unit)}}}{asked}"]
 
 
 def _signal(name: str, channel: Channel, against: bool = False) -> str:
     sign = ", sign: -1" if against else ""
-    questions = [] if channel.certain else [f"is it in {channel.unit}?"]
+    scale = f", scale: {channel.scale:.9g}" if channel.scale != 1.0 or channel.question else ""
+    unsure = channel.question or ("" if channel.certain else f"is it in {channel.unit}?")
+    questions = [unsure] if unsure else []
     questions += ["is it logged with the other sign? The position accelerates against it."] if against else []
     asked = f"  # Question: {' '.join(questions)}" if questions else ""
-    return f"  {name}: {{column: {_quoted(channel.signal.address)}, unit: {channel.unit}{sign}}}{asked}"
+    column, unit = quoted(channel.signal.address), quoted(channel.unit)
+    return f"  {name}: {{column: {column}, unit: {unit}{scale}{sign}}}{asked}"
 
 
-def _copies(draft: Draft, position: Signal) -> list[str]:
-    """Questions on positions that are left out because they are nearly this one."""
-    used = {joint.position.signal.address for joint in draft.joints}
-    found = dict[str, None]()
+def _copies(draft: Draft, joint: Joint) -> list[str]:
+    """Questions on positions and speeds that are left out because they are of the same chain."""
+    position, used = joint.position.signal, {each.position.signal.address for each in draft.joints}
+    found = dict[str, str]()
     for signals in draft.experiments:
-        own = [s for s in signals if s.address == position.address]
-        others = [s for s in signals if s.role is Role.POSITION and s.address not in used]
-        found |= {s.address: None for s in others for mine in own if alike(s, mine)}
-    like = f"is nearly {one_line(position.address)}. Is it a second body, behind a spring or a play?"
-    return [f"  # Question: {one_line(address)} {like} Then add it to both files." for address in found]
+        for mine in (s for s in signals if s.address == position.address):
+            for signal in signals:
+                if signal.role is Role.POSITION and signal.address not in used:
+                    ratio = chained(signal, mine, signals)
+                    found |= {signal.address: _asked(signal, position, ratio)} if ratio else {}
+                if signal.role is Role.VELOCITY and (ratio := geared(mine, signal)):
+                    slope = (
+                        f"is {ratio:.4g} times the slope of {one_line(position.address)}, and is left out."
+                    )
+                    found[signal.address] = f"{slope} Is it of another shaft, or an electric speed?"
+    return [f"  # Question: {one_line(address)} {asked}" for address, asked in found.items()]
+
+
+def _asked(signal: Signal, position: Signal, ratio: float) -> str:
+    """Question on a second encoder of a chain."""
+    name = one_line(position.address)
+    if abs(ratio - 1.0) < SLACK and signal.unit == position.unit:
+        return f"is nearly {name}. Is it a second body, behind a spring or a play? Then add it to both files."
+    inverse = "" if abs(ratio) > 1.0 else f" = 1/{1.0 / ratio:.4g}"
+    return (
+        f"is {ratio:.4g}{inverse} times {name} all the time: two encoders of one gear? "
+        "Use the one on whose side inertia and torque are meant, or add the other as a second body."
+    )
 
 
 def _is_against(joint: Joint) -> bool:
@@ -98,7 +115,3 @@ def _seen_from(folder: str, pattern: str) -> str:
     if folder == ".":
         return pattern
     return folder if pattern == "." else f"{folder}/{pattern}"
-
-
-def _quoted(text: str) -> str:
-    return text if _PLAIN.fullmatch(text) else json.dumps(text, ensure_ascii=False)

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from enum import Enum
 
-from unmodelled.logs.time_units import seconds_of
-from unmodelled.systems.units import describe, parse_logged
+from unmodelled.drafting.units import (
+    bracketed,
+    dimension_of,
+    ending,
+    is_angle,
+    is_position,
+    known_unit,
+    of_temperature,
+)
 
 
 class Role(Enum):
@@ -18,38 +27,87 @@ class Role(Enum):
     EFFORT = "torque or force"
     CURRENT = "current"
     VOLTAGE = "voltage"
+    DUTY = "opening or duty"
+    PRESSURE = "pressure"
+    FLOW = "flow"
+    POWER = "power"
+    TEMPERATURE = "temperature"
+    LEVEL = "level"
+    CHARGE = "charge"
     GOAL = "commanded position"
+    SET_POINT = "set point"
     PART = "name of a part"
     OTHER = "not used"
 
 
 WORDS = {
-    Role.TIME: "t time timestamp stamp times zeit clock seconds secs timestep",
-    Role.POSITION: "pos position positions q theta angle angles phi x encoder travel stroke winkel weg state",
-    Role.VELOCITY: "vel velocity velocities speed omega qd dq qdot dtheta w drehzahl geschwindigkeit rpm",
-    Role.EFFORT: "torque torques tau effort efforts force forces moment drehmoment kraft load pwm duty",
-    Role.CURRENT: "current currents i iq strom amps",
-    Role.VOLTAGE: "voltage voltages u volt volts spannung",
-    Role.PART: "run episode trial experiment segment",
+    Role.TIME: "time timestamp stamp times zeit clock seconds secs timestep elapsed epoch datenum datetime "
+    "date uhrzeit",
+    Role.POSITION: "pos position positions theta angle angles phi encoder travel stroke winkel weg state enc "
+    "hub lage displacement deflection pitch roll yaw",
+    Role.VELOCITY: "vel velocity velocities speed omega qd dq qdot dtheta drehzahl geschwindigkeit rpm",
+    Role.EFFORT: "torque torques tau effort efforts force forces moment drehmoment kraft load",
+    Role.CURRENT: "current currents iq strom amps amperage",
+    Role.VOLTAGE: "voltage voltages volt volts spannung",
+    Role.DUTY: "pwm duty throttle valve pump ventil pumpe",
+    Role.PRESSURE: "pressure pressures druck press",
+    Role.FLOW: "flow flowrate inflow outflow durchfluss zufluss abfluss volumenstrom massenstrom mdot vdot",
+    Role.POWER: "power leistung heizleistung",
+    Role.TEMPERATURE: "temp temps temperature temperatures temperatur thermocouple ntc",
+    Role.LEVEL: "level levels fill pegel füllstand fuellstand tank",
+    Role.CHARGE: "soc charge ladung ladezustand",
+    Role.PART: "run runs episode trial experiment segment cycle rep repetition versuch lauf zyklus",
 }
-_COMMAND = "cmd command goal ref reference set setpoint desired des target soll action control con"
+#: Symbols, in which a capital is another quantity.
+_SYMBOLS = {
+    **{"t": Role.TIME, "q": Role.POSITION, "x": Role.POSITION, "X": Role.POSITION, "w": Role.VELOCITY},
+    **{"F": Role.EFFORT, "M": Role.EFFORT, "i": Role.CURRENT, "I": Role.CURRENT, "u": Role.VOLTAGE},
+    **{"U": Role.VOLTAGE, "p": Role.PRESSURE, "Q": Role.FLOW, "P": Role.POWER, "T": Role.TEMPERATURE},
+    "h": Role.LEVEL,
+}
+#: Words of angles, which no letter after them makes a length: `theta_m` is that of a motor.
+_ANGLES = ("q", "theta", "angle", "angles", "phi", "winkel", "pitch", "roll", "yaw")
+_COMMAND = (
+    "cmd command goal ref reference set setpoint desired des target soll action control con sollwert wanted "
+    "demand"
+)
 #: Words beside a role that say that the quantity was measured.
 _MEASURED = "meas measured actual act state ist encoder"
-_DIMENSIONS = {
-    "rad/s": Role.VELOCITY,
-    "m/s": Role.VELOCITY,
-    "N m": Role.EFFORT,
-    "N": Role.EFFORT,
-    "A": Role.CURRENT,
-    "V": Role.VOLTAGE,
-    "m": Role.POSITION,
-    "rad": Role.POSITION,
-    "s": Role.TIME,
+#: Quantities of which a set point is no drive: a controller drives until the quantity is there.
+_CONTROLLED = frozenset([Role.VELOCITY, Role.TEMPERATURE, Role.LEVEL, Role.CHARGE])
+#: Units of a quantity; a ratio may also be a percentage.
+_UNITS = {
+    Role.TIME: ("s",),
+    Role.POSITION: ("m",),
+    Role.VELOCITY: ("1/s", "m/s"),
+    Role.EFFORT: ("N m", "N"),
+    Role.CURRENT: ("A",),
+    Role.VOLTAGE: ("V",),
+    Role.PRESSURE: ("Pa",),
+    Role.FLOW: ("m^3/s", "kg/s"),
+    Role.POWER: ("W",),
+    Role.TEMPERATURE: ("K",),
+    Role.CHARGE: ("C",),
+    Role.LEVEL: ("m", "m^3"),
 }
-_UNIT_WORDS = {
-    **{word: word for word in ("rad", "deg", "mm", "cm", "m", "rpm", "ms", "us", "ns")},
-    **{"nm": "N m", "n": "N", "a": "A", "ma": "mA", "v": "V", "mv": "mV", "degree": "deg", "degrees": "deg"},
-}
+_RATIOS = frozenset([Role.LEVEL, Role.CHARGE, Role.DUTY])
+#: Units of a sensor without a scale, which a word may have beside it: `position [V]`, `level_mA`.
+_RAW = ("V", "mV", "A", "mA", "count", "%")
+#: Words of things: a unit or a symbol beside them says which quantity of the thing it is.
+_THINGS = "load tank valve pump ventil pumpe throttle state encoder enc fill press"
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the name and the unit of a column say.
+
+    Attributes:
+        role: what it probably is; None: neither tells.
+        unit: its unit; None: neither tells.
+    """
+
+    role: Role | None
+    unit: str | None
 
 
 def words_of(name: str) -> list[str]:
@@ -62,37 +120,108 @@ def words_of(name: str) -> list[str]:
         >>> words_of("/joint_states.posMeas1[2]"), words_of("state[hip.vel]"), words_of("speed [rpm]")
         (['joint', 'states', 'pos', 'meas'], ['state', 'hip', 'vel'], ['speed'])
     """
-    beside = r"[\[(].*" if unit_in(name) else r"\(.*"
+    return [word.lower() for word in _cased(name)]
+
+
+def _cased(name: str) -> list[str]:
+    """Words of a name as written."""
+    beside = r"[\[(].*" if bracketed(name) else r"\(.*"
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", re.sub(beside, "", name))
-    return [word.lower() for word in re.findall(r"[A-Za-zµ]+", apart)]
+    return re.findall(r"[^\W\d_]+", apart)
 
 
-def role_of(name: str, unit: str | None) -> Role | None:
-    """Return what a column is by its last telling word, otherwise by its unit; None if neither says.
+def meaning_of(name: str, given: str | None = None) -> Meaning:
+    """Return what a column is, by its last telling word that its unit agrees with, otherwise by its unit.
 
     Args:
         name: name of the column, with its table.
-        unit: unit of the column; None: unknown.
+        given: unit that the file gives; default: none.
 
     Examples:
-        >>> role_of("goal_position", None), role_of("tau_con1", None), role_of("3", "rpm")
-        (<Role.GOAL: 'commanded position'>, <Role.EFFORT: 'torque or force'>, <Role.VELOCITY: 'speed'>)
+        >>> names = ("goal_position", "tau_con1", "T_water_degC", "P_heater_kW", "T_set", "theta_m", "enc_a")
+        >>> for name in names:
+        ...     print(name, *meaning_of(name).__dict__.values())
+        goal_position Role.GOAL None
+        tau_con1 Role.EFFORT None
+        T_water_degC Role.TEMPERATURE degC
+        P_heater_kW Role.POWER kW
+        T_set Role.SET_POINT None
+        theta_m Role.POSITION None
+        enc_a Role.POSITION None
     """
-    words = words_of(name)
-    found = next(
-        (role for word in words[::-1] for role, known in WORDS.items() if word in known.split()), None
+    told = _told(name)
+    unit = known_unit(given) or bracketed(name) or _ending(name, told)
+    fitting = [role for word, role in told if unit is None or _fits(role, unit, word)]
+    strong = [role for word, role in told if word not in _THINGS.split() and len(word) > 1]
+    role = next(iter([*fitting, *(strong if unit in (None, *_RAW) else [])]), None) or _by_unit(unit)
+    if unit is None and role is Role.TEMPERATURE:
+        unit = of_temperature(name)
+    if role is Role.POSITION and unit == "%":
+        role = Role.DUTY
+    if role is Role.VELOCITY and unit in ("1/min", "1/min."):
+        unit = "rpm"
+    if is_command(name):
+        role = _commanded(name, role)
+    return Meaning(role, unit)
+
+
+def _told(name: str) -> list[tuple[str, Role]]:
+    """Telling words of a name with their roles: the last quantity first, then symbols, things and parts."""
+    found = [
+        (word, role)
+        for word in words_of(name)[::-1]
+        for role, known in WORDS.items()
+        if word in known.split()
+    ]
+    letters = [(word, _SYMBOLS[word]) for word in _cased(name) if word in _SYMBOLS]
+    order = [
+        [pair for pair in found if pair[0] not in _THINGS.split() and pair[1] is not Role.PART],
+        letters,
+        [pair for pair in found if pair[0] in _THINGS.split()],
+        [pair for pair in found if pair[1] is Role.PART],
+    ]
+    return [pair for pairs in order for pair in pairs]
+
+
+def _ending(name: str, told: Sequence[tuple[str, Role]]) -> str | None:
+    """The unit that a name ends with, if no other word of it says another quantity."""
+    found = ending(name)
+    if found is None:
+        return None
+    unit, letter = found
+    if any(_fits(role, unit, word) for word, role in told):
+        return unit
+    strong = any(word not in _THINGS.split() and len(word) > 1 for word, _ in told)
+    if letter:
+        return None if any(word not in _THINGS.split() for word, _ in told) or name[-1].islower() else unit
+    return unit if not strong or unit in _RAW else None
+
+
+def _fits(role: Role, unit: str, word: str) -> bool:
+    """Whether a unit is one of a quantity."""
+    if role is Role.POSITION:
+        return (is_position(unit) and (is_angle(unit) or word not in _ANGLES)) or unit == "count"
+    if role in _RATIOS and unit in ("%", "1", "-"):
+        return True
+    return dimension_of(unit) in map(dimension_of, _UNITS.get(role, ()))
+
+
+def _by_unit(unit: str | None) -> Role | None:
+    """What a column is whose name says nothing."""
+    if unit is None or dimension_of(unit) == dimension_of("1"):
+        angle = unit is not None and (is_angle(unit) or unit == "count")
+        return Role.POSITION if angle else Role.DUTY if unit == "%" else None
+    roles = (
+        role for role, units in _UNITS.items() for each in units if dimension_of(unit) == dimension_of(each)
     )
-    if found in (None, Role.POSITION) and is_command(name):
-        return Role.GOAL if found or "action" in words else None
-    if found is None and unit:
-        try:
-            si, _ = parse_logged(unit)
-        except ValueError:
-            return None
-        found = _DIMENSIONS.get(si.text) or _DIMENSIONS.get(describe(si.dimension))
-        if seconds_of(unit) is not None:
-            found = Role.TIME
-    return found
+    return next(roles, None)
+
+
+def _commanded(name: str, role: Role | None) -> Role | None:
+    """What a set point is, by what the quantity is."""
+    if role is Role.POSITION or (role is None and "action" in words_of(name)):
+        return Role.GOAL
+    return Role.SET_POINT if role in _CONTROLLED and not is_measured(name) else role
 
 
 def is_command(name: str) -> bool:
@@ -111,25 +240,6 @@ def is_measured(name: str) -> bool:
         name: name of a column, with its table.
     """
     return bool({*_MEASURED.split()} & {*words_of(name)})
-
-
-def unit_in(name: str) -> str | None:
-    """Return the unit that a name ends with; None if there is none.
-
-    Args:
-        name: name of a column.
-
-    Examples:
-        >>> unit_in("theta_deg"), unit_in("motor current mA"), unit_in("speed [rpm]"), unit_in("theta")
-        ('deg', 'mA', 'rpm', None)
-    """
-    bracket = re.search(r"[\[(]([^\[\]()]*[A-Za-z°%][^\[\]()]*)[\])]\s*$", name)
-    words = re.findall(r"[A-Za-zµ]+", name)
-    found = bracket[1] if bracket else _UNIT_WORDS.get(words[-1].lower()) if len(words) > 1 else None
-    try:
-        return found if found and parse_logged(found) else None
-    except ValueError:
-        return None
 
 
 def number_of(name: str) -> str:

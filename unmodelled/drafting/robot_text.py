@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
-from unmodelled.drafting.comments import numbered, one_line, word
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Joint
+from unmodelled.drafting.joints import Joint, numbered, with_goal
+from unmodelled.drafting.lines import one_line, quoted, word
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.robot.compile import compiled
@@ -45,7 +46,7 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     lines = [
         "# The robot file is the known physics. Its dry friction is left out: a diagnosis looks for it.",
         by_name if _named(order, pairs) else in_order,
-        *("schema: system/1", f"name: {word(name)}", f"model: {robot.name}", "inputs:"),
+        *("schema: system/1", f"name: {word(name)}", f"model: {quoted(robot.name)}", "inputs:"),
         *(_input(joint, drives[joint], *pairs[joint]) for joint in order if joint in drives),
         "outputs:",
         *(line for joint in order for line in _outputs(joint, *pairs[joint])),
@@ -62,6 +63,22 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def with_goals(draft: Draft, robot: Path) -> Draft:
+    """Return a draft whose joints follow commanded positions, if the actuators of a robot file are servos.
+
+    Args:
+        draft: findings in the logs.
+        robot: MJCF or URDF file.
+
+    Raises:
+        BadInput: when the robot file cannot be used.
+    """
+    system = _system(robot, "robot")
+    assert system.robot is not None
+    servos = [actuator.is_servo for actuator in compiled(system.robot.text, system.robot.file).actuators]
+    return replace(draft, joints=tuple(map(with_goal, draft.joints))) if any(servos) else draft
+
+
 def _system(robot: Path, name: str) -> System:
     """The system that a robot file makes alone."""
     with tempfile.TemporaryDirectory() as place:
@@ -71,7 +88,9 @@ def _system(robot: Path, name: str) -> System:
         except OSError as error:
             raise BadInput(f"{robot}: cannot be read: {error.strerror}: check the path") from None
         file = folder / "system.yaml"
-        file.write_text(f"schema: system/1\nname: {word(name)}\nmodel: {robot.name}\n", encoding="utf-8")
+        file.write_text(
+            f"schema: system/1\nname: {word(name)}\nmodel: {quoted(robot.name)}\n", encoding="utf-8"
+        )
         try:
             return read_system(file)
         except BadInput as error:

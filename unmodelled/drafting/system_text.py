@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from unmodelled.drafting.channels import Channel
-from unmodelled.drafting.comments import numbered, one_line, word
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Joint
+from unmodelled.drafting.joints import Joint, numbered
+from unmodelled.drafting.lines import one_line, word
+from unmodelled.drafting.names import is_measured
 from unmodelled.systems.units import describe, parse_logged, parse_unit
 
 #: Other columns that are named in a comment.
@@ -59,13 +60,18 @@ def _states(k: str, joint: Joint) -> list[str]:
 def _input(k: str, joint: Joint) -> list[str]:
     if joint.drive is None:
         return []
-    said = joint.drive.signal.address
+    said, closed = joint.drive.signal.address, []
+    if joint.goal is not None:
+        goal = one_line(joint.goal.address)
+        asked = "the loop is closed, and a controller makes"
+        closed = [f"  # {goal} is the set point of q{k}: {asked} u{k} from both."]
     if not joint.trusted or joint.others:
         kind = "commanded position" if joint.servo else "effort"
         said += f". Question: is this {kind} what drives q{k}?"
     if joint.others:
         said += f" Others: {', '.join(signal.address for signal in joint.others[:NAMES])}"
-    return [f"  u{k}: {{unit: {_si(joint.drive)}}}  # {one_line(said)}"]
+    measured = ", commanded: false" if is_measured(joint.drive.signal.address) else ""
+    return [*closed, f"  u{k}: {{unit: {_si(joint.drive)}{measured}}}  # {one_line(said)}"]
 
 
 def _si(channel: Channel) -> str:
@@ -88,6 +94,7 @@ def _servo(k: str, joint: Joint) -> list[str]:
     stiffness, damping = (joint.fit.gain, joint.fit.damping) if fitted else (STIFFNESS, DAMPING)
     damping = damping if damping > 0.0 else 2.0 * float(np.sqrt(stiffness))
     return [
+        f"  # u{k} is a set point: the loop is closed, and K{k} and D{k} stand for its controller.",
         f"  # Question: what is the inertia of q{k}? Positions give no torques: K{k} and D{k} go with it.",
         f"  J{k}: {{value: 1, unit: {inertia}}}",
         f"  K{k}: {_identified(stiffness, f'{effort}/{position}')}",

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from unmodelled.drafting.columns import Signal
-from unmodelled.drafting.comments import numbered
 from unmodelled.drafting.draft import Draft
+from unmodelled.drafting.joints import numbered
+from unmodelled.drafting.lines import printed
 from unmodelled.drafting.names import Role
 
 #: Rows of the table.
@@ -22,12 +23,21 @@ def table_text(draft: Draft) -> str:
         for signal in signals:
             found.setdefault(signal.address, []).append(signal)
     used = _used(draft)
-    rows = [("column", "rate", "from", "to", "unit", "looks like")]
+    rows: list[tuple[str, ...]] = [("column", "rate", "from", "to", "unit", "looks like")]
     for address in sorted(found, key=lambda each: each not in used):
         parts = found[address]
         low, high = min(p.values.min() for p in parts), max(p.values.max() for p in parts)
         unit, likeness = used.get(address) or (parts[0].unit or "?", _unused(parts[0].role))
-        rows.append((address, f"{parts[0].rate:.4g} Hz", f"{low:.4g}", f"{high:.4g}", unit, likeness))
+        rows.append(
+            (
+                printed(address),
+                f"{parts[0].rate:.4g} Hz",
+                f"{low:.4g}",
+                f"{high:.4g}",
+                printed(unit),
+                likeness,
+            )
+        )
     shown = rows[: ROWS + 1]
     widths = [max(len(row[j]) for row in shown) for j in range(len(rows[0]))]
     lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in shown]

@@ -245,17 +245,21 @@ def check_texts(path: Path, experiments: pd.DataFrame, rows: Sequence[int]) -> N
         BadInput: when there is one, naming row and column.
     """
     for name in experiments.columns:
-        if not _is_text(str(name)):
+        if not is_text(str(name)):
             raise BadInput(f"{path}: row 1: column {shown(str(name))}: the name has a control character")
         for row, cell in zip(rows, experiments[name], strict=True):
-            if isinstance(cell, str) and not _is_text(cell):
+            if isinstance(cell, str) and not is_text(cell):
                 raise BadInput(
                     f"{path}: row {row}: column {name}: {shown(cell)} has a control character: leave it out"
                 )
 
 
-def _is_text(text: str) -> bool:
-    """Whether all of its characters are printable, or spaces of any width."""
+def is_text(text: str) -> bool:
+    """Return whether all characters of a text are printable, or spaces of any width.
+
+    Args:
+        text: any text.
+    """
     return all(c.isprintable() or unicodedata.category(c) == "Zs" for c in text)
 
 

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.base.ownership import Out, verb
+from unmodelled.cli.overrides import quoted
 from unmodelled.drafting.draft import draft_of
+from unmodelled.drafting.lines import printed
 from unmodelled.drafting.mapping_text import mapping_text
-from unmodelled.drafting.robot_text import robot_system_text
+from unmodelled.drafting.robot_text import robot_system_text, with_goals
 from unmodelled.drafting.system_text import system_text
 from unmodelled.drafting.table_text import table_text
 from unmodelled.logs.mapping import MAPPING
 from unmodelled.systems.robot.files import robot_text
 
 
-@verb(Out.SHARED, inside=["logs"])
+@verb(Out.SHARED, inside=["logs"], beside=["logs"])
 def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) -> None:
     """Write mapping.yaml, which says which columns are the signals, and a system file that can be simulated.
 
@@ -49,7 +52,7 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
     for path in (mapping, file, *copies):
         if path.exists():
             raise BadInput(f"{path}: exists, and is not overwritten: remove it, or give another out=...")
-    found = draft_of(logs)
+    found = draft_of(logs) if robot is None else with_goals(draft_of(logs), robot)
     seen = Path(os.path.relpath(found.survey.folder.resolve(), place.resolve())).as_posix()
     name = logs.resolve().stem
     texts = {
@@ -62,8 +65,14 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
     given = mapping if (place / "experiments.csv").exists() else place
-    print(f"questions: {mapping} and {file}, behind 'Question'")
-    print(f"next: unmodelled simulate system={file} logs={given} out=simulation")
+    print(printed(f"questions: {mapping} and {file}, behind 'Question'"))
+    print(printed(f"next: unmodelled simulate {_key('system', file)} {_key('logs', given)} out=simulation"))
+
+
+def _key(name: str, path: Path) -> str:
+    """A word of the next command: plain, or in quotes."""
+    plain = re.fullmatch(r"[\w./~-]+", str(path), re.ASCII)
+    return f"{name}={path}" if plain else quoted(name, str(path))
 
 
 def _copies(robot: Path, folder: Path) -> dict[Path, str]:

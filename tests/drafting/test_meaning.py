@@ -1,0 +1,154 @@
+"""What names, units and values say: quantities, counts, chains, closed loops, numbers of runs, clocks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.drafting.test_init import INERTIA, LOGS, drafted, servo, values, write
+from unmodelled.api.simulation import simulate
+from unmodelled.drafting.names import Role, meaning_of
+from unmodelled.logs.folder import read_logs
+
+
+@pytest.mark.parametrize(
+    ("name", "role", "unit"),
+    [
+        ("T_oven_degC", Role.TEMPERATURE, "degC"),
+        ("Temp2 (°C)", Role.TEMPERATURE, "°C"),
+        ("temp_c", Role.TEMPERATURE, "degC"),
+        ("P_el_kW", Role.POWER, "kW"),
+        ("laser power [mW]", Role.POWER, "mW"),
+        ("p_A_bar", Role.PRESSURE, "bar"),
+        ("supply_MPa", Role.PRESSURE, "MPa"),
+        ("flow_l_min", Role.FLOW, "l/min"),
+        ("Q_in [m3/h]", Role.FLOW, "m^3/h"),
+        ("theta_m", Role.POSITION, None),
+        ("theta_m_deg", Role.POSITION, "deg"),
+        ("x_m", Role.POSITION, "m"),
+        ("i_q", Role.CURRENT, None),
+        ("iMotor_mA", Role.CURRENT, "mA"),
+        ("speedRPM", Role.VELOCITY, "rpm"),
+        ("n [1/min]", Role.VELOCITY, "rpm"),
+        ("spindle speed 1/min", Role.VELOCITY, None),
+        ("vel_deg_per_s", Role.VELOCITY, "deg/s"),
+        ("pos_min", Role.POSITION, None),
+        ("pos_a", Role.POSITION, None),
+        ("time_h", Role.TIME, None),
+        ("t_ms", Role.TIME, "ms"),
+        ("Zeit [min]", Role.TIME, "min"),
+        ("datenum", Role.TIME, None),
+        ("pump_%", Role.DUTY, "%"),
+        ("valve position [%]", Role.DUTY, "%"),
+        ("tank level mm", Role.LEVEL, "mm"),
+        ("Füllstand [%]", Role.LEVEL, "%"),
+        ("duty_cycle", Role.DUTY, None),
+        ("cycle", Role.PART, None),
+        ("trial no", Role.PART, None),
+        ("T_set", Role.SET_POINT, None),
+        ("pos_set_mm", Role.GOAL, "mm"),
+        ("i_cmd_mA", Role.CURRENT, "mA"),
+        ("soll [deg]", Role.GOAL, "deg"),
+        ("Inc", Role.POSITION, "count"),
+        ("pos_cnt", Role.POSITION, "count"),
+        ("enc ticks", Role.POSITION, "count"),
+        ("gear position [V]", Role.POSITION, "V"),
+        ("tank_supply_A", Role.CURRENT, "A"),
+    ],
+)
+def test_names_are_read_by_whole_words(name: str, role: Role, unit: str | None) -> None:
+    found = meaning_of(name)
+    assert (found.role, found.unit) == (role, unit)
+
+
+def test_counts_are_scaled_with_a_question(tmp_path: Path) -> None:
+    columns = {"t": "t", "enc_cnt": "angle", "torque_Nm": "torque"}
+    logs = write(tmp_path / "raw", columns, angle=8192.0 / (2.0 * np.pi))
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["q"]["unit"] == "rad"
+    assert mapping["signals"]["q"]["scale"] == pytest.approx(2.0 * np.pi / 4096.0)
+    assert "# Question: how many counts a turn?" in (logs / "mapping.yaml").read_text()
+    np.testing.assert_allclose(read_logs(logs, system).y[:1500, 0], 2.0 * LOGS[0]["angle"], atol=1e-9)
+
+
+def test_a_speed_beside_counts_gives_their_scale(tmp_path: Path) -> None:
+    columns = {"t": "t", "ticks": "angle", "speed_rpm": "speed", "torque_Nm": "torque"}
+    logs = write(tmp_path / "raw", columns, angle=2000.0 / (2.0 * np.pi), speed=30.0 / np.pi)
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["q"]["scale"] == pytest.approx(2.0 * np.pi / 2000.0, rel=0.01)
+    assert "by speed_rpm" in (logs / "mapping.yaml").read_text()
+    assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
+
+
+def test_a_sensor_in_volts_is_scaled_with_a_question(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "potentiometer angle [V]": "angle", "torque": "torque"})
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["q"]["scale"] == 1 and mapping["signals"]["q"]["unit"] == "rad"
+    assert "# Question: which rad is one V?" in (logs / "mapping.yaml").read_text()
+    assert np.isfinite(simulate(system, read_logs(logs, system)).gap.value)
+
+
+def test_two_encoders_of_a_gear_are_one_chain(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "motor_deg": "angle", "torque": "torque"}, angle=180.0 / np.pi)
+    for path in logs.iterdir():
+        table = pd.read_csv(path)
+        table["table_deg"] = table["motor_deg"] / 7.25 + 12.0
+        table.to_csv(path, index=False)
+    mapping, system = drafted(logs)
+    assert mapping["signals"].keys() == {"q", "u"} and len(system.outputs) == 1
+    text = (logs / "mapping.yaml").read_text()
+    assert "# Question: table_deg is 0.1379 = 1/7.25 times motor_deg all the time: two encoders" in text
+
+
+def test_joints_that_were_moved_alike_stay_two(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "pos_1": "angle", "tau_1": "torque", "tau_2": "torque"})
+    for path in logs.iterdir():
+        table = pd.read_csv(path)
+        table.assign(pos_2=0.5 * table["pos_1"]).to_csv(path, index=False)
+    mapping, _ = drafted(logs)
+    assert mapping["signals"].keys() == {"q1", "u1", "q2", "u2"}
+
+
+def test_a_speed_of_another_shaft_is_a_question(tmp_path: Path) -> None:
+    columns = {"t": "t", "angle_deg": "angle", "rotor_rpm": "speed", "torque": "torque"}
+    logs = write(tmp_path / "raw", columns, angle=180.0 / np.pi, speed=7.0 * 30.0 / np.pi)
+    mapping, _ = drafted(logs)
+    assert mapping["signals"].keys() == {"q", "u"}
+    assert "# Question: rotor_rpm is 7" in (logs / "mapping.yaml").read_text()
+
+
+def test_what_acts_goes_before_a_set_point(tmp_path: Path) -> None:
+    columns = {
+        "t": "t",
+        "x_mm": "angle",
+        "x_ref_mm": "angle",
+        "force_meas_N": "torque",
+        "force_cmd_N": "torque",
+    }
+    logs = write(tmp_path / "raw", columns, angle=100.0)
+    mapping, _ = drafted(logs)
+    assert mapping["signals"]["u"]["column"] == "force_meas_N"
+    text = (logs / "system.yaml").read_text()
+    assert "# x_ref_mm is the set point of q: the loop is closed" in text
+    assert "u: {unit: N, commanded: false}" in text
+
+
+def test_a_set_point_alone_says_that_the_loop_is_closed(tmp_path: Path) -> None:
+    for k in range(2):
+        log = servo(k)
+        table = {"t": log["t"], "lift_mm": 1e3 * log["q"], "lift_target_mm": 1e3 * log["goal"]}
+        pd.DataFrame(table).to_csv(tmp_path / f"{k}.csv", index=False)
+    mapping, _ = drafted(tmp_path)
+    assert mapping["signals"]["u"] == {"column": "lift_target_mm", "unit": "mm"}
+    assert "u is a set point: the loop is closed" in (tmp_path / "system.yaml").read_text()
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("min", 1.0 / 60.0), ("h", 1.0 / 3600.0)])
+def test_clocks_in_other_units(tmp_path: Path, unit: str, factor: float) -> None:
+    logs = write(tmp_path / "raw", {f"time_{unit}": "t", "angle": "angle", "torque": "torque"}, t=factor)
+    mapping, system = drafted(logs)
+    assert mapping["time"] == {"column": f"time_{unit}", "unit": unit}
+    np.testing.assert_allclose(np.diff(read_logs(logs, system).t[:1500]), 0.004, rtol=1e-6)

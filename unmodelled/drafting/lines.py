@@ -1,0 +1,64 @@
+"""Texts of the drafted files and of the terminal: names, texts in quotes, comments on one line."""
+
+from __future__ import annotations
+
+import re
+import sys
+
+import yaml
+
+#: Characters of a text from the logs in a comment.
+LONGEST = 120
+_PLAIN = re.compile(r"[A-Za-z][\w./^]*(?: [\w./^]+)*", re.ASCII)
+
+
+def word(text: str) -> str:
+    """Return a name for a system file.
+
+    Args:
+        text: any text.
+
+    Examples:
+        >>> word("day 1 (north)"), word("2026-11-25")
+        ('day_1_north', 'machine_2026_11_25')
+    """
+    found = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_") or "machine"
+    return found if found[0].isalpha() else f"machine_{found}"
+
+
+def one_line(text: str) -> str:
+    """Return a text for a comment, on one printable line.
+
+    Args:
+        text: any text.
+    """
+    line = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    return line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."
+
+
+def quoted(text: str) -> str:
+    """Return a text for a YAML file, in quotes with escapes unless it can stand there as it is.
+
+    Args:
+        text: name, unit or pattern.
+
+    Examples:
+        >>> quoted("N m"), quoted("%"), quoted("yes"), quoted("a\\x1b: b")
+        ('N m', '"%"', '"yes"', '"a\\\\e: b"')
+    """
+    if _PLAIN.fullmatch(text) and yaml.safe_load(text) == text:
+        return text
+    return str(yaml.dump(text, default_style='"', allow_unicode=True, width=sys.maxsize)).rstrip("\n")
+
+
+def printed(text: str) -> str:
+    """Return a text for a terminal, with its control characters as escapes.
+
+    Args:
+        text: any text.
+
+    Examples:
+        >>> printed("theta \\x1b]0;x\\x07")
+        'theta \\\\x1b]0;x\\\\x07'
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

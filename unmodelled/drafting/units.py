@@ -1,0 +1,159 @@
+"""Units in the names of columns and in files, as people write them."""
+
+from __future__ import annotations
+
+import re
+
+from unmodelled.systems.units import ONE, Dimension, parse_logged
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+#: Units that end a name, written exactly so: `mW` is no `MW`, and a small `w` is no watt.
+_EXACT = _set(
+    "rad deg mrad m mm cm um µm km rpm ms us ns N kN mN Nm A mA kA V mV kV W kW mW MW K degC degF Pa kPa "
+    "MPa hPa bar mbar psi Ah mAh kg Hz % ° °C"
+)
+#: Units that end a name in small letters, or in other words than the unit.
+_SPELLED = {
+    **{word: word for word in _set("rad deg mrad mm cm um rpm ms us ns bar mbar psi kg")},
+    **{"degree": "deg", "degrees": "deg", "grad": "deg", "nm": "N m", "n": "N", "kn": "kN", "a": "A"},
+    **{"ma": "mA", "amp": "A", "amps": "A", "v": "V", "mv": "mV", "kv": "kV", "volt": "V", "volts": "V"},
+    **{"w": "W", "kw": "kW", "watt": "W", "watts": "W", "ah": "Ah", "mah": "mAh", "pa": "Pa", "kpa": "kPa"},
+    **{"mpa": "MPa", "hpa": "hPa", "degc": "degC", "celsius": "degC", "kelvin": "K", "pct": "%"},
+    **{"percent": "%", "prozent": "%", "lpm": "l/min", "gpm": "gallon/min", "dps": "deg/s"},
+    **dict.fromkeys(_set("rev revs turn turns umdrehungen"), "turn"),
+    **dict.fromkeys(
+        _set("inc incs increment increments inkremente count counts cnt cnts tick ticks lsb"), "count"
+    ),
+    **dict.fromkeys(_set("u/min rev/min r/min upm"), "rpm"),
+}
+#: Units that a name gives in two words: `vel_rad_s`, `flow_l_min`, `q_m3_per_h`.
+_ABOVE = _set("rad deg turn m mm cm l L ml m3 kg A V")
+_BELOW = {"s": "s", "sec": "s", "min": "min", "h": "h"}
+#: Units of temperatures whose letters mean other things in names.
+_DEGREES = {"C": "degC", "c": "degC", "F": "degF", "f": "degF", "K": "K", "k": "K"}
+_WORD = re.compile(r"(?:[^\W\d_]|[%°µ])+(?:3(?=[\W_]))?")
+_BRACKET = re.compile(r"[\[(]([^\[\]()]*[^\W\d_%°][^\[\]()]*|\s*[%°]\s*)[\])]\s*$")
+
+
+def known_unit(text: str | None) -> str | None:
+    """Return a unit as this package writes it; None for another text.
+
+    Args:
+        text: unit as a file or a name writes it.
+
+    Examples:
+        >>> known_unit("RPM"), known_unit("m3/h"), known_unit("l/min"), known_unit("left")
+        ('rpm', 'm^3/h', 'l/min', None)
+    """
+    if not text or not text.strip():
+        return None
+    text = text.strip()
+    spelled = text if text in _EXACT else _SPELLED.get(text.lower(), text)
+    spelled = re.sub(r"\b(m|cm|mm)([23])\b", r"\1^\2", spelled)
+    try:
+        parse_logged(spelled)
+    except ValueError:
+        return None
+    return spelled
+
+
+def bracketed(name: str) -> str | None:
+    """Return the unit in brackets at the end of a name; None if there is none.
+
+    Args:
+        name: name of a column.
+
+    Examples:
+        >>> bracketed("speed [rpm]"), bracketed("pump (%)"), bracketed("state[hip.pos]"), bracketed("q[3]")
+        ('rpm', '%', None, None)
+    """
+    found = _BRACKET.search(name)
+    return known_unit(found[1]) if found else None
+
+
+def ending(name: str) -> tuple[str, bool] | None:
+    """Return the unit that the last word of a name may be; None if it is none.
+
+    Args:
+        name: name of a column.
+
+    Returns:
+        Unit, and whether it counts only where the other words say such a quantity: a single letter.
+
+    Examples:
+        >>> ending("P_heater_kW"), ending("theta_m"), ending("vel_rad_s"), ending("kW"), ending("ticks")
+        (('kW', False), ('m', True), ('rad/s', False), None, ('count', False))
+    """
+    words = [word for word in _WORD.findall(name) if word not in ("per", "pro")]
+    if len(words) > 2 and words[-2] in _ABOVE and words[-1] in _BELOW:
+        return f"{words[-2].replace('3', '^3')}/{_BELOW[words[-1]]}", False
+    words = [*words[:-1], *_apart(words[-1])] if words else []
+    last = words[-1] if words else ""
+    unit = known_unit(last) if last in _EXACT else _SPELLED.get(last.lower())
+    if unit is None or (len(words) < 2 and unit != "count"):
+        return None
+    return unit, len(last) == 1 and last.isalpha()
+
+
+def _apart(word: str) -> list[str]:
+    """A word without its unit, and the unit: `currentmA`, `speedRPM`."""
+    if word in _EXACT:
+        return [word]
+    for unit in sorted(_EXACT, key=len, reverse=True):
+        if unit != unit.lower() and len(unit) > 1 and re.search(rf"[a-z]{unit}$", word):
+            return [word.removesuffix(unit), unit]
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", word).split()
+
+
+def of_temperature(name: str) -> str | None:
+    """Return the unit that the last letter of the name of a temperature is; None if it is none.
+
+    Args:
+        name: name of a column.
+
+    Examples:
+        >>> of_temperature("temp_c"), of_temperature("temperature")
+        ('degC', None)
+    """
+    words = _WORD.findall(name)
+    return _DEGREES.get(words[-1]) if len(words) > 1 else None
+
+
+def dimension_of(unit: str) -> Dimension:
+    """Return the dimension of a known unit.
+
+    Args:
+        unit: unit that `known_unit` returns.
+    """
+    return parse_logged(unit)[0].dimension
+
+
+def is_angle(unit: str) -> bool:
+    """Return whether a unit without a dimension is that of an angle.
+
+    Args:
+        unit: unit that `known_unit` returns.
+    """
+    return dimension_of(unit) == ONE and parse_logged(unit)[0].text == "rad"
+
+
+def is_position(unit: str) -> bool:
+    """Return whether a unit is that of an angle or a length.
+
+    Args:
+        unit: unit that `known_unit` returns.
+    """
+    return is_angle(unit) or dimension_of(unit) == dimension_of("m")
+
+
+def is_speed(unit: str) -> bool:
+    """Return whether a unit is that of a speed, and not one of counts a second.
+
+    Args:
+        unit: unit that `known_unit` returns.
+    """
+    return "count" not in unit and dimension_of(unit) in (dimension_of("m/s"), dimension_of("rad/s"))
