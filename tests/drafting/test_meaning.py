@@ -68,8 +68,7 @@ def test_counts_are_scaled_with_a_question(tmp_path: Path) -> None:
     columns = {"t": "t", "enc_cnt": "angle", "torque_Nm": "torque"}
     logs = write(tmp_path / "raw", columns, angle=8192.0 / (2.0 * np.pi))
     mapping, system = drafted(logs)
-    assert mapping["signals"]["q"]["unit"] == "rad"
-    assert mapping["signals"]["q"]["scale"] == pytest.approx(2.0 * np.pi / 4096.0)
+    assert mapping["signals"]["q"] == {"column": "enc_cnt", "unit": "turn", "scale": "1/4096"}
     assert "# Question: how many counts a turn?" in (logs / "mapping.yaml").read_text()
     np.testing.assert_allclose(read_logs(logs, system).y[:1500, 0], 2.0 * LOGS[0]["angle"], atol=1e-9)
 
@@ -78,7 +77,7 @@ def test_a_speed_beside_counts_gives_their_scale(tmp_path: Path) -> None:
     columns = {"t": "t", "ticks": "angle", "speed_rpm": "speed", "torque_Nm": "torque"}
     logs = write(tmp_path / "raw", columns, angle=2000.0 / (2.0 * np.pi), speed=30.0 / np.pi)
     mapping, system = drafted(logs)
-    assert mapping["signals"]["q"]["scale"] == pytest.approx(2.0 * np.pi / 2000.0, rel=0.01)
+    assert float(mapping["signals"]["q"]["scale"].removeprefix("1/")) == pytest.approx(2000.0, rel=0.01)
     assert "by speed_rpm" in (logs / "mapping.yaml").read_text()
     assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
 

@@ -162,23 +162,19 @@ def _close(value: float, wanted: float) -> bool:
 
 def _scaled(position: Signal, velocity: Signal | None) -> Channel:
     """A position in counts, or in the unit of a sensor: its scale follows from a speed, or is asked."""
-    linear = bool(_LENGTHS & set(words_of(position.address)))
+    linear, scale, by = bool(_LENGTHS & set(words_of(position.address))), 0.0, "a guess"
     if velocity is not None and velocity.unit is not None and is_speed(velocity.unit):
         linear = dimension_of(velocity.unit) == dimension_of("m/s")
         scale = abs(slope(position, velocity).ratio) * _size(velocity.unit)
-        by = f", by {one_line(velocity.address)}"
-    else:
-        scale, by = 1.0 / FINE if linear else 2.0 * np.pi / COUNTS, ", a guess"
-    unit, whole = ("m", "metre") if linear else ("rad", "turn")
+        by = f"by {one_line(velocity.address)}"
     if position.unit in (None, "count"):
-        counts = (1.0 if linear else 2.0 * np.pi) / scale
-        over = "1" if linear else "2*pi"
-        asked = f"how many counts a {whole}? The scale is {over}/counts, here {counts:.6g}{by}."
-        return Channel(position, unit, False, scale, asked)
-    scale = 1.0 if velocity is None else scale
-    return Channel(
-        position, unit, False, scale, f"which {unit} is one {position.unit}? The scale is {scale:.4g}{by}."
-    )
+        unit, whole, usual = ("m", "metre", FINE) if linear else ("turn", "turn", COUNTS)
+        counts = _size(unit) / scale if scale else usual
+        asked = f"how many counts a {whole}? {counts:.6g} is {by}."
+        return Channel(position, unit, False, 1.0 / counts, asked)
+    unit = "m" if linear else "rad"
+    asked = f"which {unit} is one {position.unit}? {scale or 1.0:.4g} is {by}."
+    return Channel(position, unit, False, scale or 1.0, asked)
 
 
 def velocity_channel(position: Channel, velocity: Signal) -> Channel:
