@@ -57,3 +57,18 @@ def test_what_is_wrong_is_named(content: Any, words: str, tmp_path: Path) -> Non
     (tmp_path / "a.json").write_text(json.dumps(content))
     with pytest.raises(BadInput, match=rf"a\.json: {words}"):
         read_shaped(tmp_path / "a.json", SHAPE)
+
+
+def test_an_entry_may_be_missing_but_not_be_of_another_kind(tmp_path: Path) -> None:
+    shape = {"port": str, "level?": (float, None), "count?": int}
+    good: list[dict[str, Any]] = [{"port": "rail"}, {"port": "rail", "level": None, "count": 2}]
+    for content in good:
+        (tmp_path / "a.json").write_text(json.dumps(content))
+        assert read_shaped(tmp_path / "a.json", shape) == content
+    for content, words in (
+        ({"port": "rail", "level": "high"}, "level: must be a number or null, got 'high'"),
+        ({"port": "rail", "count": 0.5}, "count: must be a whole number, got 0.5"),
+    ):
+        (tmp_path / "a.json").write_text(json.dumps(content))
+        with pytest.raises(BadInput, match=words):
+            read_shaped(tmp_path / "a.json", shape)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import json
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 from unmodelled.api.next_experiment import NextExperiment, planned
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
+from unmodelled.design.checked import check_answer
 from unmodelled.design.signals import references
 from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.logs.folder import read_logs
@@ -188,3 +191,121 @@ def test_an_effect_that_cannot_be_added_is_one_line(case: Path, effect: dict[str
     with pytest.raises(BadInput, match=f"{effect['family']} at {effect['port']} cannot be added") as error:
         proposed(case, effects=effects)
     assert "\n" not in str(error.value)
+
+
+def edits(content: Any, place: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Places in the content of a JSON file."""
+    match content:
+        case dict():
+            items = list(content.items())
+        case list():
+            items = list(enumerate(content))
+        case _:
+            items = []
+    for key, value in items:
+        yield (*place, key)
+        yield from edits(value, (*place, key))
+
+
+def edited(answer: dict[str, Any], place: tuple[Any, ...], value: Any) -> dict[str, Any]:
+    """An answer with another value at a place; `...` removes the entry."""
+    new = copy.deepcopy(answer)
+    within = new
+    for key in place[:-1]:
+        within = within[key]
+    if value is ...:
+        del within[place[-1]]
+    else:
+        within[place[-1]] = value
+    return new
+
+
+@pytest.fixture
+def answer(case: Path) -> dict[str, Any]:
+    """An answer with a number of the named effect."""
+    found: dict[str, Any] = json.loads((case / "answer" / "diagnosis.json").read_text())
+    found["effects"][0]["parameters"] = {"F": {"value": 0.3, "interval": [0.29, 0.31], "unit": "N"}}
+    return found
+
+
+WRONG: tuple[Any, ...] = (..., None, "x", "", -1, 0, 1e308, [], {}, True, [1], {"a": 1}, [None, None], -5.5)
+
+
+def test_an_edited_answer_is_one_line(case: Path, answer: dict[str, Any]) -> None:
+    system = read_system(case / "cart.yaml")
+    logs = read_logs(case / "logs", system)
+    refused = 0
+    for place in edits(answer):
+        for value in WRONG:
+            try:
+                check_answer(system, logs, edited(answer, place, value))
+            except BadInput as fault:
+                refused += 1
+                assert "\n" not in str(fault) and len(str(fault)) < 200
+    assert refused > 250
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        (("effects", 0, "parameters", "F", "value"), "much", "effects[0].parameters.F.value"),
+        (("effects", 0, "parameters", "F", "interval"), [0.3], "interval must be two numbers, got 1"),
+        (("effects", 0, "indistinguishable", 0), ..., ""),
+        (("effects", 0, "indistinguishable"), ..., "effects[0]: indistinguishable is missing"),
+        (("effects", 0, "factor"), "oil", "there is no factor 'oil'"),
+        (("effects", 0, "signal"), "sun", "there is no signal 'sun'"),
+        (("gap", "units", "v"), ..., "gap.units: has no output v"),
+        (("gap", "horizon"), -1, "horizon"),
+        (("seed",), 0.5, "seed: must be a whole number"),
+    ],
+)
+def test_an_edit_is_named(
+    case: Path, answer: dict[str, Any], place: tuple[Any, ...], value: Any, message: str
+) -> None:
+    system = read_system(case / "cart.yaml")
+    logs = read_logs(case / "logs", system)
+    if not message:
+        check_answer(system, logs, edited(answer, place, value))
+        return
+    with pytest.raises(BadInput) as error:
+        check_answer(system, logs, edited(answer, place, value))
+    assert message in str(error.value)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("value", [None, 0, -1, 1e-308, 1e90])
+@pytest.mark.parametrize("key", ["value", "interval"])
+def test_a_number_that_an_edit_left_plausible_is_designed_with(
+    case: Path, answer: dict[str, Any], key: str, value: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("unmodelled.design.search.GENERATIONS", 0)
+    monkeypatch.setattr("unmodelled.design.search.REFINED", 0)
+    answer["effects"][0]["parameters"]["F"][key] = value if key == "value" else [value, 1.0]
+    assert np.isfinite(proposed(case, **answer).odds["proposed"]).all()
+
+
+def test_the_answer_says_where_its_system_and_logs_are(
+    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[tuple[Path, Path]] = []
+
+    def stop(system: Path, logs: Path) -> None:
+        read.append((system, logs))
+        raise BadInput("enough")
+
+    monkeypatch.setattr("unmodelled.diagnosis.answer.saved_findings.read_inputs", stop)
+    content = json.loads((case / "answer" / "diagnosis.json").read_text())
+    limits, system, logs = case / "limits.yaml", case / "cart.yaml", case / "logs"
+
+    def run(**sources: Any) -> str:
+        (tmp_path / "answer").mkdir(exist_ok=True)
+        (tmp_path / "answer" / "diagnosis.json").write_text(json.dumps({**content, **sources}))
+        with pytest.raises(BadInput) as error:
+            next_verb(None, None, tmp_path / "answer", limits, tmp_path / "out")
+        return str(error.value)
+
+    assert run(sources={"system": str(system), "logs": str(logs)}) == "enough"
+    assert read == [(system, logs)]
+    assert "does not say where its system is: add system=<path>" in run()
+    assert "does not say where its system is" in run(sources=[1])
+    assert "no longer at" in run(sources={"system": str(system), "logs": "/nowhere/at/all"})

@@ -313,7 +313,7 @@ def diagnose(
         >>> bool(after.value < 0.1 * before.value)
         True
     """
-    return Answer(findings(*read_inputs(system, logs), horizon, seed, workers))
+    return Answer(findings(*read_inputs(system, logs), horizon, seed, workers).with_paths())
 
 
 def read_answer(folder: Path | str) -> Answer:

@@ -112,7 +112,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
     narrows the intervals of the named effects' numbers.
 
     Args:
-        answer: answer of a diagnosis.
+        answer: answer of a diagnosis, also one that `read_answer` has read.
         limits: YAML file with `duration`, `inputs` and, as needed, `travel`, `start`, `operating_point` and
             `period`, all in the units of the columns in the system file, see
             `unmodelled.design.limits.read_limits`.
@@ -122,8 +122,8 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
         The experiment, with what every model predicts and a chirp and random levels to compare with.
 
     Raises:
-        BadInput: when the answer asks to check the logs, the limits cannot be used, or no experiment keeps
-            them.
+        BadInput: when the answer is damaged or asks to check the logs, its system file or logs have moved,
+            the limits cannot be used, or no experiment keeps them.
 
     Examples:
         >>> import tempfile, unmodelled as um
@@ -138,8 +138,7 @@ def next_experiment(answer: Answer, limits: Path | str, seed: int = 0) -> NextEx
         >>> found.table().columns.tolist(), bool(found.table()["torque"].abs().max() <= 0.5)
         (['t', 'torque'], True)
     """
-    about = answer.findings.diagnosis
-    return planned(about.system, about.logs, answer.findings.content, Path(limits), seed)
+    return planned(*answer.findings.inputs(), answer.findings.content, Path(limits), seed)
 
 
 def planned(system: System, logs: Logs, answer: Mapping[str, Any], limits: Path, seed: int) -> NextExperiment:

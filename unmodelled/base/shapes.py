@@ -9,14 +9,14 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 
 #: A type (float: any number), a set of words, a list of one shape for all items, a mapping with the keys that
-#: must be there ("*": for every key), or a tuple of alternatives.
+#: must be there ("*": for every key; "name?": may be missing), or a tuple of alternatives.
 Shape = Any
 
 #: Of a provenance.json.
 ORIGIN = {"data": frozenset({"measured", "virtual"})}
 
 _NAMES: dict[Any, str] = {
-    **{str: "a text", float: "a number", bool: "true or false"},
+    **{str: "a text", float: "a number", int: "a whole number", bool: "true or false"},
     **{None: "null", dict: "an object", list: "a list"},
 }
 
@@ -68,12 +68,13 @@ def _check(path: Path, place: str, content: Any, shape: Shape) -> None:
         shape = next(s for s in shape if _fits(content, s))
     match shape:
         case dict():
-            for key in dict.fromkeys([*shape, *(content if "*" in shape else ())]):
-                if key not in content and key != "*":
+            known = {key.removesuffix("?"): inner for key, inner in shape.items()}
+            for key in dict.fromkeys([*known, *(content if "*" in shape else ())]):
+                if key not in content and key != "*" and key in shape:
                     raise BadInput(f"{path}:{place and f' {place}:'} {key} is missing")
                 if key in content:
                     name = key if key.isprintable() and len(key) < 60 else "..."
-                    inner = shape.get(key, shape.get("*"))
+                    inner = known.get(key, known.get("*"))
                     _check(path, f"{place}.{name}" if place else name, content[key], inner)
         case [each]:
             for k, inner in enumerate(content):

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.design.checked import check_answer
 from unmodelled.design.criterion import Criterion, Value
 from unmodelled.design.limits import read_limits
-from unmodelled.design.rivals import Entry, Rival, fitted_rival
+from unmodelled.design.rivals import HALF_INTERVAL, Entry, Rival, fitted_rival
 from unmodelled.design.search import Found, best_experiment
 from unmodelled.design.sensors import BestSensor, best_sensor
 from unmodelled.design.signals import references
@@ -108,7 +109,7 @@ def design(
             experiment keeps them.
     """
     logs = several(system, logs)
-    _check(system, logs, answer)
+    check_answer(system, logs, answer)
     bounds = read_limits(limits, system, logs)
     horizon, study_seed = float(answer["gap"]["horizon"]), int(answer["seed"])
     system, logs, _ = without_copies(system, logs, horizon)
@@ -116,7 +117,7 @@ def design(
     said = {e["port"] for entry in named for e in (entry, *entry["indistinguishable"])}
     study = Study.of(with_named_ports(system, said), different(logs), horizon, study_seed)
     search = begun(study, os.cpu_count() or 1, progress)
-    known = {k: v for entry in named for k, v in entry["parameters"].items()} | answer["parameters"]
+    known = _known(answer)
     swaps = [(k, other) for k, entry in enumerate(named) for other in entry["indistinguishable"]]
     progress("fit the named effects and their alternatives")
     rivals = [fitted_rival(search, named, known, _label(named))]
@@ -136,16 +137,16 @@ def design(
     return Design(study.system, criterion, found, seed, tuple(other for _, other in swaps))
 
 
-def _check(system: System, logs: Logs, answer: Mapping[str, Any]) -> None:
-    if answer["system"] != system.name:
-        raise BadInput(f"answer: is of the system {answer['system']}, not of {system.name}: diagnose again")
-    if answer["verdict"] == "check_logs":
-        raise BadInput(
-            "answer: asks to check the logs: correct them as it says and diagnose again, then plan"
-        )
-    missing = [e["id"] for e in answer["where"]["experiments"] if e["id"] not in logs.ids]
-    if missing:
-        raise BadInput(f"answer: is of other logs, there is no experiment {missing[0]}: diagnose again")
+def _known(answer: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Identified numbers by name, SI, with their standard deviations: inf where the logs leave it open."""
+    found = {}
+    for numbers in (*(entry["parameters"] for entry in answer["effects"]), answer["parameters"]):
+        for name, each in numbers.items():
+            value, (low, high) = each.get("value", each.get("identified")), each["interval"]
+            if value is not None:
+                width = np.inf if None in (low, high) else abs(high - low)
+                found[name] = float(value), width / (2.0 * HALF_INTERVAL)
+    return found
 
 
 def _label(entries: list[Entry]) -> str:

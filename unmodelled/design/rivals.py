@@ -59,13 +59,15 @@ def place_of(entry: Entry) -> Place:
             return Place("port", name, *local)
 
 
-def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, label: str) -> Rival:
+def fitted_rival(
+    search: EffectSearch, entries: Sequence[Entry], known: Mapping[str, tuple[float, float]], label: str
+) -> Rival:
     """Fit the known physics with effects to the training experiments of a diagnosis.
 
     Args:
         search: search of the diagnosis, begun on its system and logs.
         entries: effects, as diagnosis.json names them.
-        known: numbers that the diagnosis identified, by name, each with `value` or `identified`.
+        known: values of numbers that the diagnosis identified and their standard deviations, by name, SI.
         label: name of the model.
 
     Returns:
@@ -86,13 +88,12 @@ def fitted_rival(search: EffectSearch, entries: Sequence[Entry], known: Entry, l
                 f"answer: {entry['family']} at {entry['port']} cannot be added to "
                 f"{search.study.system.place}: use the system file of the diagnosis"
             ) from None
-    values = {name: float(each.get("value", each.get("identified"))) for name, each in known.items()}
+    values = {name: value for name, (value, _) in known.items()}
     free = {n: g for e in hypothesis.effects for n, g in e.shapes.items() if n not in values}
     grids = list(product(*free.values()))
     starts = [{**values, **dict(zip(free, g, strict=True))} for g in grids[:: -(-len(grids) // STARTS)]]
     fitted = FittedHypothesis.of(hypothesis, search.fitted, starts)
-    doubts = {n: np.ptp(each["interval"]) / (2.0 * HALF_INTERVAL) for n, each in known.items()}
-    return Rival(label, fitted, doubts)
+    return Rival(label, fitted, {name: doubt for name, (_, doubt) in known.items()})
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,16 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from unmodelled.api.next_experiment import planned
-from unmodelled.base.errors import BadInput
-from unmodelled.base.files import read_json
 from unmodelled.base.ownership import verb
-from unmodelled.diagnosis.answer.summary import SCHEMA
+from unmodelled.diagnosis.answer.saved_findings import SavedFindings
 from unmodelled.diagnosis.fitting.checks import check_seed
-from unmodelled.logs.inputs import read_inputs
 
 
 @verb()
-def next(system: Path, logs: Path, answer: Path, limits: Path, out: Path, seed: int = 0) -> None:
+def next(
+    system: Path | None, logs: Path | None, answer: Path, limits: Path, out: Path, seed: int = 0
+) -> None:
     """Write the experiment that tells the named effects from those that the logs cannot distinguish.
 
     If the answer lists no such effects, the experiment narrows the intervals of the effects' numbers; without
@@ -25,8 +24,8 @@ def next(system: Path, logs: Path, answer: Path, limits: Path, out: Path, seed: 
     and the figure `next_experiment.svg`.
 
     Args:
-        system: system file of the diagnosis.
-        logs: log folder of the diagnosis.
+        system: system file of the diagnosis; null: where the answer found it.
+        logs: log folder of the diagnosis; null: where the answer found it.
         answer: folder of the diagnosis, with diagnosis.json.
         limits: YAML file with `duration` (s), `inputs` (`low`, `high`, `rate` per second) and, as needed,
             `travel` (`low`, `high`, `speed` of states, outputs or signals), `start`, `operating_point` and
@@ -36,14 +35,11 @@ def next(system: Path, logs: Path, answer: Path, limits: Path, out: Path, seed: 
         seed: seed of the search; the same seed gives the same files.
 
     Raises:
-        BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, or no
-            experiment keeps the limits.
+        BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, when the
+            system file or the logs have moved, or when no experiment keeps the limits.
     """
     check_seed(seed)
-    file = answer / "diagnosis.json"
-    found = read_json(file)
-    if not isinstance(found, dict) or found.get("schema") != SCHEMA:
-        raise BadInput(f"{file}: is no answer of this version (schema {SCHEMA}): diagnose again")
-    proposal = planned(*read_inputs(system, logs), found, limits, seed)
+    found = SavedFindings.read(answer)
+    proposal = planned(*found.inputs(system, logs), found.content, limits, seed)
     proposal.save(out)
     print(proposal)

@@ -6,7 +6,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -50,17 +50,20 @@ class Findings:
         where: place of the gap: channels, regions, factors and experiments.
         exported: whether the augmented system can be written as a system file.
         robot: patched robot file; None (default) for a system without robot, or if it cannot be patched.
+        located: absolute paths of `system` and `logs`, which diagnosis.json keeps for `next`; default none.
     """
 
     diagnosis: Diagnosis
     where: Where
     exported: bool
     robot: RobotFile | None = None
+    located: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
-        return summary(self.diagnosis, self.where, self.robot)
+        found = summary(self.diagnosis, self.where, self.robot)
+        return found | ({"sources": dict(self.located)} if self.located else {})
 
     @cached_property
     def system(self) -> System:
@@ -79,6 +82,15 @@ class Findings:
     def sources(self) -> dict[str, str]:
         """Return the paths of system and logs, empty where they are no files."""
         return {"system": self.diagnosis.system.source, "logs": self.diagnosis.logs.source}
+
+    def with_paths(self) -> Findings:
+        """Return the same findings, whose diagnosis.json says where the files of system and logs are."""
+        paths = {name: str(Path(source).absolute()) for name, source in self.sources.items() if source}
+        return replace(self, located=paths)
+
+    def inputs(self) -> tuple[System, Logs]:
+        """Return the diagnosed system and its logs."""
+        return self.diagnosis.system, self.diagnosis.logs
 
     def write_tables(self, folder: Path) -> None:
         """Write the tables of the figures into a folder, see `figure_tables.write_tables`.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.answer.findings import SUMMARY, TABLES, Part
 from unmodelled.diagnosis.answer.sentences import NEXT_STEPS, VERDICTS
 from unmodelled.diagnosis.answer.summary import SCHEMA
+from unmodelled.logs.inputs import read_inputs
+from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 
@@ -59,6 +62,31 @@ class SavedFindings:
     def sources(self) -> dict[str, str]:
         """Return the folder, which must not be written over, as the only source."""
         return {"answer": str(self.folder)}
+
+    def inputs(self, system: Path | None = None, logs: Path | None = None) -> tuple[System, Logs]:
+        """Read the diagnosed system and its logs.
+
+        Args:
+            system: path of the system file; default: where the answer found it.
+            logs: path of the logs; default: where the answer found them.
+
+        Raises:
+            BadInput: when one of them is no longer where it was, or cannot be read.
+        """
+        return read_inputs(self._place("system", system), self._place("logs", logs))
+
+    def _place(self, name: str, given: Path | None) -> Path:
+        if given is not None:
+            return given
+        file, kept = self.folder / SUMMARY, self.content.get("sources")
+        place = kept.get(name) if isinstance(kept, dict) else None
+        if not isinstance(place, str):
+            raise BadInput(f"{file}: does not say where its {name} is: add {name}=<path>")
+        if not os.path.exists(place):  # noqa: PTH110 - a damaged path is none
+            raise BadInput(
+                f"{file}: the {name} of the diagnosis is no longer at {place!r}: add {name}=<path>"
+            )
+        return Path(place)
 
     def write_tables(self, folder: Path) -> None:
         """Copy the tables of the figures into a folder.

@@ -30,8 +30,8 @@ def summary(diagnosis: Diagnosis, where: Where, robot: RobotFile | None = None) 
     differs between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
     confidence is computed from; `robot` of a system with a robot file (`RobotFile.content`). `logs` lists
     faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all) and
-    `indistinguishable` faults. With the verdict check_logs nothing was fitted: all gaps are those of the
-    known model.
+    `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With the
+    verdict check_logs nothing was fitted: all gaps are those of the known model.
 
     Args:
         diagnosis: diagnosis with any verdict.
