@@ -24,6 +24,9 @@ ALWAYS = 4_000_000
 OBJECTS = 100
 #: Bytes in memory per byte of a text that becomes an array of numbers: eight for two characters.
 NUMBERS = 4
+#: Time on the clock that a limited process may take, in processor times: others use the machine, and what
+#: waits for a pipe uses no processor.
+WAITING = 4.0
 
 #: Where control groups (cgroups) of either version are mounted, and the group of this process is named.
 _GROUPS, _OWN = Path("/sys/fs/cgroup"), Path("/proc/self/cgroup")
@@ -94,20 +97,30 @@ def fits(needed: float) -> bool:
 
 @contextmanager
 def limited_process(seconds: float) -> Iterator[None]:
-    """Limit the memory of this process to what `check_memory` allows, and the processor time of a block.
+    """Limit the memory of this process to what `check_memory` allows, and the time of a block.
 
     Meant for a worker process that reads files. Beyond the memory Python raises MemoryError; at the end of
     the time the process ends.
 
     Args:
-        seconds: processor time of the block, s.
+        seconds: processor time of the block, s; see `limit_time`.
     """
     _limit_memory()
-    signal.setitimer(signal.ITIMER_PROF, seconds)
+    limit_time(seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        limit_time(0.0)
+
+
+def limit_time(seconds: float) -> None:
+    """End this process after some processor time, and after `WAITING` times as long on the clock.
+
+    Args:
+        seconds: processor time from now on, s; 0 removes the limits.
+    """
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_REAL, WAITING * seconds)
 
 
 @cache  # once: a second time it would leave a part of the part

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import signal
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -22,7 +21,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults
 from unmodelled.base.files import replacing
-from unmodelled.base.limits import check_file, check_memory, limited_process
+from unmodelled.base.limits import check_file, check_memory, limit_time, limited_process
 from unmodelled.base.shapes import ORIGIN, check_shape
 from unmodelled.base.workers import pool_of
 from unmodelled.logs.cells import check_finite
@@ -239,7 +238,7 @@ def _columns(place: Address, units: Mapping[str, str]) -> dict[str, Array]:
         faults.check()
         size = 8.0 * sum(dataset.size for dataset in datasets.values())
         check_memory(f"{place.path} ({datasets['t'].size} samples)", size)
-        signal.setitimer(signal.ITIMER_PROF, SECONDS + size / RATE)
+        limit_time(SECONDS + size / RATE)
         values = {name: np.ravel(dataset[...]).astype(np.float64) for name, dataset in datasets.items()}
     for name, column in values.items():
         with faults.collected():

@@ -122,8 +122,8 @@ class Logs:
         """Take over measured experiments from data frames, with the checks of `read_logs`.
 
         Args:
-            frames: experiments by their ids, each with the column `t` (s, dates or durations) and the columns that
-                the inputs and outputs of `system` name, in their units; a row per sample, 50 or more.
+            frames: experiments by their ids, each with the column `t` (s, dates or durations) and the columns
+                that the inputs and outputs of `system` name, in their units; a row per sample, 50 or more.
             system: system whose inputs and outputs name the columns.
             experiments: optional table whose index holds the ids; its columns are the constants of the
                 operating point of each experiment, optionally `group`, anything else.

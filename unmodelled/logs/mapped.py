@@ -232,16 +232,18 @@ def _cut(name: str, log: Samples, length: float | None, told: Counter[str]) -> l
     if length is None or t[-1] < 2.0 * length:
         return [(name, log)]
     parts = list[tuple[str, Samples]]()
-    end, part = -np.inf, np.floor(t / length + 1e-9)
-    for k in range(int(part[-1]) + 1):
-        rows = np.flatnonzero(part == k)
+    with np.errstate(over="ignore", invalid="ignore"):
+        end, part = -np.inf, np.floor(t / length + 1e-9)
+        edges = np.flatnonzero(np.diff(part)) + 1
+    for rows in np.split(np.arange(len(t)), edges):
         if len(rows) < SHORTEST_LOG or t[rows[-1]] - t[rows[0]] < 0.5 * length:
             _tell(told, "rests of less than half the length of a cut, left out", 1)
             continue
         values = {key: column[rows] for key, column in log.values.items()}
         values["t"] = values["t"] - values["t"][0]
         since, end = t[rows[0]] - end if parts else None, t[rows[-1]]
-        parts.append((f"{name}-{k + 1}", replace(log, values=values, numbers=log.numbers[rows], since=since)))
+        cut = replace(log, values=values, numbers=log.numbers[rows], since=since)
+        parts.append((f"{name}-{int(part[rows[0]]) + 1}", cut))
     if not parts:
         raise BadInput(
             f"{log.path}: cut: {length:g} s hold fewer than {SHORTEST_LOG} samples: cut longer parts"

@@ -23,6 +23,8 @@ SCHEMA = "mapping/1"
 #: Name of a mapping that stands in a log folder in place of experiments.csv.
 MAPPING = "mapping.yaml"
 _ENDINGS = (".yaml", ".yml")
+#: Most parts `**` of a pattern: each of them looks at all folders below every folder that the last one found.
+FOLDERS = 2
 _WITH_UNIT = re.compile(r"\s*(?P<number>[-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(?P<unit>[A-Za-zµμ]+)\s*", re.ASCII)
 _HERTZ = tuple(-exponent for exponent in SECOND)
 
@@ -136,7 +138,12 @@ class LogMapping:
         found: dict[Path, None] = {}
         for k, pattern in enumerate(self.files):
             # Path.glob takes no pattern with ".." and none that is absolute
-            names = glob.glob(pattern, root_dir=self.path.parent, recursive=True)  # noqa: PTH207
+            plain = re.sub(r"(\*\*/+)+", "**/", pattern)  # the same files, found once
+            if plain.count("**") > FOLDERS:
+                raise self.node.entries()["files"].wrong(
+                    f"files[{k}]: {shown(pattern)} has more than {FOLDERS} parts '**': name the folders"
+                )
+            names = glob.glob(plain, root_dir=self.path.parent, recursive=True)  # noqa: PTH207
             named = [os.path.normpath(self.path.parent / name) for name in names]
             paths = sorted(Path(name) for name in named if Path(name).name != MAPPING)
             if not paths:

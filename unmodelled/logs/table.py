@@ -288,7 +288,13 @@ def _csv(path: Path, wanted: list[str]) -> dict[str, Array]:
     kinds = {k: np.float64 if name in wanted else "S1" for k, name in enumerate(header)}
     try:
         table = pd.read_csv(
-            path, header=None, skiprows=1, dtype=kinds, keep_default_na=False, encoding="utf-8"
+            path,
+            header=None,
+            skiprows=1,
+            dtype=kinds,
+            keep_default_na=False,
+            encoding="utf-8",
+            compression=None,  # a text is one, whatever its ending says
         )
     except (ValueError, OSError):
         return _cell_by_cell(path, wanted)

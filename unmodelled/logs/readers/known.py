@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -22,7 +23,7 @@ from unmodelled.logs.readers.mcap import Mcap
 from unmodelled.logs.readers.mdf import Mdf
 from unmodelled.logs.readers.npz import Npz
 from unmodelled.logs.readers.parquet import Parquet
-from unmodelled.logs.readers.reader import START, Reader, Table
+from unmodelled.logs.readers.reader import LONGEST, START, Reader, Table, long_name
 from unmodelled.logs.readers.rosbag import RosBag
 from unmodelled.logs.readers.ulog import ULog
 from unmodelled.logs.recognition import foreign
@@ -113,6 +114,8 @@ def read_files(
                 if reader is None:
                     found[path] = _together(path, wanted)
                     continue
+                for file in _files(path):
+                    check_file(file)  # a pipe in a bag would be waited for
                 if not reader.isolated:
                     found[path] = _read(reader, path, wanted)
                     continue
@@ -161,6 +164,9 @@ def _read(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Tabl
     except Exception as error:  # there is no common base of what a damaged file can raise
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise BadInput(f"{path}: not in format {reader.name}, or damaged ({reason[:100]})") from None
+    for name in (name for table in tables for name in (*table.columns, *table.texts, *table.aliases)):
+        if len(name) > LONGEST:
+            raise long_name(path, name)
     if not any(len(table) for table in tables):
         raise BadInput(f"{path}: holds no columns of numbers: leave it out")
     return tables
@@ -168,6 +174,19 @@ def _read(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Tabl
 
 def _limited(reader: Reader, path: Path, wanted: Sequence[str] | None) -> list[Table]:
     """Read a file in the process for it, within the limits of that process."""
-    files = path.rglob("*") if path.is_dir() else [path]
-    with limited_process(SECONDS + sum(file.stat().st_size for file in files) / RATE):
+    _silence()
+    with limited_process(SECONDS + sum(file.stat().st_size for file in _files(path)) / RATE):
         return _read(reader, path, wanted)
+
+
+def _files(path: Path) -> list[Path]:
+    """The file, or the files below a folder without links that lead nowhere."""
+    return [file for file in path.rglob("*") if file.exists()] if path.is_dir() else [path]
+
+
+@cache  # once in a process
+def _silence() -> None:
+    """Let libraries print nothing: what is wrong with a file is told in one line."""
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nothing, stream)

@@ -13,7 +13,7 @@ from unmodelled.base.files import read_json
 from unmodelled.base.limits import check_memory
 from unmodelled.logs.readers.names import Beside, by_name
 from unmodelled.logs.readers.reader import Array, Reader, Table
-from unmodelled.logs.readers.records import ELEMENTS, listed
+from unmodelled.logs.readers.records import ELEMENTS, STAMPS, listed
 
 #: Where a LeRobot data set says what its columns hold, seen from a folder above its Parquet files.
 INFO = Path("meta") / "info.json"
@@ -78,6 +78,9 @@ class _Content:
         if is_a.is_struct(kind):
             for k, inner in enumerate(column.flatten()):  # empty where the struct is
                 self.add(f"{name}.{kind.field(k).name}", inner)
+            for second, rest in STAMPS:
+                if (pair := (f"{name}.{second}", f"{name}.{rest}")) and set(pair) <= set(self.columns):
+                    self.columns[name] = self.columns[pair[0]] + 1e-9 * self.columns[pair[1]]
         elif is_a.is_timestamp(kind) or is_a.is_duration(kind) or is_a.is_time(kind):
             ticks = column.cast(pa.int32() if is_a.is_time32(kind) else pa.int64())
             self.columns[name], self.units[name] = _seconds(ticks, kind.unit), "s"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
 from typing import Any
@@ -18,8 +19,8 @@ ELEMENTS = 64
 #: Deepest field inside fields.
 DEPTH = 8
 
-#: Bytes of a cell while the columns of a table are made: a reference, and a number beside it.
-OBJECT = 16
+#: Bytes of a cell while the columns of a table are made, by name the second time.
+CELL = 16
 
 #: Fields of a time stamp of ROS: seconds and nanoseconds.
 STAMPS = (("sec", "nanosec"), ("sec", "nsec"), ("secs", "nsecs"))
@@ -50,8 +51,8 @@ class Records:
 
     def __init__(self, name: str, fields: Fields = _mapping) -> None:
         self._name, self._fields = name, fields
-        self._numbers: dict[str, list[float]] = {}
-        self._texts: dict[str, list[str]] = {}
+        self._numbers: dict[str, tuple[array[int], array[float]]] = {}  # rows of a column, and its values
+        self._texts: dict[str, tuple[array[int], list[str]]] = {}
         self._clock: list[float] = []
         self._labels: list[Labels] = []
         self._known: dict[Labels, Labels] = {}
@@ -66,9 +67,13 @@ class Records:
         found = _Row(self._fields)
         found.add("", record, 0)
         for name, number in found.numbers.items():
-            _extended(self._numbers.setdefault(name, []), len(self), np.nan).append(number)
+            rows, numbers = self._numbers.setdefault(name, (array("q"), array("d")))
+            rows.append(len(self))
+            numbers.append(number)
         for name, text in found.texts.items():
-            _extended(self._texts.setdefault(name, []), len(self), "").append(text)
+            rows, texts = self._texts.setdefault(name, (array("q"), []))
+            rows.append(len(self))
+            texts.append(text)
         labels = found.labels()
         self._labels.append(self._known.setdefault(labels, labels))
         if t is not None:
@@ -84,10 +89,15 @@ class Records:
             MemoryError: when every record has other fields, so that their columns would take too much memory.
         """
         cells = len(self) * (len(self._numbers) + len(self._texts))
-        if not fits(OBJECT * cells):
+        if not fits(CELL * cells):
             raise MemoryError
-        numbers = {k: np.array(_extended(v, len(self), np.nan)) for k, v in self._numbers.items()}
-        texts = {name: _extended(column, len(self), "") for name, column in self._texts.items()}
+        numbers = {name: np.full(len(self), np.nan) for name in self._numbers}
+        for name, (rows, values) in self._numbers.items():
+            numbers[name][np.asarray(rows)] = values
+        texts = {name: [""] * len(self) for name in self._texts}
+        for name, (rows, words) in self._texts.items():
+            for row, word in zip(rows, words, strict=True):
+                texts[name][row] = word
         if not numbers and not texts:
             return []
         clock = np.array(self._clock) if self._clock else None
@@ -109,6 +119,8 @@ class _Row:
         """Add a value at a place, and what is inside it."""
         inner = self._fields(value)
         if inner is not None:
+            if (stamp := _stamp(inner)) is not inner and name:
+                self.add(name, stamp, depth)
             for key, field in inner.items() if depth < DEPTH else ():
                 self.add(f"{name}.{key}" if name else str(key), field, depth + 1)
         elif isinstance(value, str):
@@ -145,12 +157,6 @@ def _number(value: Any) -> float:
         return float(value)
     except (OverflowError, TypeError, ValueError):
         return np.nan
-
-
-def _extended(column: list[Any], count: int, empty: Any) -> list[Any]:
-    """Return a column with an empty cell for every record that it missed."""
-    column += [empty] * (count - len(column))
-    return column
 
 
 def listed(name: str, values: NDArray[Any]) -> dict[str, Array]:

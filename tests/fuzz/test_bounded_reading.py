@@ -1,0 +1,250 @@
+"""Small files of recorders take little memory and time, whatever they hold, and are told of in one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import shutil
+import struct
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tests.fuzz.inputs import complaint
+from tests.measurements.recorders import RECORDERS
+from tests.measurements.systems import motor, run
+from tests.measurements.test_mapping import write
+from unmodelled.base.errors import BadInput, Faults
+from unmodelled.cli.verbs.init import init
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.readers import known
+from unmodelled.logs.readers.reader import Table
+
+
+def tables(path: Path) -> list[Table]:
+    faults = Faults()
+    found = known.read_files([path], None, faults)
+    faults.check()
+    return found[path]
+
+
+@contextmanager
+def within(seconds: float, megabytes: float) -> Iterator[None]:
+    """Time and memory of this process."""
+    began, before = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    yield
+    assert time.process_time() - began < seconds
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 1e3 * megabytes
+
+
+@pytest.fixture
+def little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("unmodelled.base.limits._allowed", lambda left: 5e7)
+
+
+def long_lists(path: Path) -> None:
+    """Two million elements in some kB, as much as images."""
+    lists = pa.array(np.zeros((2000, 1000)).tolist())
+    pq.write_table(pa.table({"t": np.arange(2000.0), "image": lists}), path, compression="zstd")
+
+
+def short_lists(path: Path) -> None:
+    offsets = pa.array(np.arange(0, 4 * 10**6 + 1, 4, dtype=np.int32))
+    lists = pa.ListArray.from_arrays(offsets, pa.array(np.zeros(4 * 10**6)))
+    pq.write_table(pa.table({"q": lists}), path, compression="zstd")
+
+
+def texts(path: Path) -> None:
+    words = pa.DictionaryArray.from_arrays(pa.array(np.zeros(4 * 10**6, np.int32)), pa.array(["idle"]))
+    pq.write_table(pa.table({"state": words.cast(pa.string())}), path, compression="zstd")
+
+
+@pytest.mark.parametrize("content", [long_lists, short_lists, texts])
+def test_lists_and_texts_of_parquet_files_count_with_their_size(
+    tmp_path: Path, content: Callable[[Path], None], little_memory: None
+) -> None:
+    content(tmp_path / "a.parquet")
+    assert (tmp_path / "a.parquet").stat().st_size < 10**6
+    with (
+        within(2.0, 60.0),
+        pytest.raises(BadInput, match=r"a\.parquet.*is too large: would take .* 50 MB of them"),
+    ):
+        tables(tmp_path / "a.parquet")
+
+
+def test_long_lists_in_cells_are_not_padded(tmp_path: Path) -> None:
+    rows = [f'{k},"[1]"' for k in range(10_000)]
+    rows[77] = f'77,"{[0] * 10_000}"'
+    (tmp_path / "a.csv").write_text("t,scan\n" + "\n".join(rows))
+    with within(2.0, 60.0):
+        (table,) = tables(tmp_path / "a.csv")
+    assert list(table.columns) == ["t"]
+
+
+def test_short_lists_in_many_rows_are_refused_before_they_are_padded(
+    tmp_path: Path, little_memory: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = [f"{k}," for k in range(80_000)]
+    rows[0] = f'0,"{[0] * 64}"'
+    (tmp_path / "a.csv").write_text("t,scan\n" + "\n".join(rows))
+    with pytest.raises(BadInput, match=r"a\.csv: column scan: is too large: would take 81\.9 MB"):
+        tables(tmp_path / "a.csv")
+
+
+def test_records_that_share_no_field_are_refused(tmp_path: Path, little_memory: None) -> None:
+    (tmp_path / "a.json").write_text(json.dumps([{f"k{k}": 1} for k in range(4000)]))
+    with within(2.0, 60.0), pytest.raises(BadInput, match="is too large for the memory that is left"):
+        tables(tmp_path / "a.json")
+
+
+@pytest.mark.parametrize("ending", ["csv.zst", "csv.gz", "csv.bz2", "csv.xz", "csv.zip"])
+def test_the_ending_of_a_text_does_not_unpack_it(tmp_path: Path, ending: str) -> None:
+    """A text is read as one, and so is what a program that unpacks would skip."""
+    body = "t,x\n" + "\n".join(f"{k},{k % 7}" for k in range(90))
+    (tmp_path / f"a.{ending}").write_text(body)
+    (table,) = tables(tmp_path / f"a.{ending}")
+    assert len(table) == 90 and list(table.columns) == ["t", "x"]
+    skipped = b"P*M\x18" + struct.pack("<I", 400) + b"t,x\n" + b"1,2\n" * 99  # a skippable frame of zstd
+    (tmp_path / f"b.{ending}").write_bytes(skipped + b"\x28\xb5\x2f\xfd" + bytes(range(256)))
+    with within(2.0, 60.0), pytest.raises(BadInput):
+        tables(tmp_path / f"b.{ending}")
+
+
+def test_a_tidy_log_is_not_unpacked_by_its_ending(tmp_path: Path) -> None:
+    write(tmp_path, {"a": run(60)})
+    (tmp_path / "mapping.yaml").unlink()
+    shutil.move(tmp_path / "a.csv", tmp_path / "a.csv.bz2")
+    (tmp_path / "experiments.csv").write_text("id,file,m\na,a.csv.bz2,0.5\n")
+    assert len(read_logs(tmp_path, motor()).t) == 60
+
+
+def names_beside_lists(count: int) -> str:
+    words = {f"names{k}": [f"a{k}", f"b{k}"] for k in range(count)}
+    return json.dumps([{**words, **{f"x{k}": [0.5, k] for k in range(count)}}] * 2)
+
+
+def lists_of_all_lengths(count: int) -> str:
+    return json.dumps({f"x{k}": [0] * (k + 2) for k in range(count)})
+
+
+DIGITS = "9" * 20_000 + "x"
+ROWS = "\n".join(f"{k},{k % 7}" for k in range(90))
+SLOW = {
+    "names.json": names_beside_lists(400),
+    "lengths.json": lists_of_all_lengths(400),
+    "cell.csv": f"t,x\n0,{DIGITS}\n{ROWS}",
+    "header.csv": f"t,{DIGITS}\n{ROWS}",
+    "spaces.csv": f"t,x{' ' * 60_000}y\n{ROWS}",
+    "brackets.csv": f"t,{'[' * 60_000}y\n{ROWS}",
+    "comma.csv": f"t;x\n0;{DIGITS},\n{ROWS.replace(',', ';')}",
+}
+
+
+@pytest.mark.parametrize("file", SLOW)
+def test_long_texts_and_many_lists_take_little_time(tmp_path: Path, file: str) -> None:
+    (tmp_path / file).write_text(SLOW[file])
+    with within(1.5, 100.0):
+        line = complaint(tables, tmp_path / file, file)
+    assert not line or "its name has" in line
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "x" + " " * 5000 + "y"])
+def test_names_that_are_too_long_are_refused_in_every_format(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a.json").write_text(json.dumps([{"t": 1, name: 2}] * 5))
+    arrays: dict[str, Any] = {name: np.arange(9.0)}
+    np.savez(tmp_path / "a.npz", **arrays)
+    for path in sorted(tmp_path.iterdir()):
+        assert "its name has 500" in complaint(tables, path, path.name)
+
+
+def test_cells_of_digits_in_a_tidy_log_take_little_time(tmp_path: Path) -> None:
+    write(tmp_path, {"a": run(60)})
+    (tmp_path / "mapping.yaml").unlink()
+    lines = (tmp_path / "a.csv").read_text().splitlines()
+    lines[9] = f"0.016,{DIGITS},1,6"
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    (tmp_path / "experiments.csv").write_text("id,file,m\na,a.csv,0.5\n")
+    with within(1.0, 60.0):
+        assert "row 10: column angle" in complaint(lambda f: read_logs(f, motor()), tmp_path, "a.csv")
+
+
+@pytest.mark.parametrize("length", ["1e-9 s", "1e-300 s", "3 ms"])
+def test_cuts_that_are_too_short_end(tmp_path: Path, length: str) -> None:
+    write(tmp_path, {"a": run(20_000)}, cut=length)
+    with within(2.0, 60.0):
+        assert "hold fewer than 50 samples" in complaint(lambda f: read_logs(f, motor()), tmp_path, "a.csv")
+
+
+def test_patterns_of_many_folders_end(tmp_path: Path) -> None:
+    deep = tmp_path.joinpath(*["d"] * 25)
+    deep.mkdir(parents=True)
+    write(deep, {"a": run(60)})
+    place = write(tmp_path, {}, files="**/**/**/**/**/**/*.csv")
+    with within(1.0, 60.0):
+        assert read_logs(place, motor()).ids == ("a",)
+        write(tmp_path, {}, files="**/*/**/*/**/*/**/*.csv")
+        assert "more than 2 parts '**'" in complaint(lambda f: read_logs(f, motor()), place, "mapping.yaml")
+
+
+def bag(folder: Path) -> Path:
+    return RECORDERS["bag_2"].write(folder / "walk")
+
+
+def mapped(folder: Path, file: str) -> object:
+    signals = {"angle": RECORDERS["bag_2"].angle, "voltage": RECORDERS["bag_2"].voltage}
+    return read_logs(write(folder, {}, files=file, signals=signals, time=None), motor())
+
+
+def test_a_pipe_in_a_bag_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(bag(tmp_path) / "walk_1.db3")
+    for read in (lambda f: mapped(f, "walk"), lambda f: init(f / "walk", None, None, f / "drafts")):
+        assert "walk_1.db3: is a named pipe, not a regular file" in complaint(read, tmp_path, "walk_1.db3")
+
+
+@pytest.mark.long
+def test_a_broken_link_in_a_bag_is_no_traceback(tmp_path: Path) -> None:
+    (bag(tmp_path) / "notes").symlink_to(tmp_path / "nowhere")
+    assert len(mapped(tmp_path, "walk").ids) == 1  # type: ignore[attr-defined]
+    data = next((tmp_path / "walk").glob("*.db3"))
+    data.rename(tmp_path / "elsewhere")
+    data.symlink_to(tmp_path / "nowhere")
+    assert "walk: not in format ROS bag, or damaged" in complaint(
+        lambda f: mapped(f, "walk"), tmp_path, "walk"
+    )
+
+
+class Waiting:
+    """A reader that waits for ever, and uses no processor."""
+
+    name, install, isolated = "waiting", "", True
+
+    def recognises(self, path: Path, start: bytes) -> bool:
+        return start.startswith(b"WAITING")
+
+    def read(self, path: Path, wanted: object) -> list[Table]:
+        os.write(1, b"a library that prints\n")
+        time.sleep(600.0)
+        return []
+
+
+def test_what_waits_is_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.txt").write_text("WAITING")
+    monkeypatch.setattr(known, "SECONDS", 0.1)
+    monkeypatch.setattr(known, "readers", lambda: (Waiting(),))
+    monkeypatch.setattr("unmodelled.base.workers.get_start_method", lambda allow_none: "fork")
+    began = time.monotonic()
+    assert "the library for waiting crashes on it, or does not end" in complaint(
+        tables, tmp_path / "a.txt", "a.txt"
+    )
+    assert time.monotonic() - began < 10.0
+    assert "prints" not in "".join(capfd.readouterr())
