@@ -91,7 +91,7 @@ def main(arguments: list[str]) -> int:
         arguments: words of the command line after the name of the program.
 
     Returns:
-        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted.
+        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted, 143 ended by SIGTERM.
     """
     return command_line.main(PROGRAM, arguments)
 

@@ -113,7 +113,7 @@ def run(arguments: Sequence[str]) -> int:
         if not workers.interrupted.is_set():
             raise
         print(workers.INTERRUPTION, file=sys.stderr)
-        return workers.INTERRUPTED
+        return workers.exit_code()
     return 0
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import pandas as pd
@@ -105,15 +106,24 @@ def test_a_folder_that_cannot_take_its_place_leaves_the_old_one(tmp_path: Path) 
         write_json(folder / "who.json", "out")
     write_json(tmp_path / "new" / "who.json", "new")
     (tmp_path / "out" / RECORD).mkdir()
+    (tmp_path / "out" / RECORD / "config.yaml").write_text("seed: 1")
     with pytest.raises(OSError):
         put_folder(tmp_path / "absent", tmp_path / "out")
     assert read_json(tmp_path / "out" / "who.json") == "out"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["new", "out"]
     put_folder(tmp_path / "new", tmp_path / "out")
-    assert read_json(tmp_path / "out" / "who.json") == "new" and (tmp_path / "out" / RECORD).is_dir()
+    assert read_json(tmp_path / "out" / "who.json") == "new"
+    assert (tmp_path / "out" / RECORD / "config.yaml").read_text() == "seed: 1"
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
 
 
+@pytest.fixture
+def _without_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A system that cannot exchange the names of two folders in one step."""
+    monkeypatch.setattr("unmodelled.base.files.exchange", lambda one, other: False)
+
+
+@pytest.mark.usefixtures("_without_exchange")
 @pytest.mark.parametrize("moment", [1, 2, 3])
 def test_an_interruption_between_the_renames_loses_nothing(
     moment: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -139,6 +149,28 @@ def test_an_interruption_between_the_renames_loses_nothing(
     assert list(tmp_path.iterdir()) == [out]
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="the system cannot exchange the names of two folders")
+def test_a_kill_while_the_folder_is_put_in_its_place_leaves_one_of_the_two(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A kill is an exception here that no `finally` sees: the place holds a whole folder after every step."""
+    out, rename, seen = tmp_path / "out", Path.replace, []
+
+    def look(path: Path, target: Path) -> Path:
+        seen.append((out / "who").read_text())
+        done = rename(path, target)
+        seen.append((out / "who").read_text())
+        return done
+
+    for name in ("old", "new"):
+        with replacing_folder(out) as folder:
+            (folder / "who").write_text(name)
+            if name == "new":
+                monkeypatch.setattr(Path, "replace", look)
+    assert seen == ["new", "new"] and list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.usefixtures("_without_exchange")
 def test_a_run_that_loses_the_place_removes_the_folder_it_moved_aside(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -163,6 +195,7 @@ def test_a_run_that_loses_the_place_removes_the_folder_it_moved_aside(
     assert [p.name for p in tmp_path.iterdir()] == ["winner"]
 
 
+@pytest.mark.usefixtures("_without_exchange")
 def test_a_run_whose_folder_is_taken_at_once_removes_the_one_before(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -183,6 +216,72 @@ def test_a_run_whose_folder_is_taken_at_once_removes_the_one_before(
                 monkeypatch.setattr(Path, "replace", raced)
     assert [p.name for p in tmp_path.iterdir()] == ["taken"]
     assert read_json(tmp_path / "taken" / "who.json") == "new"
+
+
+#: Fills a folder for a long time.
+LONG = """
+import sys, time
+from pathlib import Path
+from unmodelled.base.files import replacing_folder
+with replacing_folder(Path(sys.argv[1])) as folder:
+    (folder / "large").write_text("half of it")
+    print("at work", flush=True)
+    time.sleep(100)
+"""
+
+
+@pytest.mark.parametrize("kind", ["result", "result.1.0123abcd.tmp", "[a-z]*"])
+def test_the_next_run_removes_what_a_killed_one_left_and_nothing_else(kind: str, tmp_path: Path) -> None:
+    out = tmp_path / kind
+    with ExitStack() as stack:
+        killed, working, other = (
+            stack.enter_context(
+                subprocess.Popen([sys.executable, "-c", LONG, str(path)], cwd=ROOT, stdout=subprocess.PIPE)
+            )
+            for path in (out, out, tmp_path / "other")
+        )
+        for process in (killed, working, other):
+            stack.callback(process.kill)
+            assert process.stdout is not None and process.stdout.readline() == b"at work\n"
+        for process in (killed, other):
+            process.kill()
+            process.wait()
+        with replacing_folder(out) as folder:
+            (folder / "who").write_text("next")
+        left = sorted(int(p.name.split(".")[-3]) for p in tmp_path.glob(".*.tmp"))
+        assert left == sorted([working.pid, other.pid])
+    with replacing_folder(out) as folder:
+        (folder / "who").write_text("the one after")
+    assert {p.name.split(".")[-3] for p in tmp_path.glob(".*.tmp")} == {str(other.pid)}
+
+
+def test_a_folder_whose_files_are_not_listed_is_not_replaced(tmp_path: Path) -> None:
+    """Verbs of older versions that wrote single files removed none: a user's may lie among them."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "thesis.txt").write_text("years of work")
+    (out / MARKER).write_text('{"made_by": "a Python program"}')
+    refused = pytest.raises(BadInput, match="which did not list its files: give another folder")
+    with refused, replacing_folder(out) as folder:
+        (folder / "who").write_text("new")
+    assert (out / "thesis.txt").read_text() == "years of work"
+
+
+def test_a_failing_run_removes_nothing_that_may_be_the_last_copy(tmp_path: Path) -> None:
+    left = tmp_path / f".out.{2**22 + 1}.0123abcd.tmp"
+    (left / "deep").mkdir(parents=True)
+    with pytest.raises(BadInput), replacing_folder(tmp_path / "out"):
+        raise BadInput("the logs are damaged")
+    assert left.exists()
+
+
+def test_the_number_of_a_container_names_another_process(tmp_path: Path) -> None:
+    """The killed run had the same number as this one, as the first process of every container has."""
+    left = tmp_path / f".out.{os.getpid()}.0123abcd.tmp"
+    left.mkdir()
+    with replacing_folder(tmp_path / "out") as folder:
+        (folder / "who").write_text("next")
+    assert not left.exists()
 
 
 #: Writes a folder of twenty equal files and one file, again and again, with another number every time.

@@ -1,4 +1,4 @@
-"""Ctrl-C ends every command with one line and exit code 130; what was there before is there still."""
+"""Ctrl-C and SIGTERM end every command with one line and an exit code; what was there before stays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,12 @@ from unmodelled.base.workers import INTERRUPTION
 SYSTEM = Path(__file__).parents[2] / "systems" / "pendulum.yaml"
 
 
-def interrupted(arguments: list[str], folder: Path, ready: Callable[[psutil.Process], bool]) -> list[str]:
+def interrupted(
+    arguments: list[str],
+    folder: Path,
+    ready: Callable[[psutil.Process], bool],
+    number: signal.Signals = signal.SIGINT,
+) -> list[str]:
     """What a verb says when it is interrupted, as from a terminal, once it is `ready`; no process is left."""
     with subprocess.Popen(
         [sys.executable, "-m", "pipeline", *arguments],
@@ -35,9 +40,9 @@ def interrupted(arguments: list[str], folder: Path, ready: Callable[[psutil.Proc
             assert process.poll() is None and time.monotonic() < deadline
             time.sleep(0.02)
         below = psutil.Process(process.pid).children(recursive=True)
-        os.killpg(process.pid, signal.SIGINT)
+        os.killpg(process.pid, number)
         said = process.communicate(timeout=60)[1].splitlines()
-        assert process.returncode == 130, said
+        assert process.returncode == 128 + number, said
         assert not psutil.wait_procs(below, timeout=30)[1]
     return said
 
@@ -46,7 +51,7 @@ def interrupted(arguments: list[str], folder: Path, ready: Callable[[psutil.Proc
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "campaign.zip").write_text("of an earlier run")
-    (tmp_path / "out" / MARKER).write_text('{"made_by": "acquire"}')
+    (tmp_path / "out" / MARKER).write_text('{"files": ["campaign.zip"], "made_by": "acquire"}')
     return tmp_path
 
 
@@ -56,28 +61,67 @@ def workers(process: psutil.Process) -> bool:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("moment", ["libraries", "workers"])
-def test_one_line_and_nothing_is_changed(moment: str, folder: Path) -> None:
+def test_one_line_and_nothing_is_changed(moment: str, number: signal.Signals, folder: Path) -> None:
     def loading(process: psutil.Process) -> bool:
         return bool(process.cpu_times().user > 0.4)
 
     out = folder / "out"
     ready = workers if moment == "workers" else loading
-    assert interrupted(["acquire", f"out={out}"], folder, ready) == [INTERRUPTION]
+    assert interrupted(["acquire", f"out={out}"], folder, ready, number) == [INTERRUPTION]
     assert [p.name for p in folder.iterdir()] == ["out"]
     assert (out / "campaign.zip").read_text() == "of an earlier run"
 
 
 def test_the_exit_code_is_130_wherever_it_hits(tmp_path: Path) -> None:
     code = "from unmodelled.base.workers import *\ntry: exec('raise KeyboardInterrupt')\n"
-    (tmp_path / "hit.py").write_text(code + "except KeyboardInterrupt: leave(INTERRUPTED)")
+    (tmp_path / "hit.py").write_text(code + "except KeyboardInterrupt: leave(exit_code())")
     assert subprocess.run([sys.executable, "-m", "hit"], cwd=tmp_path, check=False).returncode == 130
+
+
+#: Sends itself a signal as its very last act, when Python has already taken its handlers away.
+LATE = """
+import os, sys
+from unmodelled.base.workers import *
+class Last:
+    def __del__(self, kill=os.kill, process=os.getpid(), number=int(sys.argv[1])):
+        kill(process, number)
+heed_interruptions()
+last = Last()
+leave(0)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_python_shuts_down_changes_no_exit_code(number: signal.Signals) -> None:
+    command = [sys.executable, "-c", LATE, str(int(number))]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_what_is_said_to_be_written_is_a_success(number: signal.Signals, tmp_path: Path) -> None:
+    """From the line on; before it, the result is not there yet or the exit code is that of the signal."""
+    example = Path(__file__).parents[2] / "unmodelled" / "api" / "examples" / "pendulum"
+    system, logs = f"system={example / 'pendulum.yaml'}", f"logs={example / 'logs'}"
+    command = [sys.executable, "-m", "unmodelled", "simulate", system, logs, "out=answer"]
+    for wait in (0.0, 0.05):
+        with subprocess.Popen(
+            command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stderr is not None and any(line.startswith("wrote ") for line in process.stderr)
+            time.sleep(wait)
+            process.send_signal(number)
+            assert process.wait(30) == 0
+        assert (tmp_path / "answer" / "index.html").exists()
 
 
 def test_threads_are_not_waited_for(folder: Path) -> None:
     code = "import time; from unmodelled.base.workers import *; heed_interruptions()\n"
     code += "try:\n with threads_of(2) as pool: print(pool.submit(time.sleep, 100).result())\n"
-    code += "except KeyboardInterrupt: leave(INTERRUPTED)"
+    code += "except KeyboardInterrupt: leave(exit_code())"
     with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE, text=True) as process:
         while psutil.Process(process.pid).num_threads() < 2:
             assert process.poll() is None

@@ -25,6 +25,7 @@ from unmodelled.learning.augmented import AugmentedRecipe
 from unmodelled.learning.fit import Fit
 from unmodelled.learning.held_out import free_runs, learned_efforts, measured_samples
 from unmodelled.learning.on_device import train_on
+from unmodelled.learning.resume import checkpoint_beside
 from unmodelled.learning.splits import leave_one_out
 from unmodelled.learning.windows import Progress, Windows
 from unmodelled.logs.folder import read_logs
@@ -59,7 +60,7 @@ def pendulum(tmp_path_factory: pytest.TempPathFactory) -> tuple[System, Logs]:
 def fitted_to(recipe: AugmentedRecipe, data: tuple[System, Logs], out: Path, seed: int = 0) -> Fit:
     """Fit to all but one experiment, with a checkpoint beside `out` as the command line keeps it."""
     system, logs = data
-    checkpoint = out.with_name(f".{out.name}.checkpoint")
+    checkpoint = checkpoint_beside(out)
     found = recipe.fit(system, logs, leave_one_out(logs.experiments), seed=seed, checkpoint=checkpoint)
     found.save(out)
     checkpoint.unlink(missing_ok=True)

@@ -13,7 +13,7 @@ import pandas as pd
 from unmodelled.api.learned_law import LearnedLaw, law_of, with_formula
 from unmodelled.api.simulation import Simulation, simulate
 from unmodelled.base.errors import BadInput, closest
-from unmodelled.base.files import write_json
+from unmodelled.base.files import extending_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
@@ -125,12 +125,13 @@ class LearnedLaws:
         from unmodelled.report.figures.style import svg
         from unmodelled.report.training_page import write_training_page
 
-        with writing("train", Path(folder), {"system": self.fit.system.source, "logs": self.logs.source}):
-            write_system(self.system, Path(folder) / SYSTEM)
-            write_json(Path(folder) / SUMMARY, content := self._content())
+        sources = {"system": self.fit.system.source, "logs": self.logs.source}
+        with writing("train", Path(folder), sources), extending_folder(Path(folder)) as new:
+            write_system(self.system, new / SYSTEM)
+            write_json(new / SUMMARY, content := self._content())
             found = self.simulation
             write_training_page(
-                Path(folder),
+                new,
                 content,
                 simulated(self.system, self.logs, found.runs, found.horizon, found.gap),
                 about_machine(self.fit.system),

@@ -122,14 +122,17 @@ class Simulation:
         Raises:
             BadInput: when the experiment was not simulated.
         """
-        from unmodelled.report.figures.free_run import measured_and_simulated  # loads matplotlib
+        # load matplotlib
+        from unmodelled.report.figures.free_run import measured_and_simulated
+        from unmodelled.report.figures.style import verbatim
 
         name = self.worst if experiment is None else experiment
         if name not in (ids := list(self.gap.per_experiment)):
             raise BadInput(f"experiment: {name!r} was not simulated{closest(str(name), ids)}")
         rows = self.table()
         units = {output.name: output.unit for output in self.system.outputs}
-        return measured_and_simulated(rows[rows["experiment"] == name], units, name)
+        with verbatim():
+            return measured_and_simulated(rows[rows["experiment"] == name], units, name)
 
     def save(self, folder: Path | str) -> None:
         """Write the table (simulation.parquet, .csv without pyarrow), simulation.json (the gap) and a page.
@@ -143,11 +146,11 @@ class Simulation:
             BadInput: when the folder may not be replaced or cannot be written.
         """
         # load matplotlib and the templates
-        from unmodelled.report.figures.style import svg
+        from unmodelled.report.figures.style import svg, verbatim
         from unmodelled.report.simulation_page import write_simulation_page
 
         sources = {"system": self.system.source, "logs": self.logs.source}
-        with writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
+        with verbatim(), writing("simulate", Path(folder), sources), replacing_folder(Path(folder)) as new:
             write_table(self.table(), new / TABLE)
             write_json(new / SUMMARY, content := self._content())
             live = simulated(self.system, self.logs, self.runs, self.horizon, self.gap)

@@ -8,14 +8,24 @@ import math
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 from typing import Any
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.exchange import exchange
+from unmodelled.base.leftovers import locked, remove_leftovers
 from unmodelled.base.limits import OBJECTS, check_file
-from unmodelled.base.ownership import ON_ITS_WAY, RECORD, check_named, check_replaceable, mark, missing_marker
+from unmodelled.base.ownership import (
+    MARKER,
+    ON_ITS_WAY,
+    RECORD,
+    check_named,
+    check_replaceable,
+    mark,
+    missing_marker,
+)
 
 
 @contextmanager
@@ -71,7 +81,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     """Yield an empty temporary folder beside `path`; it replaces `path` if the block succeeds.
 
     Only a folder that the same verb made is replaced (`check_replaceable`). A folder `.hydra` in `path` is
-    kept.
+    kept. Temporary folders that killed runs left beside `path` are removed in the end.
 
     Args:
         path: path of the folder to write or replace.
@@ -85,21 +95,47 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     """
     temporary = _temporary(path)
     try:
-        check_replaceable(path)
+        check_replaceable(path, whole=True)
         temporary.mkdir(parents=True)
-        yield temporary
-        put_folder(temporary, path)
+        with ExitStack() as stack:
+            with suppress(OSError):  # a file system without locks
+                stack.enter_context(locked(temporary))
+            yield temporary
+            put_folder(temporary, path)
+        remove_leftovers(path)
     except OSError as error:
         raise BadInput(_explained(error, path, temporary)) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
+@contextmanager
+def extending_folder(path: Path) -> Iterator[Path]:
+    """Yield a temporary copy of the folder `path`, to which the block adds files; it replaces `path` as a
+    whole.
+
+    Args:
+        path: path of the folder to extend; a missing folder is empty.
+
+    Yields:
+        Path of the temporary folder.
+
+    Raises:
+        BadInput: as `replacing_folder`.
+    """
+    with replacing_folder(path) as new:
+        if path.is_dir():
+            shutil.copytree(path, new, ignore=shutil.ignore_patterns(MARKER, RECORD), dirs_exist_ok=True)
+        yield new
+
+
 def put_folder(new: Path, path: Path) -> None:
     """Rename a finished folder to `path`, replacing the folder of that name.
 
-    If the process is interrupted or killed, `path` holds the complete old folder or the complete new one;
-    after a kill it can also be missing. A folder `.hydra` in the old folder is kept.
+    If the process is interrupted or killed, `path` holds the complete old folder or the complete new one.
+    Where the system cannot exchange two names in one step (other systems than Linux, some network drives),
+    `path` can be missing after a kill; the old folder is then beside it under a hidden name until a later
+    run succeeds. A folder `.hydra` in the old folder is kept.
 
     Args:
         new: path of the finished folder, in the same parent folder as `path`.
@@ -109,17 +145,29 @@ def put_folder(new: Path, path: Path) -> None:
         BadInput: if `path` may not be replaced (`check_replaceable`).
         OSError: if `path` cannot be renamed; it then keeps its old content.
     """
-    check_replaceable(path)
+    check_replaceable(path, whole=True)
     mark(new, path)
+    if (path / RECORD).is_dir():
+        shutil.copytree(path / RECORD, new / RECORD, dirs_exist_ok=True)
     old = _temporary(path)
+    try:
+        if not exchange(new, path):
+            _put_in_two_steps(new, path, old)
+            return
+    except FileNotFoundError:  # nothing is replaced
+        new.replace(path)
+        return
+    new.replace(old)  # a growing folder's name is free for another run
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _put_in_two_steps(new: Path, path: Path, old: Path) -> None:
     superseded = False  # noted, not looked up: what took the old one's place may itself be on its way out
     try:
         with suppress(FileNotFoundError):
             path.replace(old)
         new.replace(path)
         superseded = True
-        if (old / RECORD).exists():
-            (old / RECORD).replace(path / RECORD)
     except BaseException:  # an interruption, too
         try:
             old.replace(path)
@@ -209,7 +257,7 @@ def read_json(path: Path) -> Any:
     """
     check_file(path, OBJECTS)
     try:
-        return json.loads(path.read_text(), parse_constant=_finite, parse_float=_finite)
+        return json.loads(path.read_text(), parse_constant=_finite, parse_float=_finite, parse_int=_whole)
     except FileNotFoundError:
         raise BadInput(f"{path}: no such file: check the path") from None
     except OSError as error:
@@ -225,3 +273,8 @@ def _finite(text: str) -> float:
     if not math.isfinite(number):
         raise ValueError(f"{text[:30]} is not a finite number")
     return number
+
+
+def _whole(text: str) -> int:
+    _finite(text)  # what no float holds fails wherever it meets one
+    return int(text)

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import as_completed
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import hidden, put_folder, read_json, write_json
+from unmodelled.base.leftovers import locked
 from unmodelled.base.ownership import check_replaceable
 from unmodelled.base.progress import Counter
 from unmodelled.base.workers import pool_of
@@ -45,7 +44,7 @@ def growing_folder(path: Path, about: Mapping[str, Any], code: Collection[Path] 
     growing = hidden(path, "growing")
     identity = {"about": json.loads(json.dumps(about)), "code": _code((LIBRARY, *code))}
     try:
-        check_replaceable(path)
+        check_replaceable(path, whole=True)
         growing.mkdir(parents=True, exist_ok=True)
         with _alone(growing, path):
             if not _same(growing / IDENTITY, identity):
@@ -60,16 +59,13 @@ def growing_folder(path: Path, about: Mapping[str, Any], code: Collection[Path] 
 
 @contextmanager
 def _alone(growing: Path, path: Path) -> Iterator[None]:
-    """Hold a lock on a folder; the operating system releases it if the process is killed."""
-    folder = os.open(growing, os.O_RDONLY)
-    try:
+    """Hold a lock on a folder, and refuse one that another run works on."""
+    with ExitStack() as stack:
         try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            stack.enter_context(locked(growing))
         except BlockingIOError:
             raise BadInput(f"{path}: another run is at work on it: wait, or give another out") from None
         yield
-    finally:
-        os.close(folder)
 
 
 def _empty(folder: Path) -> None:

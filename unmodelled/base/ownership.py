@@ -241,15 +241,16 @@ def check_name(key: str, path: Path) -> None:
         raise BadInput(f"{key}: {error.strerror}: {str(path)[:60]!r}: give another path") from None
 
 
-def check_replaceable(path: Path) -> None:
+def check_replaceable(path: Path, whole: bool = False) -> None:
     """Refuse to replace a folder, or to add to it, unless the running verb made it or it is empty.
 
     Args:
         path: path of the folder to write or replace.
+        whole: whether all files in the folder will be removed; default: no.
 
     Raises:
         BadInput: if `path` is a link or a file; is, contains or lies inside an input of the verb; was made by
-            another verb or by a user; or holds a file that its verb did not write.
+            another verb or by a user; or holds a file that its verb did not write, or may not have written.
     """
     if _on_its_way(path):
         return
@@ -274,6 +275,11 @@ def check_replaceable(path: Path) -> None:
     if maker != own:
         raise BadInput(
             f"{path}: was made by {maker}, not by {own}: give another folder, or remove this one yourself"
+        )
+    if files is None and whole and any(_files_in(path)):
+        raise BadInput(
+            f"{path}: was made by an older version of {own}, which did not list its files: give another "
+            "folder, or remove this one yourself"
         )
     if foreign := sorted(set(_files_in(path)) - files) if files is not None else []:
         raise BadInput(

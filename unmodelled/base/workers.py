@@ -20,12 +20,14 @@ T = TypeVar("T", bound=Executor)
 NUMERICAL = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 #: The same for processes that work side by side: numba, too, uses one.
 THREADS = (*NUMERICAL, "NUMBA_NUM_THREADS")
-#: Exit code of a program that Ctrl-C ended, as shells count: 128 and the number of the signal.
-INTERRUPTED = 128 + signal.SIGINT
-#: Message of a program that Ctrl-C ended.
+#: Signals that end a program: Ctrl-C, and the request of `kill`, `timeout`, a container or a cluster.
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+#: Message of a program that one of them ended.
 INTERRUPTION = "interrupted: what was not finished is not written; the same command starts it again"
-#: Whether Ctrl-C was pressed: a library may make another exception of KeyboardInterrupt.
+#: Whether one of them came: a library may make another exception of KeyboardInterrupt.
 interrupted = threading.Event()
+#: The last one that came.
+_ended_by: int = signal.SIGINT
 #: Seconds until an interruption that could not be raised is tried again.
 _LATER = 0.05
 #: Of Linux's prctl: choose the signal that a process gets when its parent ends (sys/prctl.h).
@@ -106,15 +108,20 @@ def limit_threads() -> None:
         os.environ.setdefault(library, "1")
 
 
-def heed_interruptions() -> None:
-    """Let the first Ctrl-C raise KeyboardInterrupt in this process, and the second one end it at once."""
+def _interrupt(number: int, _: object) -> NoReturn:
+    global _ended_by
+    if interrupted.is_set():
+        os._exit(128 + number)
+    _ended_by = number
+    interrupted.set()
+    threading.excepthook = lambda _: None  # what is cut off in the middle has nothing to say
+    raise KeyboardInterrupt
 
-    def interrupt(*_: object) -> NoReturn:
-        if interrupted.is_set():
-            os._exit(INTERRUPTED)
-        interrupted.set()
-        threading.excepthook = lambda _: None  # what is cut off in the middle has nothing to say
-        raise KeyboardInterrupt
+
+def heed_interruptions() -> None:
+    """Let the first Ctrl-C or SIGTERM raise KeyboardInterrupt in this process, and the second one end it at
+    once.
+    """
 
     def again(about: sys.UnraisableHookArgs) -> None:
         if not issubclass(about.exc_type, KeyboardInterrupt):
@@ -123,10 +130,27 @@ def heed_interruptions() -> None:
             return
         # where nothing can be raised, as in a destructor: a little later
         interrupted.clear()
-        threading.Timer(_LATER, os.kill, (os.getpid(), signal.SIGINT)).start()
+        threading.Timer(_LATER, os.kill, (os.getpid(), _ended_by)).start()
 
     sys.unraisablehook = again
-    signal.signal(signal.SIGINT, interrupt)
+    for number in SIGNALS:
+        signal.signal(number, _interrupt)
+
+
+def exit_code() -> int:
+    """Return the exit code of this process after an interruption, as shells count: 128 and the signal."""
+    return 128 + _ended_by
+
+
+def ignore_interruptions() -> None:
+    """Let Ctrl-C and SIGTERM do nothing from now on, because all results are written.
+
+    Python itself would end by the signal, not by the exit code, if one came while it shuts down. Only a
+    process that heeds interruptions is changed.
+    """
+    for number in SIGNALS:
+        if signal.getsignal(number) is _interrupt:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def leave(code: int) -> NoReturn:
@@ -138,7 +162,8 @@ def leave(code: int) -> NoReturn:
     Args:
         code: exit code of the process.
     """
-    if code == INTERRUPTED:
+    ignore_interruptions()
+    if code in [128 + number for number in SIGNALS]:
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)

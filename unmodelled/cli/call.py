@@ -66,7 +66,10 @@ def _called(program: Program, config: DictConfig) -> Any:
     except InstantiationException as error:
         _leave(_cause(error))
     seconds = time.monotonic() - started
-    if HydraConfig.get().mode != RunMode.MULTIRUN and mode() != "quiet":
+    single = HydraConfig.get().mode != RunMode.MULTIRUN
+    if single:
+        workers.ignore_interruptions()  # what is said to be written is written, also for the exit code
+    if single and mode() != "quiet":
         arguments = {str(key): value for key, value in config.items()} | paths
         verb, hints = str(config["_target_"]).rpartition(".")[0], "DVC_STAGE" not in os.environ
         if line := written(program.name, verb, arguments, since, hints):

@@ -30,7 +30,7 @@ EXP_PROGRESS=quiet or verbose stands for -q or -v, for a whole graph too. EXP_LA
 of a sweep side by side, EXP_LAUNCHER=slurm on a cluster.
 
 exit codes: 0 done; 2 bad input (a line for every fault, nothing written); 1 a fault of the program;
-            130 interrupted (Ctrl-C)"""
+            130 interrupted (Ctrl-C); 143 ended by SIGTERM (kill, timeout)"""
 #: Forms of a command, and what each does.
 FORMS = {
     "<verb> --help": "the verb's keys, each of which can be given as key=value; the same as `help <verb>`",
@@ -53,7 +53,7 @@ def main(program: Program, arguments: list[str]) -> int:
         arguments: words of the command line after the name of the program.
 
     Returns:
-        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted.
+        Exit code: 0 done, 1 fault of the program, 2 bad input, 130 interrupted, 143 ended by SIGTERM.
     """
     try:
         return _main(program, arguments)
@@ -61,7 +61,7 @@ def main(program: Program, arguments: list[str]) -> int:
         if not (isinstance(error, KeyboardInterrupt) or workers.interrupted.is_set()):
             raise
         print(workers.INTERRUPTION, file=sys.stderr)
-        return workers.INTERRUPTED
+        return workers.exit_code()
 
 
 def run(program: Program) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import write_json
+from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
@@ -85,17 +85,17 @@ class ParameterStudy:
         The tables are Parquet files, or CSV files if pyarrow is not installed.
 
         Args:
-            folder: folder that is new, empty or holds an older study.
+            folder: folder that is new, empty or holds an older study; replaced as a whole.
 
         Raises:
-            BadInput: when the folder may not be written.
+            BadInput: when the folder may not be replaced or cannot be written.
         """
-        out, sources = Path(folder), {"system": self.system.source, "logs": self.logs.source}
+        sources = {"system": self.system.source, "logs": self.logs.source}
         tables = {"sensitivity": self.sensitivity, "correlation": self.correlation, "advice": self.table()}
-        with writing("identifiability", out, sources):
+        with writing("identifiability", Path(folder), sources), replacing_folder(Path(folder)) as new:
             for name, table in tables.items():
-                write_table(table, out / name)
-            write_json(out / "identifiability.json", self._content())
+                write_table(table, new / name)
+            write_json(new / "identifiability.json", self._content())
 
     def __repr__(self) -> str:
         found = self.found

@@ -19,6 +19,7 @@ from unmodelled.learning.fitting import fit, start_from
 from unmodelled.learning.held_out import measured_samples, surfaces
 from unmodelled.learning.initial import initial_parameters, initial_weights, scales
 from unmodelled.learning.recipe import Tables, check_folds, required
+from unmodelled.learning.resume import checkpoint_beside
 from unmodelled.learning.splits import Fold, Split
 from unmodelled.learning.windows import Problem, Training
 from unmodelled.logs.folder import read_logs
@@ -212,10 +213,9 @@ class AugmentedRecipe:
         measured = read_logs(logs, known)
         folds = split.folds(measured.experiments_with_speed())
         before = self.load(known, start)[0] if start is not None else None
-        checkpoint = out.with_name(f".{out.name}.checkpoint")
+        checkpoint = checkpoint_beside(out)
         found = self.fit(known, measured, folds, profile["system_repeats"], seed, before, device, checkpoint)
         found.save(out)
-        checkpoint.unlink(missing_ok=True)
         print(found)
 
     def evaluate(self, system: Path | None, logs: Path | None, fits: Path, split: Split) -> Tables:

@@ -12,7 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing, write_json
+from unmodelled.base.files import replacing, replacing_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.parquet import read_parquet, write_parquet
@@ -129,13 +129,14 @@ class Fit:
 
         Args:
             folder: folder of model.pt (weights), system.yaml (physics), history.parquet and fit.json (what
-                was fitted, in numbers).
+                was fitted, in numbers); new, empty or of an older fit, which is replaced as a whole.
 
         Raises:
             BadInput: when the folder holds what another verb or a user wrote, or a file cannot be written.
         """
-        with writing("train", Path(folder), {"system": self.system.source}):
-            self._write(Path(folder))
+        sources = {"system": self.system.source}
+        with writing("train", Path(folder), sources), replacing_folder(Path(folder)) as new:
+            self._write(new)
 
     def _write(self, folder: Path) -> None:
         write_system(self.system, folder / "system.yaml")

@@ -113,6 +113,8 @@ def _train(
             if checkpoint is not None and time.monotonic() - last > INTERVAL:
                 save_progress(checkpoint, stack, name)
                 last = time.monotonic()
+    if checkpoint is not None and checkpoint.exists():  # what follows may fail, on a full disk for instance
+        save_progress(checkpoint, stack, name)
 
 
 def _history(problem: Problem, labels: list[tuple[str, int]], stack: list[Progress]) -> pd.DataFrame:

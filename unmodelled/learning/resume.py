@@ -10,10 +10,25 @@ import numpy as np
 import torch
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.ownership import ON_ITS_WAY
 from unmodelled.learning.checkpoint import read_checkpoint, write_checkpoint
 from unmodelled.learning.windows import Problem, Progress, Training
 
 _ARRAYS = ("p", "xi", "weights", "moments_p", "moments_W", "nodes")
+
+
+def checkpoint_beside(out: Path) -> Path:
+    """Return the file that keeps the state of a training until its result is written.
+
+    Args:
+        out: folder of the result, also under its temporary name.
+
+    Examples:
+        >>> checkpoint_beside(Path("fits/arm")).as_posix()
+        'fits/.arm.checkpoint'
+    """
+    name = ON_ITS_WAY.sub(r"\1", out.name)
+    return out.with_name(f".{name}.checkpoint")
 
 
 def identity(problem: Problem, windows: Training) -> str:

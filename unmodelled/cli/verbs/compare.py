@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
-from unmodelled.base.files import replacing
+from unmodelled.base.files import replacing_folder
 from unmodelled.base.ownership import verb
 from unmodelled.base.progress import track
 from unmodelled.cli.sweep.figure import comparison, horizontal_key
@@ -28,7 +28,7 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
         runs: folder of one sweep (outputs/train/2026-01-31_12-00-00) or of several sweeps.
         metric: metric of the vertical axis; null: the main metric of the swept verb.
         over: key of the horizontal axis; null: the swept key with most values, numbers before names.
-        out: folder that is new, empty or was made by this verb.
+        out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
         BadInput: when there are no runs, no run has metrics, a file cannot be read, or `metric` or `over` is
@@ -44,10 +44,9 @@ def compare(runs: Path, metric: str | None, over: str | None, out: Path) -> None
     over = over or horizontal_key(table, swept)
     _check(metric, metrics, "metric")
     _check(over, ["run", *swept], "over")
-    with replacing(out / "comparison.csv") as temporary:
-        table.to_csv(temporary, index=False)
-    with verbatim(), replacing(out / "comparison.svg") as temporary:
-        save(comparison(table, swept, metric, over), temporary)
+    with verbatim(), replacing_folder(out) as new:
+        table.to_csv(new / "comparison.csv", index=False)
+        save(comparison(table, swept, metric, over), new / "comparison.svg")
     _say(found, swept, metric)
 
 

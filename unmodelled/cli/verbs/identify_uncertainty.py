@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.api.uncertainty_page import write_page
+from unmodelled.base.files import replacing_folder
 from unmodelled.base.ownership import verb
 from unmodelled.learning.uncertainty.identified import identified
 from unmodelled.learning.uncertainty.problem import read_problem
@@ -63,9 +64,8 @@ def identify_uncertainty(
     """
     problem = read_problem(system, logs, event, uncertain, step, response, observations)
     found = identified(problem, uncertainty, profile["data_sets"], seed, workers)
-    found.save(out)
-    if system is not None and logs is not None:
-        write_page(found, out, *read_inputs(system, logs))
-    else:
-        write_page(found, out)
+    machine = read_inputs(system, logs) if system is not None and logs is not None else ()
+    with replacing_folder(out) as new:
+        found.save(new)
+        write_page(found, new, *machine)
     print(found)

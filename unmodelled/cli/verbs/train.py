@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from unmodelled.base.files import replacing_folder
 from unmodelled.base.ownership import verb
 from unmodelled.learning.recipe import Recipe
+from unmodelled.learning.resume import checkpoint_beside
 from unmodelled.learning.splits import Split
 
 #: What to do with the result (`unmodelled.cli.written`).
@@ -48,18 +50,22 @@ def train(
         start: folder of a fit of the same model and split to continue from; null starts from scratch.
         device: cpu runs the compiled kernels; cuda (or another device of torch) the torch reference.
         seed: seed of the random generators.
-        out: folder that is new, empty or was made by this verb.
+        out: folder that is new, empty or was made by this verb; replaced as a whole for a hybrid model.
 
     Raises:
         BadInput: when the data are missing or too few, or do not suit the model.
     """
-    model.train(system, logs, split, profile, start, device, seed, out)
-    if system is not None and logs is not None:  # models of other kinds refuse them
-        # by its public name: a change of pages repeats no training
-        import unmodelled as um
+    if system is None or logs is None:  # models of other kinds refuse them
+        model.train(system, logs, split, profile, start, device, seed, out)
+        return
+    # by its public name: a change of pages repeats no training
+    import unmodelled as um
 
-        fit = um.Fit.load(out)
+    with replacing_folder(out) as new:
+        model.train(system, logs, split, profile, start, device, seed, new)
+        fit = um.Fit.load(new)
         found = um.learned_laws(fit, um.read_logs(logs, fit.system))
         print(found)
         if found.laws:
-            found.save(out)
+            found.save(new)
+    checkpoint_beside(out).unlink(missing_ok=True)

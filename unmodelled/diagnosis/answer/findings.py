@@ -112,8 +112,9 @@ class Findings:
         """Write diagnosis.json, augmented_system.yaml and the robot file, then tables and further parts.
 
         The data of the machine in the page, tables/live.json, are written only where there are further parts.
-        diagnosis.json is complete before the first table is written. A part that cannot be made becomes a
-        note in it, and the parts after it are left out.
+        diagnosis.json is complete before the first table is written; where `out` has no older answer, it is
+        there from then on, even if the process is killed while it draws. An older answer is replaced as a
+        whole in the end. A part that cannot be made becomes a note, and the parts after it are left out.
 
         Args:
             out: folder that is new, empty or holds an older diagnosis; replaced as a whole.
@@ -131,8 +132,9 @@ class Findings:
             if self.robot is not None:
                 self.robot.write(folder)
             write_json(folder / SUMMARY, self.content)
-        with replacing_folder(out) as folder:
-            shutil.copytree(out, folder, ignore=shutil.ignore_patterns(".*"), dirs_exist_ok=True)
+            if not (out / SUMMARY).exists():  # an older answer stays whole until this one is
+                with replacing_folder(out) as bare:
+                    shutil.copytree(folder, bare, dirs_exist_ok=True)
             return self._with_parts(folder, drawn or {})
 
     def _with_parts(self, folder: Path, drawn: Mapping[str, Part]) -> Findings:

@@ -1,0 +1,71 @@
+"""Locks of hidden folders: one that no process holds was left by a killed run, and goes."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import psutil
+
+from unmodelled.base.ownership import ON_ITS_WAY
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold a lock on a file or folder; the operating system releases it if the process is killed.
+
+    Args:
+        path: path of an existing file or folder.
+
+    Raises:
+        BlockingIOError: if another process holds it.
+        OSError: if the file system knows no locks.
+    """
+    opened = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(opened)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove the hidden folders that killed runs left beside the folder `path` (`files.replacing_folder`).
+
+    Args:
+        path: path of a folder of results.
+    """
+    with suppress(OSError):
+        for found in path.parent.iterdir():
+            match = ON_ITS_WAY.fullmatch(found.name)
+            if match and match[1] == path.name:
+                remove_abandoned(found)
+
+
+def remove_abandoned(path: Path) -> bool:
+    """Remove an unfinished result whose process is gone, and return whether that was so.
+
+    A folder is also locked while it is written: in a container, equal numbers name different processes.
+
+    Args:
+        path: path with a name as `ownership.ON_ITS_WAY` describes it.
+    """
+    match = ON_ITS_WAY.fullmatch(path.name)
+    writer = int(match[2]) if match else os.getpid()
+    if path.is_symlink() or not path.is_dir():
+        if psutil.pid_exists(writer):
+            return False
+        path.unlink(missing_ok=True)
+        return True
+    if writer != os.getpid() and psutil.pid_exists(writer):
+        return False
+    try:
+        with locked(path):
+            shutil.rmtree(path, ignore_errors=True)
+    except OSError:  # at work, or gone already
+        return False
+    return True
