@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import h5py
@@ -18,9 +18,9 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.io import savemat
 
 from tests.measurements.systems import motor
-from unmodelled.base.errors import Faults
+from unmodelled.base.errors import BadInput, Faults
 from unmodelled.logs.folder import read_logs
-from unmodelled.logs.readers.known import read_files
+from unmodelled.logs.readers import known
 from unmodelled.logs.readers.reader import Table
 
 T = np.round(np.arange(80) * 0.01, 3)
@@ -38,7 +38,7 @@ def row(k: int) -> dict[str, float]:
 
 def tables(path: Path) -> list[Table]:
     faults = Faults()
-    found = read_files([path], None, faults)
+    found = known.read_files([path], None, faults)
     faults.check()
     return found[path]
 
@@ -83,18 +83,24 @@ def parquet(path: Path) -> str:
     return "q[{}]"
 
 
-def bag(path: Path) -> str:
+def bag(path: Path, publishers: Sequence[str] = ("/driver",), together: bool = False) -> str:
+    """Axes from one publisher after the other, or, together, from all of them with an offset of one each."""
     store = get_typestore(Stores.ROS1_NOETIC)
     kinds, none = store.types, np.empty(0)
     with rosbag1.Writer(path) as written:
-        topic = written.add_connection("/axes", "sensor_msgs/msg/JointState", typestore=store)
+        topics = [
+            written.add_connection("/axes", "sensor_msgs/msg/JointState", typestore=store, callerid=name)
+            for name in publishers
+        ]
         for k, t in enumerate(T.tolist()):
             stamp = round(t * 1e9) + 10**18
             time = kinds["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9)
             header = kinds["std_msgs/msg/Header"](seq=k, stamp=time, frame_id="")
-            position = np.array(list(row(k).values()))
-            message = kinds["sensor_msgs/msg/JointState"](header, order(k), position, none, none)
-            written.write(topic, stamp, store.serialize_ros1(message, topic.msgtype))
+            for j, topic in enumerate(topics):
+                if together or k * len(topics) // len(T) == j:
+                    position = np.array(list(row(k).values())) + j * together
+                    message = kinds["sensor_msgs/msg/JointState"](header, order(k), position, none, none)
+                    written.write(topic, stamp + 1000 * j, store.serialize_ros1(message, topic.msgtype))
     return "position[{}]"
 
 
@@ -190,3 +196,27 @@ def test_texts_that_are_no_names_change_no_order(tmp_path: Path) -> None:
     (table,) = tables(tmp_path / "a.json")
     np.testing.assert_allclose(table.columns["q[1]"], -T)
     assert not table.aliases
+
+
+def test_publishers_of_the_same_things_are_apart_unless_they_follow_each_other(tmp_path: Path) -> None:
+    bag(tmp_path / "a.bag", ("/driver", "/simulator"), together=True)
+    driver, simulator = tables(tmp_path / "a.bag")
+    assert (driver.name, simulator.name) == ("/axes@/driver", "/axes@/simulator")
+    np.testing.assert_allclose(driver.columns["position[boom]"], AXES["boom"])
+    np.testing.assert_allclose(simulator.columns["position[boom]"], AXES["boom"] + 1.0)
+    found = known.read_files([tmp_path / "a.bag"], ["/axes@/simulator.position[boom]"], Faults())
+    assert len(found[tmp_path / "a.bag"]) == 2
+    mapping = {
+        "schema": "mapping/1",
+        "files": "a.bag",
+        "signals": {"angle": "/axes.position[lift]", "voltage": "/axes.position[boom]"},
+        "constants": {"m": 0.5},
+    }
+    (tmp_path / "mapping.yaml").write_text(yaml.safe_dump(mapping))
+    with pytest.raises(
+        BadInput, match=r"in several tables .* write '/axes@/driver\.position\[lift\]', '/axes@/sim"
+    ):
+        read_logs(tmp_path, motor())
+    bag(tmp_path / "b.bag", ("/driver_1", "/driver_2"))
+    (restarted,) = tables(tmp_path / "b.bag")
+    np.testing.assert_allclose(restarted.columns["position[boom]"], AXES["boom"])

@@ -15,7 +15,7 @@ from unmodelled.base.limits import check_file, check_memory
 
 #: Bytes of a cell in memory: a number, or the place of a text; and of an element of a list, whose copies are
 #: the Arrow array, the same in one piece, without the lists, and in columns.
-_CELL, _ELEMENT = 8, 40
+_CELL, _ELEMENT = 8, 50
 _TEXTS = (pa.string(), pa.large_string(), pa.binary(), pa.large_binary())
 
 

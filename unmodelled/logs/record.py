@@ -15,6 +15,7 @@ from unmodelled.base.errors import BadInput, nearest
 from unmodelled.logs.cells import LARGEST
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.mapping import Column, LogMapping
+from unmodelled.logs.readers.names import PUBLISHER
 from unmodelled.logs.readers.reader import Array, Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
@@ -160,9 +161,11 @@ class Record:
 def _in(table: Table, name: str, alone: bool) -> Found | None:
     """A column of a table by its address in the file, or by its name alone."""
     if not alone and table.name:
-        if not name.startswith(f"{table.name}."):
+        topic = table.name.partition(PUBLISHER)[0]  # enough, if one publisher has the column
+        prefix = next((each for each in (table.name, topic) if name.startswith(f"{each}.")), None)
+        if prefix is None:
             return None
-        name = name[len(table.name) + 1 :]
+        name = name[len(prefix) + 1 :]
     if name in table.columns or name in table.texts:
         return Found(table, name)
     return Found(table, table.aliases[name]) if name in table.aliases else None

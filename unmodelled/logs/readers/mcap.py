@@ -39,7 +39,8 @@ class Mcap(Reader):
                     unknown[channel.topic] = channel.message_encoding or "no encoding"
                     continue
                 records = topics.setdefault(channel.topic, Records(channel.topic, message_fields))
-                records.add(decode(message.data), 1e-9 * (message.log_time - first))
+                publisher = channel.metadata.get("callerid", str(channel.id))
+                records.add(decode(message.data), 1e-9 * (message.log_time - first), publisher)
         found = [table for records in topics.values() for table in records.tables()]
         if not found and unknown:
             topic, encoding = next(iter(unknown.items()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import repeat
+from itertools import combinations, repeat
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,8 @@ NAMING = re.compile(
 )
 #: A column that is an element of a list: `position[0]`, or `field.position0` of rostopic.
 ELEMENT = re.compile(r"(?P<place>.*?)(\[(?P<inside>\d{1,3})\]|(?P<behind>\d{1,3}))", re.ASCII | re.DOTALL)
+#: What stands between the names of a topic and of a publisher, and most publishers that are told apart.
+PUBLISHER, PUBLISHERS = "@", 16
 #: Most names that the elements of the lists of a table have: what has more is a text that changes.
 MOST = 256
 
@@ -115,6 +117,38 @@ def _key(place: str) -> str:
 
 def _is_number(word: str) -> bool:
     return NUMBER.fullmatch(word) is not None
+
+
+def by_publisher(table: Table, labels: Sequence[Labels], publishers: Sequence[str]) -> list[Table]:
+    """Return the tables of a topic by name, with those of publishers that name the same things apart.
+
+    Publishers that follow each other, such as a node that is started again, are one.
+
+    Args:
+        table: table of all messages, with a column for every element.
+        labels: names of the elements of lists in every row, shape (rows,).
+        publishers: who sent every row, shape (rows,).
+
+    Returns:
+        Tables with the name of the topic, or of the topic and the publisher, such as "/joint_states@/driver".
+    """
+    rows: dict[str, list[int]] = {}
+    for k, (publisher, names) in enumerate(zip(publishers, labels, strict=True)):
+        if names:
+            rows.setdefault(publisher, []).append(k)
+    things = {each: _things([labels[k] for k in own]) for each, own in rows.items()}
+    beside = len(rows) <= PUBLISHERS and any(
+        rows[a][0] < rows[b][-1] and rows[b][0] < rows[a][-1] and things[a] & things[b]
+        for a, b in combinations(rows, 2)
+    )
+    if not beside:
+        return by_name(table, labels)
+    found = []
+    for publisher in dict.fromkeys(publishers):
+        own = np.array([k for k, each in enumerate(publishers) if each == publisher])
+        part = _of_group(table, own, np.full(len(table), -1), ())
+        found += by_name(replace(part, name=f"{table.name}{PUBLISHER}{publisher}"), [labels[k] for k in own])
+    return found
 
 
 def by_name(table: Table, labels: Sequence[Labels]) -> list[Table]:

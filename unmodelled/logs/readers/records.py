@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.limits import fits
-from unmodelled.logs.readers.names import NAMING, Beside, Labels, by_name, labels_of
+from unmodelled.logs.readers.names import NAMING, PUBLISHER, Beside, Labels, by_name, by_publisher, labels_of
 from unmodelled.logs.readers.reader import Array, Table
 
 #: Longest list whose elements are columns: what is longer is an image, a scan or a cloud of points.
@@ -55,14 +55,16 @@ class Records:
         self._texts: dict[str, tuple[array[int], list[str]]] = {}
         self._clock: list[float] = []
         self._labels: list[Labels] = []
+        self._publishers: list[str] = []
         self._known: dict[Labels, Labels] = {}
 
-    def add(self, record: Any, t: float | None = None) -> None:
+    def add(self, record: Any, t: float | None = None, publisher: str = "") -> None:
         """Add a record.
 
         Args:
             record: numbers, texts, lists of them, and fields inside fields.
             t: time of the record, s; None (default) where the format has no clock.
+            publisher: who sent the record; "" (default) where the format does not say.
         """
         found = _Row(self._fields)
         found.add("", record, 0)
@@ -76,6 +78,7 @@ class Records:
             texts.append(text)
         labels = found.labels()
         self._labels.append(self._known.setdefault(labels, labels))
+        self._publishers.append(publisher)
         if t is not None:
             self._clock.append(t)
 
@@ -101,7 +104,8 @@ class Records:
         if not numbers and not texts:
             return []
         clock = np.array(self._clock) if self._clock else None
-        return by_name(Table(self._name, numbers, {}, texts, {}, clock), self._labels)
+        table = Table(self._name, numbers, {}, texts, {}, clock)
+        return by_publisher(table, self._labels, self._publishers)
 
 
 class _Row:
@@ -190,7 +194,7 @@ def is_wanted(topic: str, wanted: Sequence[str] | None) -> bool:
     """
     if wanted is None or not all(name.startswith("/") for name in wanted):
         return True
-    return any(name.startswith(f"{topic}.") for name in wanted)
+    return any(name.startswith((f"{topic}.", f"{topic}{PUBLISHER}")) for name in wanted)
 
 
 def tables_by_length(

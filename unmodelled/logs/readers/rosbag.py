@@ -36,5 +36,6 @@ class RosBag(Reader):
             for connection, stamp, data in bag.messages(used) if used else ():
                 records = topics.setdefault(connection.topic, Records(connection.topic, message_fields))
                 message = bag.deserialize(data, connection.msgtype)
-                records.add(message, 1e-9 * (stamp - bag.start_time))
+                publisher = getattr(connection.ext, "callerid", None) or str(connection.id)
+                records.add(message, 1e-9 * (stamp - bag.start_time), publisher)
         return [table for records in topics.values() for table in records.tables()]
