@@ -90,6 +90,15 @@ def test_dates_and_times_of_day_are_seconds(tmp_path: Path, cells: list[str], se
     assert found.units["time"] == "s"
 
 
+def test_times_of_day_go_on_over_midnight(tmp_path: Path) -> None:
+    clock = [np.datetime64("2026-11-25T23:59:52.00") + np.timedelta64(round(1e3 * t), "ms") for t in T]
+    rows = [f"{str(each)[11:]},{x}" for each, x in zip(clock, X, strict=True)]
+    rows[9] = f",{X[9]}"
+    found = table(tmp_path / "a.csv", "time,x\n" + "\n".join(rows)).columns["time"]
+    steps = np.diff(np.delete(found, 9))
+    np.testing.assert_allclose(steps, np.diff(np.delete(T, 9)), atol=1e-9)
+
+
 def test_lists_in_cells_words_truths_and_empty_cells(tmp_path: Path) -> None:
     rows = [
         f'STATE,{t},"[{x}, {-x}]",{"true" if t < 1 else "false"},{"" if t < 1 else x}'

@@ -100,16 +100,11 @@ class Channel:
     def _converted(self, record: Record, found: Found, raw: Array) -> Array:
         """Values in the unit of the system's column."""
         values = self.signal.factor * raw + self.signal.offset
-        if np.any(np.abs(values) >= LARGEST):
-            raise self.signal.column.node.wrong(
-                f"{record.path}: {self.signal.column.name!r} times its scale is above {LARGEST:g}, beyond "
-                "any measurement: correct the scale"
-            )
         text = self.signal.unit
         if text is None and self.signal.factor in (1.0, -1.0):
             text = _known(found.unit)
         if text is None:
-            return values
+            return self._checked(record, values)
         unit, own = parse_logged(text)
         wanted, logged = parse_logged(self.item.column_unit)
         if unit.dimension != wanted.dimension:
@@ -118,7 +113,16 @@ class Channel:
                 f"{self.item.column_unit!r}: write the right 'unit', or a 'scale' that converts it"
             )
         one = LoggedUnit("", 1.0, 0.0)
-        return (logged or one).from_si((own or one).to_si(values))
+        return self._checked(record, (logged or one).from_si((own or one).to_si(values)))
+
+    def _checked(self, record: Record, values: Array) -> Array:
+        """The values; refuse what a scale lifts beyond any measurement."""
+        if np.any(np.abs(values) >= LARGEST):
+            raise self.signal.column.node.wrong(
+                f"{record.path}: {self.signal.column.name!r} times its scale is above {LARGEST:g}, beyond "
+                "any measurement: correct the scale"
+            )
+        return values
 
 
 def _known(unit: str | None) -> str | None:

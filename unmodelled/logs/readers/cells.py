@@ -13,6 +13,7 @@ from unmodelled.base.limits import check_memory
 from unmodelled.logs.readers.reader import Array
 from unmodelled.logs.readers.records import ELEMENTS, listed
 
+DAY = 86_400.0  # s
 #: Share of the cells of a column that must hold values if it is one of numbers.
 SHARE = 0.5
 
@@ -98,13 +99,15 @@ def times(cells: pd.Series) -> Array | None:
     dotted = plain.str.match(r"\d\d?\.\d\d?\.\d{4}")
     if dotted.all():
         plain = plain.str.replace(r"(\d\d?)\.(\d\d?)\.(\d{4})", r"\3-\2-\1", regex=True)
-    if plain.str.match(r"\d\d?:").all():
+    if of_day := bool(plain.str.match(r"\d\d?:").all()):
         plain = "1970-01-01 " + plain
     found = pd.to_datetime(plain, format="ISO8601", utc=True, errors="coerce")
     if found.notna().mean() <= SHARE:
         return None
-    since = (found - found.min()).reindex(cells.index)
-    return np.asarray(since.dt.total_seconds(), np.float64)
+    since = (found - found.min()).dt.total_seconds()
+    if of_day:  # midnight is where it falls by more than half a day
+        since += DAY * (since.ffill().diff() < -0.5 * DAY).cumsum()
+    return np.asarray(since.reindex(cells.index), np.float64)
 
 
 def numbers(cells: pd.Series, decimal: str) -> Array | None:
