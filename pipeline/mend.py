@@ -6,21 +6,23 @@ file in its cache without reading it. Only the layout that DVC documents is used
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 import re
-import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import psutil
 import yaml
 
+from unmodelled.base.leftovers import remove_abandoned
 from unmodelled.base.ownership import ON_ITS_WAY
 from unmodelled.base.progress import track
 
@@ -42,6 +44,8 @@ def mend(root: Path) -> list[str]:
     - A damaged file of the cache is removed: the next `dvc repro` makes it again.
     - An unfinished result of a process that is gone is removed, unless its stage goes on from there.
 
+    Another run may mend the same checkout, and DVC may write it: only what was judged is removed.
+
     Args:
         root: folder of the checkout.
 
@@ -54,16 +58,35 @@ def mend(root: Path) -> list[str]:
 
 
 def _files_of_dvc(root: Path) -> Iterator[str]:
-    lock, used = root / "dvc.lock", root / ".dvc" / "tmp" / "rwlock"
+    lock = root / "dvc.lock"
     if _stays_partial(lock, _is_lock):
         aside = lock.with_name(f"{lock.name}.damaged.tmp")
-        lock.replace(aside)
-        yield f"{lock}: was not written to its end; kept as {aside.name}, a new one is made"
-    if _stays_partial(used, lambda text: bool(json.loads(text) is not None)):
-        used.unlink()
+        with suppress(FileNotFoundError):
+            lock.replace(aside)
+            yield f"{lock}: was not written to its end; kept as {aside.name}, a new one is made"
+    with _dvc_waits(root), suppress(FileNotFoundError):
+        yield from _list_of_files_in_use(root / ".dvc" / "tmp" / "rwlock")
+
+
+def _list_of_files_in_use(used: Path) -> Iterator[str]:
+    text = used.read_text(errors="replace")
+    try:
+        whole = json.loads(text) is not None
+    except ValueError:
+        whole = False
+    if whole and any(map(_is_at_work, set(_PROCESS.findall(text)))):
+        return
+    used.unlink()
+    if not whole:
         yield f"{used}: was not written to its end and is removed"
-    elif used.exists() and not any(map(_is_at_work, set(_PROCESS.findall(used.read_text())))):
-        used.unlink()
+
+
+@contextmanager
+def _dvc_waits(root: Path) -> Iterator[None]:
+    """Hold the lock under which DVC, and another `mend`, read and write the list of files in use."""
+    with (root / ".dvc" / "tmp" / "rwlock.lock").open("a") as guard:
+        fcntl.flock(guard, fcntl.LOCK_EX)
+        yield
 
 
 def _is_at_work(process: str) -> bool:
@@ -78,8 +101,11 @@ def _is_at_work(process: str) -> bool:
 def _stays_partial(path: Path, is_whole: Callable[[str], bool]) -> bool:
     """Whether a file is incomplete and nobody is writing it."""
     before = None
-    while path.exists():
-        text = path.read_text(errors="replace")
+    while True:
+        try:
+            text = path.read_text(errors="replace")
+        except FileNotFoundError:
+            return False
         try:
             if is_whole(text):
                 return False
@@ -89,7 +115,6 @@ def _stays_partial(path: Path, is_whole: Callable[[str], bool]) -> bool:
             return True
         before = text
         time.sleep(PAUSE)
-    return False
 
 
 def _is_lock(text: str) -> bool:
@@ -115,31 +140,51 @@ def _cache(root: Path) -> Iterator[str]:
     folder = root / ".dvc" / "cache" / "files" / "md5"
     objects = [path for path in folder.glob("[0-9a-f][0-9a-f]/*") if _OBJECT.fullmatch(path.name)]
     with ThreadPoolExecutor() as pool:
-        whole = track(pool.map(_is_whole, objects), len(objects), "checking the cache of DVC")
-        damaged = {path: path.stat().st_size for path, fine in zip(objects, whole, strict=True) if not fine}
+        sizes = track(pool.map(_damaged_size, objects), len(objects), "checking the cache of DVC")
+        damaged = {path: size for path, size in zip(objects, sizes, strict=True) if size is not None}
     for path in (path for name in RESULTS for path in (root / name).rglob("*") if damaged):
         # it may be a link to what is damaged, or a copy of it: a new time makes DVC look
-        if path.is_file() and path.stat().st_size in damaged.values():
-            os.utime(path)
+        with suppress(FileNotFoundError):
+            if path.is_file() and path.stat().st_size in damaged.values():
+                os.utime(path)
     for path in damaged:
-        path.unlink()
-        yield f"{path}: was damaged and is removed; what needs it is made again"
+        if _removed_if_damaged(path):
+            yield f"{path}: was damaged and is removed; what needs it is made again"
 
 
-def _is_whole(path: Path) -> bool:
+def _removed_if_damaged(path: Path) -> bool:
+    """Remove a file of the cache, but put it back where another run has made it anew in the meantime."""
+    aside = path.with_name(f"{path.name}.{os.getpid()}.damaged.tmp")
+    try:
+        path.replace(aside)
+    except FileNotFoundError:
+        return False
+    if _digest(aside) == _name(path):
+        aside.replace(path)
+        return False
+    aside.unlink()
+    return True
+
+
+def _damaged_size(path: Path) -> int | None:
+    """Size of a file of the cache whose content is not the one of its name; None if it is, or is gone."""
+    with suppress(FileNotFoundError):
+        return path.stat().st_size if _digest(path) != _name(path) else None
+    return None
+
+
+def _digest(path: Path) -> str:
     with path.open("rb") as file:
-        found = hashlib.file_digest(file, lambda: hashlib.md5(usedforsecurity=False)).hexdigest()
-    return found == path.parent.name + path.name.removesuffix(".dir")
+        return hashlib.file_digest(file, lambda: hashlib.md5(usedforsecurity=False)).hexdigest()
+
+
+def _name(path: Path) -> str:
+    return path.parent.name + path.name.removesuffix(".dir")
 
 
 def _leftovers(root: Path) -> Iterator[str]:
     for path in (path for folder in RESULTS for path in (root / folder).rglob(".*.tmp")):
-        found = ON_ITS_WAY.fullmatch(path.name)
-        if found and not psutil.pid_exists(int(found.group(2))):
-            if path.is_dir():
-                shutil.rmtree(path, ignore_errors=True)
-            else:
-                path.unlink(missing_ok=True)
+        if ON_ITS_WAY.fullmatch(path.name) and remove_abandoned(path):
             yield f"{path}: was left by a run that was killed and is removed"
 
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -14,8 +18,11 @@ from dvc.schema import COMPILED_LOCKFILE_SCHEMA
 from dvc.utils.serialize import ParseError, load_yaml
 from voluptuous import Invalid
 
+from pipeline import mend as mend_module
 from pipeline.mend import mend
+from unmodelled.base.leftovers import locked
 
+ROOT = Path(__file__).parents[1]
 GONE = 2**22 + 1  # larger than any process id
 
 
@@ -80,6 +87,54 @@ def test_a_list_of_files_whose_process_was_killed_is_removed_before_it_is_reaped
 def test_a_list_of_files_that_dvc_no_longer_uses_is_removed(process: int, root: Path) -> None:
     path = used(root, listed(process))
     assert mend(root) == [] and not path.exists()
+
+
+def test_a_list_that_dvc_writes_in_the_same_moment_stays(root: Path) -> None:
+    """Both are at it: DVC has the guard, and replaces the list of a killed run by its own."""
+    path, code = used(root, listed(GONE)), "from pipeline.mend import main; raise SystemExit(main())"
+    with subprocess.Popen([sys.executable, "-c", "input()", "dvc"], stdin=subprocess.PIPE) as dvc:
+        with (root / ".dvc" / "tmp" / "rwlock.lock").open("a") as guard:
+            fcntl.flock(guard, fcntl.LOCK_EX)
+            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+            mending = subprocess.Popen([sys.executable, "-c", code], cwd=root, env=environment)
+            time.sleep(1.0)
+            assert mending.poll() is None or mending.returncode == 0
+            path.write_text(listed(dvc.pid))
+        assert mending.wait(60) == 0 and path.read_text() == listed(dvc.pid)
+        dvc.kill()
+
+
+@pytest.mark.parametrize("round_", range(20))
+def test_several_runs_mend_one_checkout_at_once(round_: int, root: Path) -> None:
+    used(root, listed(GONE) if round_ % 2 else "")
+    (root / "dvc.lock").write_text(WHOLE[:40])
+    damaged = [cached(root, bytes([k]) * 100) for k in range(20)]
+    for path in damaged:
+        path.write_bytes(b"mad")
+    left = root / "data" / f".out.{GONE}.0123abcd.tmp"
+    left.mkdir(parents=True)
+    with ThreadPoolExecutor(4) as pool:
+        said = [line for lines in pool.map(mend, [root] * 4) for line in lines]
+    assert len(said) == len({*said})  # every repair is made, and told, once
+    assert not left.exists() and not any(path.exists() for path in damaged)
+    assert not (root / "dvc.lock").exists() and not (root / ".dvc" / "tmp" / "rwlock").exists()
+
+
+def test_what_another_run_has_made_anew_stays_in_the_cache(
+    root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = cached(root, b"x" * 100)
+    path.write_bytes(b"mad")
+    track = mend_module.track
+
+    def made_anew(*arguments: Any) -> list[Any]:
+        found = list(track(*arguments))
+        path.write_bytes(b"x" * 100)
+        return found
+
+    monkeypatch.setattr(mend_module, "track", made_anew)
+    assert mend(root) == [] and path.read_bytes() == b"x" * 100
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 FILE = """
@@ -152,7 +207,8 @@ def test_what_a_killed_stage_was_writing_is_removed(root: Path) -> None:
     }
     for name in names:
         (root / "data" / name).mkdir(parents=True)
-    assert len(mend(root)) == 1
+    with locked(root / "data" / f".out.{os.getpid()}.0123abcd.tmp"):  # as whoever writes it does
+        assert len(mend(root)) == 1
     assert {p.name for p in (root / "data").iterdir()} == {name for name, stays in names.items() if stays}
 
 

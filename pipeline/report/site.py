@@ -21,12 +21,11 @@ from pipeline.report.runs import (
     stages_table,
     versions_table,
 )
-from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing, replacing_folder
 from unmodelled.base.ownership import check_replaceable
 from unmodelled.report.diagnosis_page import view
 from unmodelled.report.numbers import duration, number
-from unmodelled.report.rendering import ORIGINS, STATIC, templates
+from unmodelled.report.rendering import ORIGINS, STATIC, check_own_page, templates
 from unmodelled.report.search import Entry, entry, figure_entries, script, table_entries
 from unmodelled.report.tables import Table
 
@@ -77,9 +76,7 @@ def check_place(out: Path) -> None:
         BadInput: when the folder `site` or the page index.html does not belong to an earlier report.
     """
     check_replaceable(out / "site")
-    home = out / "index.html"
-    if home.exists() and GENERATOR not in home.read_text(errors="replace"):
-        raise BadInput(f"{home}: was not made by site: give another folder, or remove this file yourself")
+    check_own_page(out / "index.html", GENERATOR, "site")
 
 
 def build(results: Results, out: Path) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import unmodelled as um
 from pipeline.__main__ import main
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
@@ -250,3 +251,13 @@ def test_outputs_that_are_tiny(case: Path) -> None:
             log.assign(**{n: 1e-200 * log[n] for n in ("x", "v", "F") if n in log}).to_csv(path, index=False)
     with pytest.raises(BadInput, match=r"column x: its values differ by no more than .*e-200, too little"):
         simulate(case / "system.yaml", case / "logs", 0.1, case / "out")
+
+
+def test_an_id_between_dollar_signs_is_a_name_and_no_formula(case: Path) -> None:
+    (case / "logs" / "experiments.csv").write_text("id,file\n$x^$,fast.csv\n$\\frac{$,7.csv\n")
+    simulate(case / "system.yaml", case / "logs", 0.1, case / "out")
+    assert "$x^$" in (case / "out" / "index.html").read_text()
+    system = read_system(case / "system.yaml")
+    found = um.simulate(system, read_logs(case / "logs", system), 0.1)
+    for name in ("$x^$", "$\\frac{$"):
+        assert "<svg" in found.plot(name)._repr_svg_()  # type: ignore[attr-defined]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -125,6 +126,60 @@ def test_another_page_is_kept(answers: Path) -> None:
     with pytest.raises(BadInput, match="was not made by report"):
         list_answers(page.parent).save()
     assert page.read_text() == before
+
+
+def number_of(digits: int) -> dict[str, Any]:
+    """A gap that no float holds, in a file that is JSON all the same."""
+    return {"known": 10**digits, "reidentified": 0.02, "augmented": 0.02, "floor": 0.02, "units": {}}
+
+
+ODD: dict[str, dict[str, Any]] = {
+    "a number of 400 digits": {"gap": number_of(400)},
+    "a text as a number": {"confidence": "high"},
+    "a list as an effect": {"effects": [[1, 2]]},
+    "a mapping as a verdict": {"verdict": {"effect": 1}},
+    "an effect without numbers": {"effects": [{"family": "coulomb_friction"}]},
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_one_damaged_answer_does_not_stop_the_list(name: str, tmp_path: Path) -> None:
+    put(tmp_path / "crane")
+    put(tmp_path / "damaged", **ODD[name])
+    found = list_answers(tmp_path)
+    assert [one.name for one in found.answers] == ["crane"]
+    (note,) = found.notes
+    assert note.startswith(f"{tmp_path / 'damaged' / 'diagnosis.json'}: ") and found.save().exists()
+
+
+def test_names_send_no_commands_to_the_terminal(
+    tmp_path: Path, capsysbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """A folder name that is not UTF-8, one with a control character, and texts of an edited answer."""
+    command = "\x1b]0;pwn\x07"
+    put(tmp_path / os.fsdecode(b"mill\xff"), system=f"lathe{command}")
+    put(tmp_path / f"saw{command}", effects=[friction(22.0, 23.0) | {"port": f"rail{command}"}])
+    write_page(tmp_path / f"saw{command}", "unmodelled diagnose")
+    assert main(PROGRAM, ["report", str(tmp_path)]) == 0
+    said = b"".join(capsysbinary.readouterr())
+    assert b"\x1b" not in said and b"mill\\udcff" in said and b"saw\\x1b]0;pwn\\x07" in said
+    (link,) = re.findall(r'href="([^"]+/index\.html)"', (tmp_path / "index.html").read_text())
+    assert (tmp_path / unquote(link)).is_file()
+
+
+@pytest.mark.parametrize("kind", ["pipe", "folder", "page of a user"])
+def test_a_place_that_is_no_list_is_refused_at_once(kind: str, tmp_path: Path) -> None:
+    put(tmp_path / "crane")
+    page = tmp_path / "index.html"
+    if kind == "pipe":
+        os.mkfifo(page)
+    elif kind == "folder":
+        page.mkdir()
+    else:
+        page.write_text("<html>mine</html>")
+    with pytest.raises(BadInput, match=r"index.html: (is a named pipe|cannot be replaced|was not made by)"):
+        list_answers(tmp_path).save()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["crane", "index.html"]
 
 
 @pytest.fixture

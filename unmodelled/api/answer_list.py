@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from unmodelled.base.errors import printable
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import check_writable
 from unmodelled.diagnosis.answer.summary import SCHEMA
@@ -66,14 +67,14 @@ class AnswerList:
         """
         out = self.folder if folder is None else Path(folder)
         check_writable(out)
-        write_answers_page(self.answers, self.notes, self.folder.resolve().name, out)
+        write_answers_page(self.answers, self.notes, printable(self.folder.resolve().name), out)
         return out / PAGE
 
     def __repr__(self) -> str:
         return "\n".join([*table_lines(self.answers), *(f"note: {note}" for note in self.notes)])
 
     def _repr_html_(self) -> str:
-        return shown(f"Answers in {self.folder}", self.notes, {"Answers": self.table()})
+        return shown(f"Answers in {printable(str(self.folder))}", self.notes, {"Answers": self.table()})
 
 
 def list_answers(folder: Path | str) -> AnswerList:

@@ -118,8 +118,20 @@ def closest(name: str, known: Collection[str]) -> str:
     return f", must be one of {', '.join(known)}" if len(known) <= 40 else ""
 
 
+def printable(text: str) -> str:
+    """Return a text with its control characters as escapes, so that a terminal shows it as it is.
+
+    Args:
+        text: text from a file, or a name of a file.
+
+    Examples:
+        >>> printable("arm\x1b[2J")
+        'arm\\x1b[2J'
+    """
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+
+
 def _line(text: str) -> str:
     """Return a text as one printable line; a very long text is cut in the middle."""
-    lines = " ".join(part.strip() for part in text.splitlines())
-    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in lines)
+    line = printable(" ".join(part.strip() for part in text.splitlines()))
     return line if len(line) <= LONGEST else f"{line[: 2 * LONGEST // 3]} ... {line[-LONGEST // 4 :]}"

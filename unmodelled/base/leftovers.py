@@ -56,14 +56,14 @@ def remove_abandoned(path: Path) -> bool:
     """
     match = ON_ITS_WAY.fullmatch(path.name)
     writer = int(match[2]) if match else os.getpid()
-    if path.is_symlink() or not path.is_dir():
-        if psutil.pid_exists(writer):
-            return False
-        path.unlink(missing_ok=True)
-        return True
-    if writer != os.getpid() and psutil.pid_exists(writer):
-        return False
     try:
+        if path.is_symlink() or not path.is_dir():
+            if psutil.pid_exists(writer):
+                return False
+            path.unlink()
+            return True
+        if writer != os.getpid() and psutil.pid_exists(writer):
+            return False
         with locked(path):
             shutil.rmtree(path, ignore_errors=True)
     except OSError:  # at work, or gone already

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import time
@@ -72,6 +73,8 @@ def run(program: Program) -> None:
     """
     workers.limit_threads()
     workers.heed_interruptions()
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a terminal without Unicode shows what it can
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         code = main(program, sys.argv[1:])
         sys.stdout.flush()

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import place_name
@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 Entry = Mapping[str, Any]
 
 SUMMARY = "diagnosis.json"
+#: What reading a table or JSON of another structure, or with numbers out of range, can raise.
+UNLIKE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 #: Verdicts of diagnosis.json in words.
 VERDICTS = {
     "effect": "effect found",
@@ -113,7 +115,7 @@ class ListedAnswer:
             table = read_table(self.folder / "tables" / "time", ("over",))
             rows = table[table["over"] == "experiment"]
             before, after = (rows[name].to_numpy(dtype=float) for name in ("reidentified", "augmented"))
-        except (BadInput, ModuleNotFoundError, KeyError, ValueError):
+        except (BadInput, ModuleNotFoundError, *UNLIKE):
             return None
         return (before, after) if len(rows) > 1 and np.isfinite([before, after]).all() else None
 
@@ -160,11 +162,23 @@ def _read(folder: Path, listed: Path, schema: str) -> ListedAnswer:
     if not isinstance(content, dict) or content.get("schema") != schema:
         raise BadInput(f"{file}: is no answer of this version (schema {schema}): diagnose again")
     try:
-        return _listed(content, folder, folder.relative_to(listed).as_posix())
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        return _listed(_printable(content), folder, printable(folder.relative_to(listed).as_posix()))
+    except UNLIKE as error:
         raise BadInput(
             f"{file}: does not follow {schema} ({type(error).__name__}: {error}): diagnose again"
         ) from None
+
+
+def _printable(content: Any) -> Any:
+    """The same content, whose texts a terminal shows as they are: a file may come from anywhere."""
+    match content:
+        case str():
+            return printable(content)
+        case list():
+            return [_printable(item) for item in content]
+        case dict():
+            return {printable(key): _printable(value) for key, value in content.items()}
+    return content
 
 
 def _listed(content: Entry, folder: Path, name: str) -> ListedAnswer:

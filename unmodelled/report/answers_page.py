@@ -12,12 +12,11 @@ from urllib.parse import quote
 import numpy as np
 from markupsafe import Markup
 
-from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.report.answers import VERDICTS, ListedAnswer
 from unmodelled.report.diagnosis_page import PAGE
 from unmodelled.report.headline import percent
-from unmodelled.report.rendering import one_file
+from unmodelled.report.rendering import check_own_page, one_file
 from unmodelled.report.search import as_block, entry
 
 #: What the page says of itself in its head, so that no other index.html is taken for an earlier one.
@@ -50,8 +49,7 @@ def write_answers_page(answers: Sequence[ListedAnswer], notes: Sequence[str], ti
         BadInput: when the folder has an index.html that is no earlier list, or cannot be written.
     """
     file = out / PAGE
-    if file.exists() and GENERATOR not in file.read_text(errors="replace")[:4000]:
-        raise BadInput(f"{file}: was not made by report: give another folder with out=...")
+    check_own_page(file, GENERATOR, "report")
     verdicts = [one.verdict for one in answers]
     text = one_file(
         "answers.html.j2",
@@ -76,7 +74,7 @@ def _row(one: ListedAnswer, out: Path, number: int) -> dict[str, Any]:
     return {
         "number": number,
         "answer": one,
-        "link": quote(address) if page.exists() else "",
+        "link": quote(os.fsencode(address)) if page.exists() else "",
         "verdict": VERDICTS[one.verdict],
         "kind": KINDS[one.verdict],
         "confidence": percent(one.confidence),

@@ -10,6 +10,8 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import check_file
 from unmodelled.engine.machine.javascript import SCRIPT
 
 HERE = Path(__file__).parent
@@ -23,6 +25,8 @@ LIVE_SCRIPTS = (
     *(STATIC / f"{name}.js" for name in ("simulation", "format", "plots", "live")),
 )
 
+#: Characters in which a page says what made it.
+HEAD = 4000
 #: What stands at the head of a page about the data behind it.
 ORIGINS = {
     "virtual": "Virtual campaign – simulated logs, not measurements",
@@ -48,6 +52,28 @@ def templates(*more: Path) -> Environment:
     )
     made.globals["theme"] = THEME
     return made
+
+
+def check_own_page(file: Path, generator: str, verb: str) -> None:
+    """Refuse to replace a page that another program or a user made.
+
+    Args:
+        file: path of the page; it may be missing.
+        generator: element in the head of the pages that may be replaced.
+        verb: name of the verb that writes them.
+
+    Raises:
+        BadInput: when the page has no such element or cannot be read.
+    """
+    check_file(file)
+    try:
+        made = generator in file.read_text(errors="replace")[:HEAD]
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise BadInput(f"{file}: cannot be replaced: {error.strerror}: give another folder") from None
+    if not made:
+        raise BadInput(f"{file}: was not made by {verb}: give another folder with out=...")
 
 
 def policy(scripts: Iterable[str]) -> str:
