@@ -18,9 +18,9 @@ from dvc.schema import COMPILED_LOCKFILE_SCHEMA
 from dvc.utils.serialize import ParseError, load_yaml
 from voluptuous import Invalid
 
-from pipeline import mend as mend_module
 from pipeline.mend import mend
 from unmodelled.base.leftovers import locked
+from unmodelled.base.progress import track
 
 ROOT = Path(__file__).parents[1]
 GONE = 2**22 + 1  # larger than any process id
@@ -125,14 +125,13 @@ def test_what_another_run_has_made_anew_stays_in_the_cache(
 ) -> None:
     path = cached(root, b"x" * 100)
     path.write_bytes(b"mad")
-    track = mend_module.track
 
     def made_anew(*arguments: Any) -> list[Any]:
         found = list(track(*arguments))
         path.write_bytes(b"x" * 100)
         return found
 
-    monkeypatch.setattr(mend_module, "track", made_anew)
+    monkeypatch.setattr("pipeline.mend.track", made_anew)
     assert mend(root) == [] and path.read_bytes() == b"x" * 100
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 

@@ -125,8 +125,8 @@ def printable(text: str) -> str:
         text: text from a file, or a name of a file.
 
     Examples:
-        >>> printable("arm\x1b[2J")
-        'arm\\x1b[2J'
+        >>> printable("arm\\x1b[2J")
+        'arm\\\\x1b[2J'
     """
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
