@@ -50,27 +50,29 @@ class Procedure(sp.AtomicExpr):  # type: ignore[misc]
     result: sp.Expr
     digest: str
     _slopes: dict[int, Procedure]
+    _given: dict[int, Procedure]  # slopes that were not derived, which another process gets too
 
     def __new__(cls, inputs: Iterable[sp.Symbol], steps: Iterable[Step], result: sp.Expr) -> Procedure:
-        kept, needed = [], set(result.free_symbols)
+        kept, needed = [], set(_symbols(result))
         for symbol, step in reversed(tuple(steps)):
             if symbol in needed:
                 kept.append((symbol, step))
-                needed |= step.free_symbols
+                needed |= _symbols(step)
         self: Procedure = super().__new__(cls)
         self.inputs = tuple(x for x in inputs if x in needed)
         self.steps = tuple(reversed(kept))
         self.result = result
-        texts = (*map(str, self.inputs), *(f"{s}={_text(e)}" for s, e in self.steps), _text(result))
+        names = (x.name for x in self.inputs)
+        texts = (*names, *(f"{s.name}={_text(e)}" for s, e in self.steps), _text(result))
         self.digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
-        self._slopes = {}
+        self._slopes, self._given = {}, {}
         return self
 
     def __getnewargs__(self) -> tuple[Any, ...]:
         return self.inputs, self.steps, self.result
 
     def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
-        return Procedure, (self.inputs, self.steps, self.result)
+        return _with_slopes, (self.inputs, self.steps, self.result, self._given)
 
     def _hashable_content(self) -> tuple[str]:
         return (self.digest,)
@@ -102,6 +104,15 @@ class Procedure(sp.AtomicExpr):  # type: ignore[misc]
             self._slopes[k] = found
         return self._slopes[k]
 
+    def give_slope(self, k: int, slope: Procedure) -> None:
+        """Set the procedure of the derivative of the result by one input, where a shorter one is known.
+
+        Args:
+            k: number of the input.
+            slope: procedure of the derivative.
+        """
+        self._slopes[k] = self._given[k] = slope
+
 
 class evaluated(sp.Function):  # type: ignore[misc]
     """Result of a procedure (first argument) for values of its inputs (further arguments)."""
@@ -132,6 +143,16 @@ class evaluated(sp.Function):  # type: ignore[misc]
         values = dict(zip(procedure.inputs, given, strict=True))
         inner = [(k, sp.diff(value, s)) for k, value in enumerate(given)]
         return sp.Add(*(evaluated.at(procedure.slope(k), values) * d for k, d in inner if d != 0))
+
+
+def _with_slopes(
+    inputs: Iterable[sp.Symbol], steps: Iterable[Step], result: sp.Expr, slopes: Mapping[int, Procedure]
+) -> Procedure:
+    """A procedure of another process, with the slopes that were given to it."""
+    found: Procedure = Procedure(inputs, steps, result)
+    for k, slope in slopes.items():
+        found.give_slope(k, slope)
+    return found
 
 
 def is_simple(expression: sp.Expr) -> bool:
@@ -240,15 +261,33 @@ def scope_for(values: Mapping[sp.Symbol, Any], scopes: list[dict[sp.Symbol, Any]
 
 def _chained(expression: sp.Expr, slopes: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
     """Derivative of an expression whose symbols have the given derivatives, the others none."""
-    inner = sorted((s for s in expression.free_symbols if s in slopes), key=str)
-    return sp.Add(*(_partial(expression, s) * slopes[s] for s in inner))
+    inner = _symbols(expression) & slopes.keys()
+    if not inner:
+        return sp.S.Zero
+    return sp.Add(*(_partial(expression, s) * slopes[s] for s in sorted(inner, key=lambda s: s.name)))
 
 
-@lru_cache(maxsize=50_000)
+@lru_cache(maxsize=200_000)
 def _partial(expression: sp.Expr, s: sp.Symbol) -> sp.Expr:
+    """Derivative of an expression; of sums and products, which most steps are, without SymPy's search."""
+    if s not in _symbols(expression):
+        return sp.S.Zero
+    if expression.is_Symbol:
+        return sp.S.One
+    if expression.is_Add:
+        return sp.Add(*(_partial(part, s) for part in expression.args))
+    if expression.is_Mul:
+        factors = expression.args
+        parts = ((k, _partial(factor, s)) for k, factor in enumerate(factors))
+        return sp.Add(*(sp.Mul(*factors[:k], part, *factors[k + 1 :]) for k, part in parts if part != 0))
     return sp.diff(expression, s)
 
 
-@lru_cache(maxsize=50_000)
+@lru_cache(maxsize=200_000)
+def _symbols(expression: sp.Expr) -> frozenset[sp.Symbol]:
+    return frozenset(expression.free_symbols)
+
+
+@lru_cache(maxsize=200_000)
 def _text(expression: sp.Expr) -> str:
     return str(sp.srepr(expression))

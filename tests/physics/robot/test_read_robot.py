@@ -233,15 +233,19 @@ FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size=
         ),
         (SERVO.replace("<geom", "<body/>" * 1001 + "<geom"), "bodies, at most 1000 are read"),
         (
-            SERVO.replace("<geom", LINK * 70 + "<geom"),
-            "has 71 joints, at most 64 are read",
+            SERVO.replace("<geom", LINK * 140 + "<geom"),
+            "has 141 joints, at most 128 are read",
         ),
-        (FREE, "joint 'fly': a free joint: only hinge and slide joints have equations here: fix the body"),
-        (FREE.replace('freejoint name="fly"', 'joint name="b" type="ball"'), "joint 'b': a ball joint: only"),
+        (
+            SERVO.replace("<geom", LINK.replace("</body>", "") * 60 + "</body>" * 60 + "<geom"),
+            "has 61 joints between the base and it, at most 50 are read: fix some of them",
+        ),
+        (FREE, "joint 'fly': a free joint: has no equations here: remove it (the body then stands still)"),
+        (FREE.replace('freejoint name="fly"', 'joint name="b" type="ball"'), "joint 'b': a ball joint: has"),
         (FREE.replace('<freejoint name="fly"/>', ""), "has no joint"),
         (
-            SERVO.replace("<actuator>", '<equality><joint name="e" joint1="1"/></equality><actuator>'),
-            "equality joint 'e': a closed chain",
+            SERVO.replace("<actuator>", '<equality><weld name="e" body1="rod"/></equality><actuator>'),
+            "equality weld 'e': a closed chain",
         ),
         (
             SERVO.replace(
@@ -266,8 +270,8 @@ FREE = """<mujoco><worldbody><body name="box"><freejoint name="fly"/><geom size=
         (SERVO.replace('size="0.02"', 'size="big"'), "MuJoCo: "),
         (ARM.replace('type="prismatic"', 'type="floating"'), "joint 'elbow': of type floating"),
         (
-            ARM.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="shoulder-pan"/>'),
-            "joint 'elbow': follows another joint (mimic)",
+            ARM.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><mimic joint="shoulder-pam"/>'),
+            "joint 'elbow': mimic: the file has no joint 'shoulder-pam': correct the name",
         ),
         (
             ARM.replace('name="elbow"', 'name="shoulder_pan"'),

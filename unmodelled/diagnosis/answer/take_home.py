@@ -173,7 +173,7 @@ def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, 
     for p in properties(robot, efforts.tree):
         wanted[p.element, p.quantity] = values.get(p.name, p.value)
     # the equations have no dry friction of the file: all that there is was found by the diagnosis
-    wanted |= {(joint, "frictionloss"): 0.0 for joint in efforts.joints}
+    wanted |= {(joint, "frictionloss"): 0.0 for joint in efforts.moving}
     wanted |= servo_gains(robot, wanted)
     # an effect acts on what the effects before it make of an input
     for effect in sorted(effects, key=lambda effect: len(effect.added.system.parameters)):

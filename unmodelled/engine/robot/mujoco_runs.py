@@ -16,8 +16,8 @@ from unmodelled.engine.free_run import Integration, Sizes, Windows
 from unmodelled.engine.machine.program import Program
 from unmodelled.engine.robot.supplement import Supplement
 from unmodelled.systems.model import System
-from unmodelled.systems.robot.compile import plain_name, written_names
-from unmodelled.systems.robot.files import dynamics_only
+from unmodelled.systems.robot.compile import compiled, plain_name, written_names
+from unmodelled.systems.robot.loading import loaded
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,13 @@ class MujocoRuns:
     def __init__(self, robot: RobotInMujoco, system: System, observed: Sequence[sp.Expr]) -> None:
         import mujoco
 
-        self.model = model = mujoco.MjModel.from_xml_string(dynamics_only(robot.text, robot.name)[0])
+        self.model = model = loaded(robot.text, robot.name).model
+        written = written_names(model, "joint")
+        held = [written.index(name) for name in robot.locked]
+        self.held, self.at = model.jnt_qposadr[held], [*robot.locked.values()]
+        model.dof_armature[model.jnt_dofadr[held]] = _HELD
+        # a joint that is locked follows no other one, and moves none
+        model.eq_active0[np.isin(model.eq_obj1id, held) | np.isin(model.eq_obj2id, held)] = 0
         self.forces = robot.supplement.complete(model, robot.name)
         # what hits what is not known without meshes; a run that is lost must not begin again
         flags = mujoco.mjtDisableBit
@@ -88,15 +94,12 @@ class MujocoRuns:
         self.observed = Program.of(system, observed)
         self.applied = Program.of(system, [*robot.applied.values()])
         names = [state.name for state in system.states]
-        written = written_names(model, "joint")
-        held = [written.index(name) for name in robot.locked]
-        self.held, self.at = model.jnt_qposadr[held], [*robot.locked.values()]
-        model.dof_armature[model.jnt_dofadr[held]] = _HELD
-        mujoco.mj_setConst(model, mujoco.MjData(model))
         joints = [plain_name(name) for name in written]
         moving = [k for k, name in enumerate(joints) if f"q_{name}" in names]
         self.q, self.qd = ([names.index(f"{s}_{joints[k]}") for k in moving] for s in ("q", "qd"))
         self.places, self.dofs = model.jnt_qposadr[moving], model.jnt_dofadr[moving]
+        locked = dict(zip(held, self.at, strict=True))
+        self.gears = compiled(robot.text, robot.name).following(locked)
         self.to = model.jnt_dofadr[[joints.index(name) for name in robot.applied]]
         inputs = [item.name for item in system.inputs]
         actuators = [f"u_{plain_name(name)}" for name in written_names(model, "actuator")]
@@ -152,6 +155,9 @@ class MujocoRuns:
         x[0] = x0
         data.qpos[self.held] = self.at
         data.qpos[self.places], data.qvel[self.dofs], data.time = x0[self.q], x0[self.qd], t[0]
+        for k, gear in self.gears.items():
+            data.qpos[k] = gear.ratio * data.qpos[gear.leader] + gear.offset
+            data.qvel[k] = gear.ratio * data.qvel[gear.leader]
         data.act[self.activated] = x0[self.a]
         self.forces.begin(t[0], x0[self.z])
         state = x0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,21 @@ class Body:
 
 
 @dataclass(frozen=True)
+class Coupling:
+    """Gear that moves a joint with another one: q = ratio*q_leader + offset.
+
+    Attributes:
+        leader: number of the joint that it follows; None: it stands at the offset.
+        ratio: ratio of the coordinates, rad or m per rad or m.
+        offset: coordinate where that of the leader is zero, rad or m.
+    """
+
+    leader: int | None
+    ratio: float
+    offset: float
+
+
+@dataclass(frozen=True)
 class Joint:
     """Hinge or slide joint.
 
@@ -51,6 +67,7 @@ class Joint:
         stiffness: stiffness of its spring, N m/rad or N/m.
         rest: coordinate at which the spring is at rest, rad or m.
         frictionloss: dry friction of the file, N m or N.
+        follows: gear to another joint (`mimic` in a URDF file); None (default): it moves by itself.
     """
 
     name: str
@@ -64,6 +81,7 @@ class Joint:
     stiffness: float
     rest: float
     frictionloss: float
+    follows: Coupling | None = None
 
 
 @dataclass(frozen=True)
@@ -112,6 +130,7 @@ class Robot:
         actuators: actuators, in the order of the file.
         gravity: acceleration of gravity in the frame of the world, shape (3,), m/s^2.
         notes: sentences on what the file says and the equations do not.
+        massless: numbers of joints that move no inertia, so that no torque determines their motion.
     """
 
     bodies: tuple[Body, ...]
@@ -119,3 +138,42 @@ class Robot:
     actuators: tuple[Actuator, ...]
     gravity: Array
     notes: tuple[str, ...] = ()
+    massless: tuple[int, ...] = ()
+
+    def resting(self, locked: Mapping[int, float]) -> dict[int, float]:
+        """Return the coordinate (rad or m) of every joint that does not move, by number of the joint.
+
+        These are locked joints, joints that move no inertia, at zero, and joints that follow such a joint. A
+        locked joint follows no other one.
+
+        Args:
+            locked: coordinate of every locked joint, by number of the joint.
+        """
+        ends = {k: self._followed(k, locked) for k in range(len(self.joints))}
+        return {k: end.offset for k, end in ends.items() if end.leader is None}
+
+    def following(self, locked: Mapping[int, float]) -> dict[int, Coupling]:
+        """Return the gear of every moving joint to a joint that moves by itself, by number of the joint.
+
+        Args:
+            locked: coordinate of every locked joint, by number of the joint.
+        """
+        ends = {k: self._followed(k, locked) for k in range(len(self.joints))}
+        return {k: end for k, end in ends.items() if end.leader not in (None, k)}
+
+    def _followed(self, k: int, locked: Mapping[int, float]) -> Coupling:
+        """Gear of a joint to the last joint of its chain of leaders, possibly itself."""
+        leader: int | None = k
+        ratio, offset = 1.0, 0.0
+        while leader is not None:
+            coupling = self.joints[leader].follows
+            if leader in locked:
+                coupling = Coupling(None, 0.0, locked[leader])
+            elif leader in self.massless:
+                coupling = Coupling(None, 0.0, 0.0)
+            if coupling is None:
+                break
+            offset += ratio * coupling.offset
+            ratio *= coupling.ratio
+            leader = coupling.leader if ratio else None
+        return Coupling(leader, ratio, offset)

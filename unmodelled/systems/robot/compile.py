@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from unmodelled.base.errors import BadInput
-from unmodelled.systems.robot.bodies import Actuator, Body, Joint, Robot
-from unmodelled.systems.robot.files import dynamics_only
+from unmodelled.systems.robot.bodies import Actuator, Body, Coupling, Joint, Robot
+from unmodelled.systems.robot.files import listed
 from unmodelled.systems.robot.links import clean
+from unmodelled.systems.robot.loading import Loaded, check_finite, couplings, loaded
+from unmodelled.systems.robot.masses import massless
 
 KINDS = ("body", "joint", "actuator")
-#: Most joints of a robot; the equations of seven take a second to make, and grow with the square.
-MOST_JOINTS = 64
+#: Most joints of a robot, and most on the way from its base to a tip: equations of about a minute (45 in a
+#: row take 33 s, 101 of which at most 15 are in a row 23 s; the time grows with the cube of those in a row).
+MOST_JOINTS, MOST_IN_A_ROW = 128, 50
 #: Arrays of a compiled model that must be zero, what they stand for, and what to do.
 _ZERO = (
     ("body_gravcomp", "gravity compensation", "remove gravcomp, and add its force in signals"),
@@ -50,14 +54,7 @@ def compiled(text: str, where: str) -> Robot:
         >>> robot.joints[0].damping, robot.bodies[0].mass, robot.gravity.tolist()
         (0.1, 2.0, [0.0, 0.0, -9.81])
     """
-    import mujoco
-
-    needed, urdf = dynamics_only(text, where)
-    try:
-        model = mujoco.MjModel.from_xml_string(needed)
-    except (ValueError, TypeError) as error:
-        raise BadInput(f"{where}: MuJoCo: {' '.join(str(error).split())}") from None
-    return _Compiled(model, where, urdf).robot()
+    return _Compiled(loaded(text, where), where).robot()
 
 
 def written_names(model: Any, kind: str) -> list[str]:
@@ -89,23 +86,33 @@ def plain_name(written: str) -> str:
 
 
 class _Compiled:
-    def __init__(self, model: Any, where: str, urdf: bool) -> None:
+    def __init__(self, file: Loaded, where: str) -> None:
         import mujoco
 
-        self.model, self.where, self.urdf, self.mujoco = model, where, urdf, mujoco
-        self.bodies, self.joints, self.actuators = (written_names(model, kind) for kind in KINDS)
+        self.model, self.where, self.file, self.mujoco = file.model, where, file, mujoco
+        self.bodies, self.joints, self.actuators = (written_names(file.model, kind) for kind in KINDS)
+        self.couplings: dict[int, Coupling] = {}
 
     def robot(self) -> Robot:
         model, mujoco = self.model, self.mujoco
         self._check()
         weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
-        return Robot(
+        self.couplings = couplings(model, self.joints, self.where)
+        robot = Robot(
             tuple(self._body(k, name) for k, name in enumerate(self._names(self.bodies)) if k > 0),
             tuple(self._joint(k, name) for k, name in enumerate(self._names(self.joints))),
             tuple(self._actuator(k, name) for k, name in enumerate(self._names(self.actuators))),
             np.zeros(3) if weightless else np.array(model.opt.gravity),
             tuple(self._notes()),
         )
+        return self._held(robot)
+
+    def _held(self, robot: Robot) -> Robot:
+        """The robot with the joints that move nothing, and a note on them."""
+        held = massless(self.model, robot, self.where)
+        words = "stand still at 0: to let them move, give their links masses and inertias"
+        note = f"joints that move no mass ({listed([self.joints[k] for k in held])}) {words}"
+        return replace(robot, massless=held, notes=(*robot.notes, note)) if held else robot
 
     def _wrong(self, what: str, problem: str) -> BadInput:
         return BadInput(f"{self.where}: {what}: {problem}")
@@ -125,13 +132,21 @@ class _Compiled:
         if model.njnt > MOST_JOINTS:
             words = f"at most {MOST_JOINTS} are read: fix those that do not move"
             raise BadInput(f"{self.where}: has {model.njnt} joints, {words}")
+        in_a_row = np.zeros(model.nbody, int)
+        for body in range(1, model.nbody):
+            in_a_row[body] = in_a_row[model.body_parentid[body]] + model.body_jntnum[body]
+        if in_a_row.max() > MOST_IN_A_ROW:
+            words = f"has {in_a_row.max()} joints between the base and it, at most {MOST_IN_A_ROW} are read"
+            raise self._wrong(f"body {self.bodies[int(in_a_row.argmax())]!r}", f"{words}: fix some of them")
         if model.njnt == 0:
             raise BadInput(f"{self.where}: has no joint, so that nothing moves: add a hinge or slide joint")
         free = int(mujoco.mjtJoint.mjJNT_FREE)
         for k in np.flatnonzero(model.jnt_type <= int(mujoco.mjtJoint.mjJNT_BALL)):
             kind = "free" if model.jnt_type[k] == free else "ball"
-            words = "only hinge and slide joints have equations here: fix the body, or use hinges"
+            words = "has no equations here: remove it (the body then stands still), or use hinges and slides"
             raise self._wrong(f"joint {self.joints[k]!r}", f"a {kind} joint: {words}")
+        names = dict(zip(KINDS, (self.bodies, self.joints, self.actuators), strict=True))
+        check_finite(model, names, self.where)
         for array, what, advice in _ZERO:
             values = np.asarray(getattr(model, array, np.zeros(0)))  # older MuJoCo has fewer of them
             for row in np.flatnonzero(values.reshape(len(values), -1).any(-1)) if len(values) else ():
@@ -203,6 +218,7 @@ class _Compiled:
             stiffness=float(np.ravel(model.jnt_stiffness[k])[0]),
             rest=float(model.qpos_spring[at]),
             frictionloss=float(model.dof_frictionloss[dof]),
+            follows=self.couplings.get(k),
         )
 
     def _actuator(self, k: int, name: str) -> Actuator:
@@ -230,12 +246,16 @@ class _Compiled:
 
     def _notes(self) -> Iterator[str]:
         model = self.model
+        yield from self.file.notes
+        if followers := [self.joints[k] for k in self.couplings]:
+            words = "have no coordinate and no input of their own"
+            yield f"joints that follow others ({listed(followers)}) {words}"
         if dry := [self.joints[model.dof_jntid[k]] for k in np.flatnonzero(model.dof_frictionloss)]:
             law = "to include it, give the joint's port a law"
             yield f"the dry friction (frictionloss) of {', '.join(dry)} is not part of the equations: {law}"
         if limited := [self.joints[k] for k in np.flatnonzero(model.jnt_limited)]:
             yield f"the limits of {', '.join(limited)} are not part of the equations"
-        if not self.urdf and (ends := [self.joints[k] for k in np.flatnonzero(model.jnt_actfrclimited)]):
+        if not self.file.urdf and (ends := [self.joints[k] for k in np.flatnonzero(model.jnt_actfrclimited)]):
             yield f"the force limits (actuatorfrcrange) of {', '.join(ends)} are not part of the equations"
         if model.opt.density or model.opt.viscosity:
             yield "forces of the surrounding fluid are not part of the equations"

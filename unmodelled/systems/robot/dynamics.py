@@ -2,8 +2,9 @@
 
 The recursive Newton-Euler algorithm gives the torques without acceleration, the composite-rigid-body
 algorithm the mass matrix, and a factorisation that keeps the zeros of a branched tree gives the accelerations
-(R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5, 6 and 8). All numbers of the file are
-folded into the steps; zeros and ones vanish.
+(R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5, 6 and 8). Joints that follow another one
+have its coordinate: with q = G*y + b, the mass matrix of y is G^T*M*G and its torques are G^T*tau (chapter 3,
+explicit constraints). All numbers of the file are folded into the steps; zeros and ones vanish.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class Dynamics:
     Attributes:
         robot: bodies and joints.
         tree: moving links.
-        coordinates: symbols of the joint of each link, in the order of the links.
+        coordinates: symbols of each joint that moves by itself, in the order of `Tree.leaders`.
         value: value of a property of the file.
     """
 
@@ -59,45 +60,77 @@ class Dynamics:
         self._own = [of_link(self.steps, self.robot, link, self.value) for link in self.tree.links]
 
     def accelerations(self) -> list[Procedure]:
-        """Return the procedure of the acceleration of each link's joint."""
-        s, links = self.steps, self.tree.links
+        """Return the procedure of the acceleration of each joint that moves by itself."""
+        s = self.steps
         bias = self._bias()
         torques = [s(c.torque - b) for c, b in zip(self.coordinates, bias, strict=True)]
         factors, reciprocals = self._factors
-        for i in reversed(range(len(links))):
-            for j in self._ancestors(i):
-                torques[j] = s(torques[j] - factors[i, j] * torques[i])
+        for i, row in reversed(list(enumerate(factors))):
+            for j, factor in row.items():
+                torques[j] = s(torques[j] - factor * torques[i])
         results = [s(t * r) for t, r in zip(torques, reciprocals, strict=True)]
-        for i in range(len(links)):
-            for j in self._ancestors(i):
-                results[i] = s(results[i] - factors[i, j] * results[j])
-        read = {x for e in (*results, *(step for _, step in s.found)) for x in e.free_symbols}
-        inputs = sorted(read - {name for name, _ in s.found}, key=str)
-        return [Procedure(inputs, s.found, result) for result in results]
+        for i, row in enumerate(factors):
+            for j, factor in row.items():
+                results[i] = s(results[i] - factor * results[j])
+        return self._procedures(results)
 
-    def _ancestors(self, i: int) -> list[int]:
-        found = []
-        while (i := self.tree.links[i].parent) >= 0:
-            found.append(i)
+    def mobilities(self) -> list[Procedure]:
+        """Return the procedure of the derivative of each acceleration by the torque of its joint.
+
+        These are the diagonal of the inverse of the mass matrix: squares of the inverse of L^T, divided by D.
+        """
+        s, (factors, reciprocals) = self.steps, self._factors
+        results = []
+        for k in range(len(factors)):
+            column = {k: sp.S.One}
+            for i in reversed(range(k + 1)):
+                for j, factor in factors[i].items() if i in column else ():
+                    column[j] = s(column.get(j, sp.S.Zero) - factor * column[i])
+            results.append(s(sp.Add(*(reciprocals[i] * e**2 for i, e in column.items()))))
+        return self._procedures(results)
+
+    def _procedures(self, results: list[sp.Expr]) -> list[Procedure]:
+        read = {x for e in (*results, *(step for _, step in self.steps.found)) for x in e.free_symbols}
+        inputs = sorted(read - {name for name, _ in self.steps.found}, key=str)
+        return [Procedure(inputs, self.steps.found, result) for result in results]
+
+    @cached_property
+    def _factors(self) -> tuple[list[dict[int, sp.Expr]], list[sp.Expr]]:
+        """Rows of L below its diagonal and the reciprocals of D of the mass matrix L^T D L."""
+        s, mass = self.steps, self._mass_matrix()
+        reciprocals: list[sp.Expr] = [sp.S.One] * len(mass)
+        factors: list[dict[int, sp.Expr]] = [{} for _ in mass]
+        for k, row in reversed(list(enumerate(mass))):
+            reciprocals[k] = s(1 / row.pop(k))
+            above = sorted(row, reverse=True)
+            for n, i in enumerate(above):
+                factors[k][i] = s(row[i] * reciprocals[k])
+                for j in above[n:]:
+                    mass[i][j] = s(mass[i].get(j, sp.S.Zero) - factors[k][i] * row[j])
+        return factors, reciprocals
+
+    def _mass_matrix(self) -> list[dict[int, sp.Expr]]:
+        """Rows of the mass matrix of the coordinates up to its diagonal, without zeros."""
+        s, links = self.steps, self.tree.links
+        found: list[dict[int, sp.Expr]] = [{} for _ in self.coordinates]
+        for (k, i), value in self._mass_of_links().items():
+            row, column = self._of[k], self._of[i]
+            # both (k, i) and (i, k) of the mass matrix of the links
+            twice = 2 if k != i and row == column else 1
+            part = twice * number(links[k].ratio) * number(links[i].ratio) * value
+            row, column = max(row, column), min(row, column)
+            if part != 0:
+                found[row][column] = s(found[row].get(column, sp.S.Zero) + part)
         return found
 
     @cached_property
-    def _factors(self) -> tuple[dict[tuple[int, int], sp.Expr], list[sp.Expr]]:
-        """L and the reciprocals of D of the mass matrix L^T D L."""
-        s, mass = self.steps, self._mass_matrix()
-        reciprocals: list[sp.Expr] = [sp.S.One] * len(self.tree.links)
-        factors = {}
-        for k in reversed(range(len(self.tree.links))):
-            reciprocals[k] = s(1 / mass[k, k])
-            above = self._ancestors(k)
-            for n, i in enumerate(above):
-                factors[k, i] = s(mass[k, i] * reciprocals[k])
-                for j in above[n:]:
-                    mass[i, j] = s(mass[i, j] - factors[k, i] * mass[k, j])
-        return factors, reciprocals
+    def _of(self) -> list[int]:
+        """Number of the coordinate that moves each link."""
+        places = {joint: k for k, joint in enumerate(self.tree.leaders)}
+        return [places[link.leader] for link in self.tree.links]
 
-    def _mass_matrix(self) -> dict[tuple[int, int], sp.Expr]:
-        """Elements of the mass matrix: a joint with itself and with each ancestor."""
+    def _mass_of_links(self) -> dict[tuple[int, int], sp.Expr]:
+        """Elements of the mass matrix of all joints: a joint with itself and with each ancestor."""
         links, s = self.tree.links, self.steps
         whole = [*self._own]
         mass = {}
@@ -124,11 +157,11 @@ class Dynamics:
         return mass
 
     def _bias(self) -> list[sp.Expr]:
-        """Torques of the joints without acceleration: gravity, centrifugal and Coriolis forces."""
+        """Torques of the coordinates without acceleration: gravity, centrifugal and Coriolis forces."""
         links, s = self.tree.links, self.steps
         speeds, turnings, linear, tensors = list[Vector](), list[Vector](), list[Vector](), list[Matrix]()
         for k, link in enumerate(links):
-            c = self.coordinates[k]
+            speed = self._speed(k)
             back = transposed(self._rotations[k])
             p, root = link.parent, link.parent < 0
             if root:
@@ -138,10 +171,10 @@ class Dynamics:
             w = ZERO if root else s.times(back, speeds[p])
             turning = ZERO if root else s.times(back, turnings[p])
             if self._slides(k):
-                a = s.vector((a[0] + 2 * w[1] * c.qd, a[1] - 2 * w[0] * c.qd, a[2]))
+                a = s.vector((a[0] + 2 * w[1] * speed, a[1] - 2 * w[0] * speed, a[2]))
             else:
-                turning = s.vector((turning[0] + w[1] * c.qd, turning[1] - w[0] * c.qd, turning[2]))
-                w = s.vector((w[0], w[1], w[2] + c.qd))
+                turning = s.vector((turning[0] + w[1] * speed, turning[1] - w[0] * speed, turning[2]))
+                w = s.vector((w[0], w[1], w[2] + speed))
             speeds.append(w)
             linear.append(a)
             turnings.append(turning)
@@ -157,10 +190,11 @@ class Dynamics:
         return self._collected(forces, torques)
 
     def _collected(self, forces: list[Vector], torques: list[Vector]) -> list[sp.Expr]:
-        """Torques of the joints, from forces and torques on the links."""
-        s, found = self.steps, [sp.S.Zero] * len(forces)
+        """Torques of the coordinates, from forces and torques on the links."""
+        s, found = self.steps, [sp.S.Zero] * len(self.coordinates)
         for k, link in reversed(list(enumerate(self.tree.links))):
-            found[k] = (forces[k] if self._slides(k) else torques[k])[2]
+            own = (forces[k] if self._slides(k) else torques[k])[2]
+            found[self._of[k]] = s(found[self._of[k]] + number(link.ratio) * own)
             if link.parent >= 0:
                 force = s.times(self._rotations[k], forces[k])
                 arm = s.cross(self._origin(k), force)
@@ -181,6 +215,13 @@ class Dynamics:
             s.vector((xz - turning[1], yz + turning[0], -xx - yy)),
         )
 
+    def _position(self, k: int) -> sp.Expr:
+        """Coordinate of a link, without its offset."""
+        return number(self.tree.links[k].ratio) * self.coordinates[self._of[k]].q
+
+    def _speed(self, k: int) -> sp.Expr:
+        return number(self.tree.links[k].ratio) * self.coordinates[self._of[k]].qd
+
     def _slides(self, k: int) -> bool:
         return self.robot.joints[self.tree.links[k].joint].slides
 
@@ -189,7 +230,7 @@ class Dynamics:
         fixed = [numbers(row) for row in self.tree.links[k].placement.rotation]
         if self._slides(k):
             return fixed[0], fixed[1], fixed[2]
-        s, angle = self.steps, self.coordinates[k].q + _angle(self.tree.links[k].offset)
+        s, angle = self.steps, self._position(k) + _angle(self.tree.links[k].offset)
         c, n = s(sp.cos(angle)), s(sp.sin(angle))
         rows = [s.vector((r[0] * c + r[1] * n, r[1] * c - r[0] * n, r[2])) for r in fixed]
         return rows[0], rows[1], rows[2]
@@ -200,7 +241,7 @@ class Dynamics:
         place = numbers(link.placement.position)
         if not self._slides(k):
             return place
-        travel = self.coordinates[k].q + number(link.offset)
+        travel = self._position(k) + number(link.offset)
         axis = numbers(link.placement.rotation[:, 2])
         return self.steps.plus(place, (axis[0] * travel, axis[1] * travel, axis[2] * travel))
 

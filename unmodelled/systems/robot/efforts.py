@@ -31,7 +31,12 @@ class Efforts:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the moving joints."""
+        """Names of the joints that move by themselves."""
+        return tuple(self.robot.joints[k].name for k in self.tree.leaders)
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """Names of all moving joints, with those that follow another joint."""
         return tuple(self.robot.joints[link.joint].name for link in self.tree.links)
 
     @cached_property
@@ -55,7 +60,7 @@ class Efforts:
             name = f"{element}_{quantity}"
             return name if name in parameters else repr(value)
 
-        return Drives(self.robot, tuple(link.joint for link in self.tree.links), written)
+        return Drives(self.robot, self.tree, written)
 
     @cached_property
     def tree(self) -> Tree:

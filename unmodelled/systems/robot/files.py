@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.limits import check_file
+from unmodelled.systems.robot.inertials import Inertial, inertials, value_of
 
 #: Largest robot file, bytes.
 LARGEST = 10_000_000
@@ -18,7 +21,7 @@ LARGEST = 10_000_000
 _UNNEEDED = frozenset(
     {"asset", "visual", "statistic", "sensor", "keyframe", "contact", "custom", "size", "site", "camera"}
     | {"light", "material", "mesh", "texture", "pair", "hfield", "skin", "numeric", "text"}
-    | {"equality", "tendon"}
+    | {"tendon"}
 )
 #: Parts of an MJCF file that change its dynamics in ways that the equations here cannot follow.
 _REFUSED = {
@@ -31,9 +34,11 @@ _REFUSED = {
     "deformable": "remove the deformable body",
     "replicate": "write the repeated bodies out",
 }
-_REFUSED_TYPES = {"floating", "planar"}
-#: Elements that hold each other, and how many of them are read.
-_NESTED, MOST_BODIES = frozenset({"body", "link", "frame", "default"}), 1000
+_REFUSED_TYPES = {"floating", "planar", "ball", "spherical"}
+#: Elements that hold each other, how many of them are read, and how many inside each other.
+_NESTED, MOST_BODIES, DEEPEST = frozenset({"body", "link", "frame", "default"}), 1000, 200
+#: Names that a sentence lists.
+LISTED = 6
 _PLACES = ("meshdir", "texturedir", "assetdir", "fusestatic")
 
 
@@ -44,9 +49,14 @@ def robot_text(path: Path) -> str:
         path: MJCF or URDF file.
 
     Raises:
-        BadInput: if the file cannot be read or is not UTF-8.
+        BadInput: if the file cannot be read, is too large or is not UTF-8.
     """
+    check_file(path)
     try:
+        if path.stat().st_size > LARGEST:
+            raise BadInput(
+                f"{path}: has more than {LARGEST} bytes: remove what moves nothing, such as meshes"
+            )
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise BadInput(f"{path}: not UTF-8 text: save the file in UTF-8") from None
@@ -54,24 +64,54 @@ def robot_text(path: Path) -> str:
         raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
 
 
-def dynamics_only(text: str, where: str) -> tuple[str, bool]:
-    """Return the part of a robot file that its dynamics need.
+@dataclass(frozen=True)
+class Needed:
+    """Part of a robot file that its dynamics need.
 
-    Args:
-        text: content of an MJCF or URDF file.
-        where: start of the error message, such as the path of the file.
-
-    Returns:
-        MJCF or URDF without meshes and without references to other files, and whether it is URDF.
-
-    Raises:
-        BadInput: if the text is no MJCF and no URDF, or has parts that the equations cannot follow.
-
-    Examples:
-        >>> xml = '<robot name="r"><link name="a"><visual><mesh filename="/x"/></visual></link></robot>'
-        >>> dynamics_only(xml, "r.urdf")
-        ('<robot name="r"><link name="a" /><mujoco><compiler fusestatic="false" /></mujoco></robot>', True)
+    Attributes:
+        text: MJCF or URDF without meshes, without references to other files and without `mimic`; a URDF
+            without its inertias, in whose place are those of some body.
+        urdf: whether it is a URDF.
+        inertials: mass properties of the links of a URDF, by name.
+        mimics: joint that is followed (None: it does not move), ratio and offset of each joint of a URDF that
+            follows another one, by name.
+        notes: sentences on what was not used.
     """
+
+    text: str
+    urdf: bool
+    inertials: Mapping[str, Inertial]
+    mimics: Mapping[str, tuple[str | None, float, float]]
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, text: str, where: str) -> Needed:
+        """Return what the dynamics need of a robot file.
+
+        Args:
+            text: content of an MJCF or URDF file.
+            where: start of the error message, such as the path of the file.
+
+        Raises:
+            BadInput: if the text is no MJCF and no URDF, or has parts that the equations cannot follow.
+
+        Examples:
+            >>> xml = '<mujoco><asset><mesh name="m" file="/x.stl"/></asset><worldbody/></mujoco>'
+            >>> Needed.of(xml, "r.xml").text
+            '<mujoco><worldbody /></mujoco>'
+        """
+        root = _root(text, where)
+        if root.tag != "robot":
+            _strip_mjcf(root, where)
+            return cls(ET.tostring(root, encoding="unicode"), False, {}, {})
+        masses = inertials(root, where)
+        mimics, notes = _mimics(root, where)
+        _strip_urdf(root, where)
+        return cls(ET.tostring(root, encoding="unicode"), True, masses, mimics, tuple(notes))
+
+
+def _root(text: str, where: str) -> ET.Element:
+    """The checked tree of a robot file."""
     if re.search(r"<!(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise BadInput(f"{where}: a robot file has no DOCTYPE and no entities: remove them")
     try:
@@ -86,16 +126,34 @@ def dynamics_only(text: str, where: str) -> tuple[str, bool]:
     # what ROS and simulators add to a URDF, plugins for instance, is not read
     refused = _REFUSED if root.tag == "mujoco" else {"include"}
     for element in root.iter():
-        if element.tag in refused:
-            raise BadInput(f"{where}: {named(element)}: cannot be followed: {_REFUSED[element.tag]}")
+        if element.tag.lower() in refused:  # MuJoCo includes files whatever the case of the letters
+            raise BadInput(f"{where}: {named(element)}: cannot be followed: {_REFUSED[element.tag.lower()]}")
     nested = sum(element.tag in _NESTED for element in root.iter())
     if nested > MOST_BODIES:
         raise BadInput(
             f"{where}: has {nested} bodies, at most {MOST_BODIES} are read: remove what moves nothing"
         )
-    urdf = root.tag == "robot"
-    (_strip_urdf if urdf else _strip_mjcf)(root, where)
-    return ET.tostring(root, encoding="unicode"), urdf
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [element for parent in level for element in parent]
+    if level:
+        words = f"at most {DEEPEST} elements inside each other are read: remove frames around bodies"
+        raise BadInput(f"{where}: {named(level[0])}: {words}")
+    return root
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names for a sentence, the first few if there are many.
+
+    Args:
+        names: names.
+
+    Examples:
+        >>> listed([*"abcdefgh"])
+        'a, b, c, d, e, f and 2 more'
+    """
+    more = len(names) - LISTED
+    return ", ".join(names[:LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def named(element: ET.Element) -> str:
@@ -112,11 +170,16 @@ def _strip_urdf(root: ET.Element, where: str) -> None:
     for joint in root.iter("joint"):
         kind = joint.get("type", "")
         if kind in _REFUSED_TYPES:
-            words = "only revolute, continuous, prismatic and fixed joints have equations here: fix it"
+            words = (
+                "has no equations here: write type fixed (the base then stands still), or hinges and slides"
+            )
             raise BadInput(f"{where}: {named(joint)}: of type {kind}: {words}")
-        if joint.find("mimic") is not None:
-            words = "a closed chain has no equations here: remove mimic, or lock the joint"
-            raise BadInput(f"{where}: {named(joint)}: follows another joint (mimic): {words}")
+    for joint in root.findall("joint"):
+        ends = [end.get("link") for end in (joint.find("parent"), joint.find("child")) if end is not None]
+        if len(ends) < 2 or None in ends:
+            raise BadInput(
+                f"{where}: {named(joint)}: has no parent or no child: name both links, or remove it"
+            )
     for element in [*root]:
         if element.tag not in ("link", "joint"):
             root.remove(element)
@@ -129,14 +192,41 @@ def _strip_urdf(root: ET.Element, where: str) -> None:
         for element in [*link]:
             if element.tag != "inertial":
                 link.remove(element)
+    for joint in root.findall("joint"):
+        for mimic in joint.findall("mimic"):
+            joint.remove(mimic)
     ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", fusestatic="false")
 
 
+def _mimics(root: ET.Element, where: str) -> tuple[dict[str, tuple[str | None, float, float]], list[str]]:
+    """Joints that follow another one, and notes on those that are fixed and follow none."""
+    joints = {joint.get("name", ""): joint for joint in root.findall("joint")}
+    fixed = [name for name, joint in joints.items() if joint.get("type") == "fixed"]
+    found: dict[str, tuple[str | None, float, float]] = {}
+    for name, joint in joints.items():
+        mimic = joint.find("mimic")
+        if mimic is None or name in fixed:
+            continue
+        leader = mimic.get("joint", "")
+        if leader not in joints:
+            words = "correct the name of the joint that it follows, or remove mimic"
+            raise BadInput(f"{where}: {named(joint)}: mimic: the file has no joint {leader[:40]!r}: {words}")
+        own = f"{where}: {named(joint)}: mimic"
+        ratio, offset = (value_of(mimic.get(k, d), own, k) for k, d in (("multiplier", "1"), ("offset", "0")))
+        found[name] = (None, 0.0, offset) if leader in fixed else (leader, ratio, offset)
+    idle = [name for name in fixed if joints[name].find("mimic") is not None]
+    words = "it is not used, because these joints are fixed"
+    return found, [f"mimic of {listed(idle)}: {words}"] if idle else []
+
+
 def _strip_mjcf(root: ET.Element, where: str) -> None:
-    for constraint in root.findall("equality/*"):
-        if constraint.get("active") != "false":
-            words = "a closed chain has no equations here: remove it, or lock a joint"
-            raise BadInput(f"{where}: equality {named(constraint)}: {words}")
+    for constraints in root.findall("equality"):
+        for constraint in [*constraints]:
+            if constraint.get("active") == "false":
+                constraints.remove(constraint)
+            elif constraint.tag != "joint":
+                words = "a closed chain has no equations here: remove it, or lock a joint"
+                raise BadInput(f"{where}: equality {named(constraint)}: {words}")
     for tendon in root.findall("tendon/*"):
         raise BadInput(f"{where}: tendon {named(tendon)}: has no equations here: remove it")
     for actuator in root.findall("actuator/*"):

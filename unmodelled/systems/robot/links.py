@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from unmodelled.systems.robot.bodies import Joint, Robot
+from unmodelled.systems.robot.bodies import Coupling, Joint, Robot
 
 Array = NDArray[np.float64]
 #: Rounding errors of a rotation matrix; what is nearer to 0 or 1 is 0 or 1.
@@ -44,7 +44,11 @@ class Link:
         joint: number of the joint.
         parent: number of the parent link; -1 for the world.
         placement: frame of the link in the parent's frame where the joint's angle or travel is zero.
-        offset: angle (rad) or travel (m) about or along z that is added to the joint's coordinate.
+        offset: angle (rad) or travel (m) about or along z that is added to `ratio` times the coordinate of
+            the leader.
+        leader: number of the joint whose coordinate moves the link: its own, or that which it follows.
+        ratio: ratio of the coordinate of the joint to that of the leader; 1 for its own.
+        start: coordinate of the joint where that of the leader is zero, rad or m.
         bodies: placement of every body in the frame of the link, by number of the body.
     """
 
@@ -52,6 +56,9 @@ class Link:
     parent: int
     placement: Placement
     offset: float
+    leader: int
+    ratio: float
+    start: float
     bodies: dict[int, Placement] = field(default_factory=dict)
 
 
@@ -67,14 +74,29 @@ class Tree:
     links: tuple[Link, ...]
     gravity: Array
 
+    @property
+    def leaders(self) -> tuple[int, ...]:
+        """Numbers of the joints that move by themselves, in the order of their links."""
+        return tuple(link.joint for link in self.links if link.joint == link.leader)
+
+    @property
+    def followers(self) -> dict[int, list[Link]]:
+        """Links of the joints that follow each joint that moves by itself, by number of the latter."""
+        found: dict[int, list[Link]] = {k: [] for k in self.leaders}
+        for link in self.links:
+            if link.joint != link.leader:
+                found[link.leader].append(link)
+        return found
+
     @classmethod
     def of(cls, robot: Robot, locked: Mapping[int, float]) -> Tree:
         """Return the links of a robot.
 
         Args:
             robot: bodies and joints.
-            locked: coordinate (rad or m) of every joint that does not move, by number of the joint.
+            locked: coordinate (rad or m) of every locked joint, by number of the joint.
         """
+        resting, following = robot.resting(locked), robot.following(locked)
         links: list[Link] = []
         places: dict[int, tuple[int, Placement]] = {-1: (-1, Placement(np.eye(3), np.zeros(3)))}
         for number, body in enumerate(robot.bodies):
@@ -82,11 +104,14 @@ class Tree:
             place = place @ Placement(body.rotation, body.position)
             for j in body.joints:
                 joint = robot.joints[j]
-                if j in locked:
-                    place = place @ _moved(joint, locked[j] - joint.zero)
+                if j in resting:
+                    place = place @ _moved(joint, resting[j] - joint.zero)
                     continue
                 axis = Placement(_from_z(joint.axis), joint.position)
-                links.append(Link(j, link, place @ axis, -joint.zero))
+                gear = following.get(j, Coupling(j, 1.0, 0.0))
+                assert gear.leader is not None
+                own = gear.leader, gear.ratio, gear.offset
+                links.append(Link(j, link, place @ axis, gear.offset - joint.zero, *own))
                 link, place = len(links) - 1, Placement(axis.rotation.T, -axis.rotation.T @ joint.position)
             places[number] = link, place
             if link >= 0:

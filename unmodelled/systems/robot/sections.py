@@ -16,7 +16,7 @@ from unmodelled.systems.robot.actuators import Activation, Drives
 from unmodelled.systems.robot.bodies import Joint, Robot
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.dynamics import Coordinates, Dynamics
-from unmodelled.systems.robot.files import LARGEST, robot_text
+from unmodelled.systems.robot.files import LARGEST, listed, robot_text
 from unmodelled.systems.robot.links import Tree
 from unmodelled.systems.robot.model import MotionFunction, RobotModel
 from unmodelled.systems.robot.properties import Property, properties, units_of
@@ -46,19 +46,22 @@ def with_robot(sections: Mapping[str, Node]) -> tuple[dict[str, Node], RobotMode
     path = file_beside(sections["model"], LARGEST)
     text = robot_text(path)
     robot = compiled(text, str(path))
-    locked = _locked(sections.get("locked"), robot)
+    locked = robot.resting(_locked(sections, robot))
     return _Sections(dict(sections), robot, locked, text).read()
 
 
-def _locked(node: Node | None, robot: Robot) -> dict[int, float]:
-    found = {}
+def _locked(sections: Mapping[str, Node], robot: Robot) -> dict[int, float]:
+    found, node = dict[int, float](), sections.get("locked")
     names = {name: k for k, joint in enumerate(robot.joints) for name in (joint.name, joint.written)}
     for name, value in node.entries().items() if node is not None else ():
         if name not in names:
             raise value.wrong(f"the robot has no joint {shown(name)}{closest(name, names)}")
         found[names[name]] = value.number()
-    if node is not None and len(found) == len(robot.joints):
-        raise node.wrong("all joints are locked, so that nothing moves: leave one of them out")
+    if len(robot.resting(found)) == len(robot.joints):
+        if node is not None:
+            raise node.wrong("all joints are locked, so that nothing moves: leave one of them out")
+        words = "no joint moves a mass, so that nothing moves: give a link a mass and an inertia"
+        raise sections["model"].wrong(words)
     return found
 
 
@@ -82,7 +85,10 @@ class _Sections:
                 **{name: {"unit": a.unit, "initial": a.initial} for name, a in self._activations.items()},
             },
             "inputs": self.drives.inputs,
-            "outputs": {f"{s}_{j.name}": {"unit": u, **_column(s, j)} for s, j, u in self._states},
+            "outputs": {
+                **{f"{s}_{j.name}": {"unit": u, **_column(s, j)} for s, j, u in self._states},
+                **self.drives.followed,
+            },
             "parameters": {p.name: self._parameter(p) for p in self.parameters if p not in idle},
             "signals": {**self.drives.drives, **self.drives.torques},
             "ports": {j.name: self._port(j) for j in self.joints},
@@ -96,6 +102,9 @@ class _Sections:
         if zeros := [name for name in self.zeros if name not in {p.name for p in self.parameters}]:
             words = "to identify them, give them bounds in parameters"
             notes.append(f"{', '.join(zeros)} are 0 in the robot file: {words}")
+        given = self._given("locked")
+        if free := [j.written for j in self.robot.joints if j.follows and {j.name, j.written} & given.keys()]:
+            notes.append(f"{listed(free)}: locked, so that it follows no other joint: remove it from locked")
         file = self.sections["model"].text()
         notes = [*self.robot.notes, *notes]
         rates = {name: str(text) for name, text in own["dynamics"].items()}
@@ -107,8 +116,8 @@ class _Sections:
 
     @cached_property
     def joints(self) -> list[Joint]:
-        """Moving joints, in the order of the links."""
-        return [self.robot.joints[link.joint] for link in self.tree.links]
+        """Joints that move by themselves, in the order of the links."""
+        return [self.robot.joints[k] for k in self.tree.leaders]
 
     @property
     def _states(self) -> list[tuple[str, Joint, str]]:
@@ -154,8 +163,7 @@ class _Sections:
     @cached_property
     def drives(self) -> Drives:
         names = {(p.element, p.quantity): p.name for p in self.parameters}
-        joints = tuple(link.joint for link in self.tree.links)
-        return Drives(self.robot, joints, lambda e, quantity, value: names.get((e, quantity), repr(value)))
+        return Drives(self.robot, self.tree, lambda e, quantity, value: names.get((e, quantity), repr(value)))
 
     @cached_property
     def _activations(self) -> dict[str, Activation]:
@@ -184,18 +192,18 @@ class _Sections:
             places,
             lambda element, quantity, value: symbols.get((element, quantity)) or number(value),
         )
-        procedures = dynamics.accelerations()
+        procedures, slopes = dynamics.accelerations(), dynamics.mobilities()
         used = {x for procedure in procedures for x in procedure.inputs}
         shared = [p for p in self.parameters if symbols[p.element, p.quantity] in used]
         own = {symbols[p.element, p.quantity]: parse_unit(p.unit).dimension for p in shared}
         efforts = [parse_unit(units_of(j).effort).dimension for j in self.joints]
         torques = dict(zip((place.torque for place in places), efforts, strict=True))
         found = {}
-        for joint, place, procedure in zip(self.joints, places, procedures, strict=True):
+        for joint, place, procedure, slope in zip(self.joints, places, procedures, slopes, strict=True):
             unit = parse_unit(f"{units_of(joint).speed}/s").dimension
             name = f"acceleration_{joint.name}"
             found[name] = MotionFunction(name, procedure, {**torques, **own}, unit)
-            slope = procedure.slope(procedure.inputs.index(place.torque))
+            procedure.give_slope(procedure.inputs.index(place.torque), slope)
             unit = units.times(unit, units.power(torques[place.torque], Fraction(-1)))
             name = f"mobility_{joint.name}"
             found[name] = MotionFunction(name, slope, own, unit)
@@ -223,7 +231,8 @@ class _Sections:
             case "inputs":
                 found = self._driving(base, given, entries)
             case "outputs":
-                found = given or {n: e for n, e in entries.items() if n.startswith("q_")}
+                positions = {f"q_{joint.name}" for joint in self.joints}
+                found = given or {n: e for n, e in entries.items() if n in positions}
             case "signals":
                 drives = {n: e for n, e in entries.items() if n in self.drives.drives and n not in given}
                 torques = {n: e for n, e in entries.items() if n in self.drives.torques and n not in given}

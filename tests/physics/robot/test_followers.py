@@ -1,0 +1,206 @@
+"""Joints that follow other joints (mimic, equality): Lagrange's equations, free runs in MuJoCo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.physics.robot.mechanisms import system_of
+from tests.physics.robot.test_motion import rates
+from unmodelled.base.errors import BadInput
+from unmodelled.diagnosis.answer.take_home import take_home
+from unmodelled.engine.free_run import Integration, Windows, free_run
+from unmodelled.engine.machine.program import Program
+from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
+from unmodelled.systems.robot.compile import compiled
+from unmodelled.systems.robot.loading import loaded
+from unmodelled.systems.robot.numbers import numbers
+from unmodelled.systems.robot.patch import patched
+
+Array = NDArray[np.float64]
+
+
+def link(name: str, mass: float) -> str:
+    """A link off its joint's axis, with turned axes of inertia."""
+    moments = 'ixx="0.03" iyy="0.02" izz="0.025" ixy="0.002" ixz="-0.001" iyz="0"'
+    origin = '<origin xyz="0.05 0.03 -0.2" rpy="0.2 0.1 0.4"/>'
+    inertial = f'<inertial>{origin}<mass value="{mass}"/><inertia {moments}/></inertial>'
+    return f'<link name="{name}">{inertial}</link>'
+
+
+def joint(name: str, kind: str, ends: tuple[str, str], axis: str, more: str = "") -> str:
+    parent, child = ends
+    place = '<origin xyz="0.1 0.05 -0.3" rpy="0.5 0.3 0"/><limit lower="-1" upper="1"/>'
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<axis xyz="{axis}"/>{place}{more}</joint>'
+    )
+
+
+#: A follower before its leader in the file, one on top of the other, with a moving link on top of them, and a
+#: slide that follows the follower.
+CRANE = (
+    '<robot name="crane"><link name="base"/>'
+    + "".join(link(name, mass) for name, mass in (("a", 0.6), ("b", 0.4), ("c", 0.3), ("d", 0.2)))
+    + joint(
+        "slide",
+        "prismatic",
+        ("c", "d"),
+        "0 0.6 0.8",
+        '<dynamics damping="0.7"/><mimic joint="upper" multiplier="0.3" offset="0.05"/>',
+    )
+    + joint("lower", "revolute", ("base", "a"), "0 1 0", '<dynamics damping="0.2"/>')
+    + joint(
+        "upper",
+        "revolute",
+        ("a", "b"),
+        "1 0 0",
+        '<dynamics damping="0.1"/><mimic joint="lower" multiplier="-1.7" offset="0.4"/>',
+    )
+    + joint("wrist", "revolute", ("b", "c"), "0 1 0")
+    + "</robot>"
+)
+#: Two fingers of one motor in MJCF, the second with a spring, a rest position and a servo of its own.
+FINGERS = """<mujoco><option gravity="1 0 -9.81"/><worldbody>
+<body name="left"><joint name="l" axis="0 1 0" armature="0.01" ref="0.2"/>
+  <inertial mass="0.3" pos="0.1 0 -0.1" diaginertia="0.002 0.003 0.002"/></body>
+<body name="right"><joint name="r" axis="0 1 0" ref="-0.1" stiffness="0.4" springref="0.1" damping="0.05"/>
+  <inertial mass="0.2" pos="0.1 0 0.1" diaginertia="0.002 0.003 0.002"/></body></worldbody>
+<equality><joint joint1="r" joint2="l" polycoef="0.3 -0.8 0 0 0"/></equality>
+<actuator><motor name="m" joint="l" gear="2"/><position name="p" joint="r" kp="3" kv="0.2"/></actuator>
+</mujoco>"""
+
+
+def lagrange(text: str, leaders: list[str], y: Array, yd: Array, applied: Array, ctrl: Array) -> Array:
+    """Accelerations of the leaders: G^T M G ydd = G^T (efforts), with the mass matrix of the free joints."""
+    model, robot = loaded(text, "robot").model, compiled(text, "robot")
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    names = [each.name for each in robot.joints]
+    gears, start = np.zeros((len(names), len(leaders))), np.zeros(len(names))
+    for k, gear in robot.following({}).items():
+        gears[k, leaders.index(names[gear.leader or 0])], start[k] = gear.ratio, gear.offset
+    for n, name in enumerate(leaders):
+        gears[names.index(name), n] = 1.0
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:], data.ctrl[:] = gears @ y + start, gears @ yd, ctrl
+    mujoco.mj_forward(model, data)
+    mass = np.empty((len(names), len(names)))
+    for k, column in enumerate(np.eye(len(names))):
+        mujoco.mj_mulM(model, data, mass[k], column)
+    efforts = data.qfrc_passive + data.qfrc_actuator - data.qfrc_bias
+    found: Array = np.linalg.solve(gears.T @ mass @ gears, gears.T @ efforts + applied)
+    return found
+
+
+def test_followers_move_by_lagrange_s_equations(tmp_path: Path) -> None:
+    system = system_of(tmp_path, CRANE, "", "crane.urdf")
+    assert [state.name for state in system.states] == ["q_lower", "q_wrist", "qd_lower", "qd_wrist"]
+    assert [each.name for each in system.inputs] == ["tau_lower", "tau_wrist"]
+    assert any("joints that follow others (slide, upper) have no coord" in note for note in system.notes)
+    rng = np.random.default_rng(0)
+    for _ in range(4):
+        y, yd, u = rng.normal(size=(3, 2))
+        wanted = lagrange(CRANE, ["lower", "wrist"], y, yd, u, np.empty(0))
+        assert rates(system, y, yd, u) == pytest.approx(wanted, rel=1e-10)
+
+
+def test_a_gear_of_an_mjcf_has_springs_and_servos_on_both_sides(tmp_path: Path) -> None:
+    system = system_of(tmp_path, FINGERS)
+    assert [each.name for each in system.inputs] == ["u_m", "u_p"]
+    for seed in range(3):
+        q, qd, *u = np.random.default_rng(seed).normal(size=4)
+        wanted = lagrange(FINGERS, ["l"], np.array([q]), np.array([qd]), np.zeros(1), np.array(u))
+        assert rates(system, np.array([q]), np.array([qd]), np.array(u)) == pytest.approx(wanted, rel=1e-10)
+
+
+def test_numbers_of_a_follower_are_parameters_and_its_position_an_output(tmp_path: Path) -> None:
+    more = "identify: ['d.mass', 'slide.damping']\noutputs: {q_lower: {}, q_slide: {}}\n"
+    system = system_of(tmp_path, CRANE, more, "crane.urdf")
+    slide = system.outputs[1]
+    assert (slide.unit, slide.column) == ("m", "slide")
+    assert float(slide.expression.xreplace({system.x[0]: 1.0})) == pytest.approx(0.3 * (-1.7 + 0.4) + 0.05)
+    changed = CRANE.replace('damping="0.7"', 'damping="1.4"')
+    assert changed.count('<mass value="0.2"/>') == 1
+    changed = changed.replace('<mass value="0.2"/>', '<mass value="0.3"/>')
+    y, yd, u = np.random.default_rng(1).normal(size=(3, 2))
+    other = system.with_values({"d_mass": 0.3, "slide_damping": 1.4})
+    wanted = lagrange(changed, ["lower", "wrist"], y, yd, u, np.empty(0))
+    assert rates(other, y, yd, u) == pytest.approx(wanted, rel=1e-10)
+
+
+@pytest.mark.parametrize("locked", ["{upper: 0.3}", "{lower: 0.5}"])
+def test_a_locked_joint_follows_no_other_and_is_followed(tmp_path: Path, locked: str) -> None:
+    """The lock of a follower leaves its leader free; that of a leader stops its followers."""
+    system = system_of(tmp_path, CRANE, f"locked: {locked}\n", "crane.urdf")
+    assert system.robot is not None
+    if "upper" in locked:
+        assert system.robot.locked == pytest.approx({"upper": 0.3, "slide": 0.3 * 0.3 + 0.05})
+        assert any("upper: locked, so that it follows no other joint" in note for note in system.notes)
+    else:
+        upper = 0.4 - 1.7 * 0.5
+        wanted = {"lower": 0.5, "upper": upper, "slide": 0.3 * upper + 0.05}
+        assert system.robot.locked == pytest.approx(wanted)
+    without = CRANE.replace('<mimic joint="upper" multiplier="0.3" offset="0.05"/>', "")
+    without = without.replace('<mimic joint="lower" multiplier="-1.7" offset="0.4"/>', "")
+    each = ", ".join(f"{name}: {value!r}" for name, value in system.robot.locked.items())
+    (tmp_path / "free").mkdir()
+    free = system_of(tmp_path / "free", without, f"locked: {{{each}}}\n", "crane.urdf")
+    assert system.dynamics == free.dynamics
+
+
+def test_mujoco_runs_a_robot_with_followers_as_the_equations_do(tmp_path: Path) -> None:
+    """The replay of an answer, of a patched file that keeps its gears."""
+    system = system_of(tmp_path, CRANE, "identify: ['d.mass']\n", "crane.urdf")
+    assert system.robot is not None
+    home = take_home(system, system.with_values({"d_mass": 0.25}), [])
+    assert [(c.element, c.quantity, c.patched) for c in home.changes] == [("d", "mass", pytest.approx(0.25))]
+    assert home.text.count("<mimic") == 2
+    t, nothing = np.arange(0.0, 0.5, 0.01), np.zeros(1, np.int64)
+    u = np.stack([np.sin(5 * t), 0.3 * np.cos(3 * t)], 1)
+    windows = Windows(u, t, nothing, nothing + len(t) - 1, nothing, nothing)
+    given = np.array([[[0.25]]]), np.empty((1, 0)), np.array([[[0.2, -0.3, 0.0, 0.0]]])
+    how = Integration(0.01, "rk4", 10)
+    robot = RobotInMujoco(home.text, "crane.urdf", [], home.efforts.applied(system), system.robot.locked)
+    ours = free_run(Program.of(system, system.x), windows, *given, how)
+    theirs = free_run(robot(system, system.x), windows, *given, how)
+    assert np.max(np.abs(ours[0, 0, -1])) > 0.1
+    assert np.max(np.abs(theirs - ours)) < 0.02 * np.max(np.abs(ours))
+
+
+def test_a_patched_file_keeps_its_gears(tmp_path: Path) -> None:
+    found = numbers(compiled(FINGERS, "fingers.xml"))
+    file = patched(FINGERS, "fingers.xml", {**found, ("r", "damping"): 0.3, ("left", "mass"): 0.5})
+    assert not file.missing and "polycoef" in file.text
+    assert compiled(file.text, "fingers.xml").following({}) == compiled(FINGERS, "fingers.xml").following({})
+
+
+@pytest.mark.parametrize(
+    ("robot", "words"),
+    [
+        (CRANE.replace('joint="lower"', 'joint="slide"'), "follows itself: remove one of the gears"),
+        (
+            CRANE.replace('joint="lower"', 'joint="lowr"'),
+            "joint 'upper': mimic: the file has no joint 'lowr'",
+        ),
+        (CRANE.replace('"-1.7"', '"many"'), "joint 'upper': mimic multiplier: must be a finite number, got"),
+        (FINGERS.replace("-0.8 0", "-0.8 0.1"), "joint 'r': follows another joint by a curve"),
+        (
+            FINGERS.replace("</equality>", '<joint joint1="r" joint2="l"/></equality>'),
+            "joint 'r': follows two joints",
+        ),
+    ],
+)
+def test_gears_that_have_no_equations_are_refused(robot: str, words: str) -> None:
+    with pytest.raises(BadInput) as caught:
+        compiled(robot, "robot.xml")
+    assert words in str(caught.value) and len(str(caught.value)) < 200
+
+
+def test_a_joint_that_follows_a_fixed_one_stands_still() -> None:
+    robot = compiled(CRANE.replace('name="lower" type="revolute"', 'name="lower" type="fixed"'), "crane")
+    upper = [joint.name for joint in robot.joints].index("upper")
+    assert robot.resting({})[upper] == 0.4
