@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.diagnoses import ANGLE, HELD_OUT, HORIZON, JOINT, TORQUE, Said, diagnosis
-from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.simulate import simulate
 from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
@@ -88,12 +87,16 @@ def test_what_a_new_experiment_has(tmp_path: Path) -> None:
     assert constants["in_group"].values == {"run0": 0.0, "run1": 1.0, "run2": 1.0, "run3": 0.0}
     assert constants["in_group"].other == 0.0
     assert constants["b_deviation"].other == pytest.approx(-0.00125)
-    assert constants["experiment_number"].other is None
+    assert constants["experiment_number"].other == 3.0
     write_augmented(found, tmp_path / "out")
     table = pd.read_csv(tmp_path / "logs" / "experiments.csv").replace({"id": {"run2": "new"}})
     table.to_csv(tmp_path / "logs" / "experiments.csv", index=False)
-    with pytest.raises(BadInput, match=r"row 4: column id: the experiment 'new' is not in .*_number"):
-        read_logs(tmp_path / "logs", read_system(tmp_path / "out" / FILE))
+    logs = read_logs(tmp_path / "logs", read_system(tmp_path / "out" / FILE))
+    assert dict(zip(logs.constants, logs.c[2], strict=True)) == {
+        "in_group": 0.0,
+        "b_deviation": pytest.approx(-0.00125),
+        "experiment_number": 3.0,
+    }
 
 
 def test_what_rounding_puts_beyond_a_bound_is_read(tmp_path: Path) -> None:

@@ -17,18 +17,19 @@ from tests.physics.robot.mechanisms import system_of
 from unmodelled.base.files import read_json
 from unmodelled.cli.verbs.diagnose import diagnose
 from unmodelled.diagnosis.answer import findings
-from unmodelled.diagnosis.answer.robot_file import RobotFile
+from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.take_home import take_home
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.effects.place import Place
 from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import numbers
 
-PIN = Place("port", "pin")
+PIN, DRIVE = Place("port", "pin"), Place("actuator", "u_drive")
 RK4 = '<option integrator="RK4" timestep="0.01"/>'
 DRY = Said("coulomb_friction", PIN, {"F_c": FRICTION, "v_c": 0.02})
 ALL = DRY, Said("inertia_error", PIN, {"dM": ROTOR - GIVEN_ROTOR})
@@ -118,8 +119,10 @@ def test_locked_joints_do_not_move_in_mujoco(tmp_path: Path) -> None:
 
 
 def test_the_gate_sees_that_friction_and_rotor_were_missing(tmp_path: Path) -> None:
-    run = RobotFile.of(rod(tmp_path, *ALL)).replay
-    assert run.improves and run.supplemented is None
+    found = rod(tmp_path, *ALL)
+    file = RobotFile.of(found)
+    run = file.replay
+    assert not file.reason_against(found) and run.supplemented is None
     assert run.patched.gap < 0.2 * run.given.gap
     off, before = run.patched.units["q_pin"], run.given.units["q_pin"]
     assert off.whole_run is not None and before.whole_run is not None
@@ -171,9 +174,10 @@ def test_a_law_with_a_memory_is_in_the_supplement(tmp_path: Path) -> None:
 
 @pytest.mark.long
 def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> None:
-    file = RobotFile.of(rod(tmp_path, *OF_URDF, robot=URDF))
+    found = rod(tmp_path, *OF_URDF, robot=URDF)
+    file = RobotFile.of(found)
     run = file.replay
-    assert run.supplemented is not None and run.improves
+    assert run.supplemented is not None and not file.reason_against(found)
     assert run.supplemented.gap < 0.2 * run.patched.gap
     assert [(m.what, m.supplemented) for m in file.found.missing] == [("pin.armature = 0.008 kg m^2", True)]
     assert numbers(compiled(file.found.text, "rod.urdf"))["pin", "frictionloss"] == pytest.approx(FRICTION)
@@ -182,15 +186,33 @@ def test_the_urdf_lacks_the_rotor_that_its_supplement_holds(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("said", "words"),
     [
-        (Said("viscous_friction", PIN, {"d": 3.0}), "the patched file is no improvement"),
-        (Said("linear_spring", PIN, {"k": -80.0}), "q_pin diverges in whole runs: the patched file is no"),
+        (Said("viscous_friction", PIN, {"d": 3.0}), "its gap in MuJoCo is "),
+        (Said("linear_spring", PIN, {"k": -60.0}), "its gap in MuJoCo is "),
+        (Said("inertia_error", PIN, {"dM": -0.006}), "pin.armature would be -0.004 kg m^2"),
+        (Said("viscous_friction", PIN, {"d": -0.02}), "d = -0.02 N m s is below its lowest"),
+        (
+            Said("actuator_gain", DRIVE, {"g": -0.97}),
+            "with g = -0.97, actuator_gain at ",
+        ),
     ],
-    ids=["worse", "diverges"],
+    ids=["worse", "diverges", "armature", "friction", "gain"],
 )
-def test_a_file_that_is_worse_is_not_called_an_improvement(said: Said, words: str, tmp_path: Path) -> None:
-    file = RobotFile.of(rod(tmp_path, said))
-    assert not file.replay.improves
-    assert words in str(file)
+def test_what_no_machine_has_and_what_is_worse_is_not_offered(said: Said, words: str, tmp_path: Path) -> None:
+    found = replace(rod(tmp_path, said))
+    parameters = found.augmented.system.parameters
+    if said.family == "actuator_gain":  # as if its limits were wider
+        wide = tuple(replace(p, bounds=(-2.0, 2.0)) if p.name == "g" else p for p in parameters)
+        model = replace(found.augmented, system=replace(found.augmented.system, parameters=wide))
+        found = replace(found, augmented=model)
+    refused = offered(found)
+    assert isinstance(refused, Refusal) and words in str(refused)
+    assert str(refused).startswith("robot/rod.xml is not offered: ")
+    assert str(refused).endswith("; keep rod.xml")
+
+
+def test_a_file_without_another_number_is_not_offered(tmp_path: Path) -> None:
+    refused = offered(rod(tmp_path))
+    assert isinstance(refused, Refusal) and refused.reason == "no number of it differs"
 
 
 def saved(found: Diagnosis, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:

@@ -15,6 +15,7 @@ from unmodelled.base.files import write_json
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.result import Diagnosis, Estimate, Remainder
+from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.place import Place
 
@@ -55,7 +56,7 @@ def content(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[
 def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert set(content) == {
         *("schema", "system", "seed", "verdict", "confidence", "effects", "where", "gap", "parameters"),
-        *("remainder", "comparison", "logs", "notes", "signs"),
+        *("remainder", "comparison", "logs", "notes", "signs", "refused"),
     }
     assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/2", "pendulum", 3)
     assert (content["verdict"], content["confidence"]) == ("effect", 0.94)
@@ -63,6 +64,14 @@ def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert content["where"] == {
         name: list(getattr(WHERE, name)) for name in ("channels", "regions", "factors", "experiments")
     }
+
+
+def test_a_file_that_is_not_offered_has_its_reason(found: Diagnosis) -> None:
+    refused = Refusal("augmented_system.yaml", "theta diverges", "pendulum.yaml")
+    entry = {"file": "augmented_system.yaml", "reason": "theta diverges", "keep": "pendulum.yaml"}
+    assert summary(found, WHERE, None, [refused])["refused"] == [entry]
+    assert str(refused) == "augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml"
+    assert sentences(found, exported=False)[-1].startswith("next: keep the system as given")
 
 
 def test_an_effect_on_a_port(content: dict[str, Any]) -> None:

@@ -33,17 +33,21 @@ def call(case: Path, out: str = "out") -> None:
     diagnose(case / "system.yaml", case / "logs", case / out, HORIZON, 3)
 
 
-def test_a_law_that_runs_away_over_a_whole_experiment_is_noted(
+def test_a_law_that_runs_away_over_a_whole_experiment_is_not_offered(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A negative stiffness that lifts the pendulum: fine for a window, lost in a run."""
     found = diagnosis(tmp_path / "case", Said("linear_spring", JOINT, {"k": -60.0}))
     monkeypatch.setattr(findings, "diagnose_gap", lambda *_, **__: found)
     call(tmp_path / "case")
-    (note,) = (n for n in read_json(tmp_path / "case/out/diagnosis.json")["notes"] if "diverges" in n)
-    for words in ("augmented_system.yaml diverges", "in 4 of 4 experiments", "run1 (held out) after 0."):
-        assert words in note
-    assert note in capsys.readouterr().out and note in (tmp_path / "case/out/index.html").read_text()
+    (refused,) = read_json(tmp_path / "case/out/diagnosis.json")["refused"]
+    assert (refused["file"], refused["keep"]) == ("augmented_system.yaml", "system.yaml")
+    for words in ("over whole held-out experiments (run1, run3) theta diverges", "0.14 rad off with the"):
+        assert words in refused["reason"]
+    said, page = capsys.readouterr().out, (tmp_path / "case/out/index.html").read_text()
+    assert refused["reason"] in said and refused["reason"] in page
+    assert "next: keep the system as given" in said
+    assert not (tmp_path / "case/out/augmented_system.yaml").exists()
 
 
 def files(folder: Path) -> dict[str, bytes]:

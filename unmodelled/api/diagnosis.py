@@ -17,6 +17,7 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.findings import Findings, findings
 from unmodelled.diagnosis.answer.saved_findings import SavedFindings
+from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.report.diagnosis_page import PAGE, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
@@ -135,9 +136,16 @@ class Answer:
     def system(self) -> System:
         """Return the system with the diagnosed effects and all identified numbers.
 
-        With the verdict check_logs it is the system as given.
+        It is the system as given where the augmented one is not offered (see `refused`), and with the verdict
+        check_logs.
         """
         return self.findings.system
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Return the files that are not offered, a sentence each with the reason and the file to keep."""
+        entries = self.findings.content.get("refused", ())
+        return tuple(str(Refusal(entry["file"], entry["reason"], entry["keep"])) for entry in entries)
 
     @property
     def shrink(self) -> float:
@@ -224,8 +232,8 @@ class Answer:
         """Write the answer, the augmented system and the tables; then figures and a page.
 
         The folder gets diagnosis.json, augmented_system.yaml (a system file; none where the logs are to be
-        checked), tables, figures and index.html, a page with all of it. The answer is written first: a
-        picture that cannot be drawn is a note.
+        checked, or where it is not offered, see `refused`), tables, figures and index.html, a page with
+        all of it. The answer is written first: a picture that cannot be drawn is a note.
 
         Args:
             folder: folder that is new, empty or holds an older diagnosis; replaced as a whole.

@@ -118,6 +118,7 @@ def view(folder: Path) -> dict[str, Any]:
         "effects": [_effect(e, t, about) for e, t in zip(content["effects"], effects, strict=True)],
         "where": where,
         **others,
+        "refused": content.get("refused", ()),
         "robot": robot,
         "robot_says": robot_sentence(robot) if robot else "",
         "tables": [*effects, *where, *others.values()],

@@ -65,7 +65,7 @@ def replay_table(robot: Mapping[str, Any], held_out: list[str], horizon: float) 
 
 
 def robot_sentence(robot: Mapping[str, Any]) -> str:
-    """Return whether the patched file follows the machine better than the file as given.
+    """Return how well the patched file follows the machine, beside the file as given.
 
     Args:
         robot: entry `robot` of diagnosis.json.
@@ -75,8 +75,7 @@ def robot_sentence(robot: Mapping[str, Any]) -> str:
     gaps = f"{_short(replay['given']['gap'])} as given and {_short(replay[name]['gap'])} with {_MODELS[name]}"
     lost = [output for output, entry in replay[name]["units"].items() if entry["whole_run"] is None]
     diverges = f" In whole runs, {', '.join(lost)} diverges." if lost else ""
-    verdict = "" if replay["improves"] else " The patched file is no improvement: keep the file as given."
-    return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}{verdict}"
+    return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}"
 
 
 def _short(value: float) -> str:

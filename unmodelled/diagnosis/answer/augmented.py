@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from unmodelled.diagnosis.data.remark import quantity
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis
 from unmodelled.effects.columns import Member
 from unmodelled.logs.logs import Logs
@@ -44,11 +46,28 @@ def augmented_system(diagnosis: Diagnosis) -> System:
     return replace(model.system, operating_point=constants, parameters=parameters)
 
 
+def beyond_the_data(diagnosis: Diagnosis) -> Iterator[str]:
+    """Yield notes on fitted curves, which end where the data end.
+
+    Args:
+        diagnosis: diagnosis with an augmented model.
+    """
+    values = {p.name: p for p in diagnosis.augmented.system.parameters}
+    for added in (found.added for found in diagnosis.effects):
+        for name, edges in added.extent.items():
+            low, high = (values[edge].value for edge in edges)
+            farthest = quantity(high, values[edges[0]].unit)
+            yield (
+                f"{added.law} was fitted for {name} from {low:.3g} to {farthest}; beyond, the exported "
+                "file goes on straight, which no measurement supports: log more travel to use it there"
+            )
+
+
 def _given(constant: Constant, logs: Logs, effects: tuple[DiagnosedEffect, ...]) -> Constant:
     """A constant that the diagnosis added, with its default for new experiments.
 
     A new experiment belongs to no known group. Where a number differs between experiments, it has the mean of
-    the fitted ones until its own is fitted. Its position in an order is unknown: there is no default.
+    the fitted ones until its own is fitted. In an order it stands where the last known experiment stands.
     """
     column = logs.c[:, logs.constants.index(constant.name)]
     values = dict(zip(logs.ids, column.tolist(), strict=True))
@@ -56,7 +75,7 @@ def _given(constant: Constant, logs: Logs, effects: tuple[DiagnosedEffect, ...])
     if constant.name not in columns:
         return replace(constant, values=values)
     member = isinstance(columns[constant.name], Member)
-    return replace(constant, values=values, other=0.0 if member else None)
+    return replace(constant, values=values, other=0.0 if member else max(values.values()))
 
 
 def _within_bounds(parameter: Parameter) -> Parameter:

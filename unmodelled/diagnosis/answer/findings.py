@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,17 +16,23 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.extras import missing
 from unmodelled.base.files import replacing_folder, write_json
 from unmodelled.base.progress import say
-from unmodelled.diagnosis.answer.augmented import FILE, augmented_system, write_augmented
+from unmodelled.diagnosis.answer.augmented import (
+    FILE,
+    augmented_system,
+    beyond_the_data,
+    write_augmented,
+)
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
-from unmodelled.diagnosis.answer.robot_file import RobotFile
+from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
-from unmodelled.diagnosis.answer.whole_runs import whole_run_notes
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
+from unmodelled.diagnosis.gates.refusal import Refusal, given_file
+from unmodelled.diagnosis.gates.system_file import reason_against_system
 from unmodelled.diagnosis.search.log_faults import without_copies
 from unmodelled.diagnosis.where.outside_forces import outside_forces
 from unmodelled.diagnosis.where.where import Where, where
@@ -48,9 +54,10 @@ class Findings:
     Attributes:
         diagnosis: verdict, effects and judged models.
         where: place of the gap: channels, regions, factors and experiments.
-        exported: whether the augmented system can be written as a system file.
-        robot: patched robot file; None (default) for a system without robot, or if it cannot be patched.
+        exported: whether the augmented system is offered as a system file.
+        robot: patched robot file; None (default) for a system without robot, or if it is not offered.
         located: absolute paths of `system` and `logs`, which diagnosis.json keeps for `next`; default none.
+        refused: files that are not offered, with the reasons; default none.
     """
 
     diagnosis: Diagnosis
@@ -58,25 +65,26 @@ class Findings:
     exported: bool
     robot: RobotFile | None = None
     located: Mapping[str, str] = field(default_factory=dict)
+    refused: tuple[Refusal, ...] = ()
 
     @cached_property
     def content(self) -> dict[str, Any]:
         """Return the content of diagnosis.json."""
-        found = summary(self.diagnosis, self.where, self.robot)
+        found = summary(self.diagnosis, self.where, self.robot, self.refused)
         return found | ({"sources": dict(self.located)} if self.located else {})
 
     @cached_property
     def system(self) -> System:
         """Return the system with the diagnosed effects and identified numbers.
 
-        With the verdict check_logs it is the system as given.
+        Where it is not offered, and with the verdict check_logs, it is the system as given.
         """
-        found = self.diagnosis
-        return found.system if found.verdict == "check_logs" else augmented_system(found)
+        return augmented_system(self.diagnosis) if self.exported else self.diagnosis.system
 
     def __str__(self) -> str:
-        *lines, last = sentences(self.diagnosis)
-        return "\n".join([*lines, *([] if self.robot is None else [str(self.robot)]), last])
+        *lines, last = sentences(self.diagnosis, self.exported)
+        robot = [] if self.robot is None else [str(self.robot)]
+        return "\n".join([*lines, *robot, *map(str, self.refused), last])
 
     @property
     def sources(self) -> dict[str, str]:
@@ -188,25 +196,38 @@ def findings(
         return Findings(found, place, exported=False)
     if (pushed := outside_forces(place.left)) is not None:
         found = replace(found, faults=(*found.faults, pushed))
-    robot, notes = _robot(found)
+    reason, notes = _checked(found)
+    refused = [Refusal(FILE, reason, given_file(found))] if reason else []
+    robot, more = _robot(found)
+    if isinstance(robot, Refusal):
+        refused, robot = [*refused, robot], None
+    answer = Findings(found, place, exported=not reason, robot=robot, refused=tuple(refused))
+    return answer.with_notes(*notes, *more)
+
+
+def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:
+    """Why the augmented system is not offered, empty if it is, and notes on its whole runs."""
+    say("simulate whole experiments with the augmented system")
     with TemporaryDirectory() as folder:
         try:
             write_augmented(found, Path(folder))
-        except ValueError as reason:  # not every expression has a form in a file
-            notes = [f"{FILE} was not written: {reason}", *notes]
-            return Findings(found, place, exported=False, robot=robot).with_notes(*notes)
-        notes = [*_whole_runs(found, Path(folder) / FILE), *notes]
-        return Findings(found, place, exported=True, robot=robot).with_notes(*notes)
+        except ValueError as fault:  # not every expression has a form in a file
+            return f"it cannot be written ({fault})", ()
+        try:
+            reason, notes = reason_against_system(found, Path(folder) / FILE)
+        except Exception as fault:  # nothing leaves unchecked
+            return f"it could not be checked ({_said(fault)}): please report this line", ()
+    return reason, (*notes, *beyond_the_data(found))
 
 
-def _robot(found: Diagnosis) -> tuple[RobotFile | None, list[str]]:
+def _robot(found: Diagnosis) -> tuple[RobotFile | Refusal | None, list[str]]:
     """The patched robot file of a system that has one, and a note if it cannot be made."""
     if found.system.robot is None:
         return None, []
     what = f"{found.system.robot.file} was not patched"
     try:
         say("patch the robot file and run it in MuJoCo")
-        return RobotFile.of(found), []
+        return offered(found), []
     except BadInput as reason:
         return None, [f"{what}: {reason}"]
     except ModuleNotFoundError as reason:
@@ -215,14 +236,10 @@ def _robot(found: Diagnosis) -> tuple[RobotFile | None, list[str]]:
         return None, [_note(what, fault)]
 
 
-def _whole_runs(found: Diagnosis, file: Path) -> Iterator[str]:
-    """Notes on whole experiments that are simulated with the exported file."""
-    try:
-        yield from whole_run_notes(found, file)
-    except Exception as fault:
-        yield _note(f"{FILE}: whole experiments could not be simulated", fault)
-
-
 def _note(what: str, fault: Exception) -> str:
+    return f"{what} ({_said(fault)}); {SUMMARY} has all numbers. Please report this line"
+
+
+def _said(fault: Exception) -> str:
     reason = str(fault) if isinstance(fault, BadInput) else f"{type(fault).__name__}: {fault}"
-    return f"{what} ({BadInput(reason)}); {SUMMARY} has all numbers. Please report this line"
+    return str(BadInput(reason))  # without control characters

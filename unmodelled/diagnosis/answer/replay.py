@@ -50,12 +50,6 @@ class Replay:
         """The patched file with all that belongs to it."""
         return self.supplemented or self.patched
 
-    @property
-    def improves(self) -> bool:
-        """Whether the patched file errs less than the given one, and no further output diverges."""
-        worse = set(self.final.diverged) - set(self.given.diverged)
-        return self.final.gap < self.given.gap and not worse
-
 
 def replay(diagnosis: Diagnosis, found: TakeHome) -> Replay:
     """Run the given and the patched robot file in MuJoCo along the held-out experiments.

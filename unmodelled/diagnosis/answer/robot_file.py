@@ -12,6 +12,10 @@ from unmodelled.base.files import replacing
 from unmodelled.diagnosis.answer.replay import Replay, Replayed, replay
 from unmodelled.diagnosis.answer.take_home import Change, TakeHome, take_home
 from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.gates.effect_numbers import impossible_numbers
+from unmodelled.diagnosis.gates.refusal import Refusal
+from unmodelled.diagnosis.gates.robot_file import reason_against_numbers, reason_against_runs
+from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
 
 #: Folder of the patched file in the folder of an answer.
 FOLDER = "robot"
@@ -44,6 +48,22 @@ class RobotFile:
         """
         found = take_home(diagnosis.system, diagnosis.augmented.system, diagnosis.effects)
         return cls(found, replay(diagnosis, found))
+
+    def reason_against(self, diagnosis: Diagnosis) -> str:
+        """Return why the file may not leave; empty if it may.
+
+        The file and its supplement are read back and have possible numbers. In MuJoCo, they predict windows
+        of the held-out experiments better than the given file, and whole runs no worse.
+
+        Args:
+            diagnosis: diagnosis of the file.
+        """
+        found, run = self.found, self.replay
+        if not found.changes and not found.supplement:
+            return "no number of it differs"
+        return reason_against_numbers(
+            found.efforts.robot, found.text, found.name, found.supplement
+        ) or reason_against_runs(diagnosis, (run.given.gap, run.final.gap), run.given.units, run.final.units)
 
     @property
     def file(self) -> str:
@@ -82,7 +102,7 @@ class RobotFile:
             "supplement": self.supplement,
             "changes": [asdict(change) for change in self.found.changes],
             "missing": [asdict(part) for part in self.found.missing],
-            "replay": {**runs, "improves": self.replay.improves},
+            "replay": {**runs, "improves": True},
         }
 
     def __str__(self) -> str:
@@ -101,8 +121,29 @@ class RobotFile:
         if run.supplemented is not None:
             gaps += f", with its supplement {run.supplemented.gap:.3g}"
         lost = f"; {', '.join(final.diverged)} diverges in whole runs" if final.diverged else ""
-        verdict = "" if run.improves else ": the patched file is no improvement"
-        yield f"gap of the robot file in MuJoCo, on the same experiments: {gaps}{lost}{verdict}"
+        yield f"gap of the robot file in MuJoCo, on the same experiments: {gaps}{lost}"
+
+
+def offered(diagnosis: Diagnosis) -> RobotFile | Refusal:
+    """Return the patched robot file of a diagnosis, or why it is not offered.
+
+    Args:
+        diagnosis: diagnosis of a system with a robot, with any verdict but check_logs.
+
+    Raises:
+        BadInput: when MuJoCo refuses the patched file, or the system has other dynamics than the robot.
+        ModuleNotFoundError: if MuJoCo is not installed.
+    """
+    robot = diagnosis.system.robot
+    assert robot is not None
+    name = Path(robot.file).name
+    reason = impossible_numbers(diagnosis) or impossible_parameters(diagnosis.augmented.system)
+    if not reason:
+        file = RobotFile.of(diagnosis)
+        reason = file.reason_against(diagnosis)
+        if not reason:
+            return file
+    return Refusal(f"{FOLDER}/{name}", reason, name)
 
 
 def _said(change: Change) -> str:

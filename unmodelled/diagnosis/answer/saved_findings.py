@@ -51,11 +51,14 @@ class SavedFindings:
 
     @cached_property
     def system(self) -> System:
-        """Return the augmented system; an answer that asks to check the logs has none.
+        """Return the augmented system, or the given one where the augmented one is not offered; an answer
+        that asks to check the logs has none.
 
         Raises:
-            BadInput: when the folder has no augmented system.
+            BadInput: when the folder has no augmented system, or the given one is no longer where it was.
         """
+        if any(entry["file"] == FILE for entry in self.content.get("refused", ())):
+            return read_system(self._place("system", None))
         return read_system(self.folder / FILE)
 
     @property

@@ -27,19 +27,23 @@ NEXT_STEPS = {
     "unknown": "see in index.html where the gap lies, then add the missing physics to the system file",
     "check_logs": "correct the logs, then diagnose again",
 }
+#: What to do next where the augmented system is not offered.
+KEEP = "keep the system as given for simulations; see in index.html where the gap lies"
 #: Ids of held-out experiments that are listed.
 MOST_IDS = 4
 
 
-def sentences(diagnosis: Diagnosis) -> list[str]:
+def sentences(diagnosis: Diagnosis, exported: bool = True) -> list[str]:
     """Return a diagnosis in lines: verdict, faults, effects, parameters, gap, notes and the next step.
 
     Args:
         diagnosis: diagnosis with any verdict.
+        exported: whether the augmented system is offered as a file, default True.
     """
     notes = [f"note: {note}" for note in diagnosis.notes]
     told = [*_verdict(diagnosis), *_numbers(diagnosis), *_gap(diagnosis), *notes]
-    return [*told, f"next: {NEXT_STEPS[diagnosis.verdict]}"]
+    kept = not exported and diagnosis.verdict != "check_logs"
+    return [*told, f"next: {KEEP if kept else NEXT_STEPS[diagnosis.verdict]}"]
 
 
 def _verdict(diagnosis: Diagnosis) -> Iterator[str]:

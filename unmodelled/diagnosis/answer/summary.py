@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from unmodelled.diagnosis.answer.robot_file import RobotFile
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
+from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
@@ -22,13 +23,16 @@ SCHEMA = "diagnosis/2"
 DIGITS = 8
 
 
-def summary(diagnosis: Diagnosis, where: Where, robot: RobotFile | None = None) -> dict[str, Any]:
+def summary(
+    diagnosis: Diagnosis, where: Where, robot: RobotFile | None = None, refused: Sequence[Refusal] = ()
+) -> dict[str, Any]:
     """Return the content of diagnosis.json: numbers, texts, lists and mappings; null for undefined numbers.
 
     Beside the entries of the contract it has: `variant` of an effect that has several; `parameter` of an
     effect on a parameter, whose port is where the parameter acts; `values` by experiment of a number that
     differs between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
-    confidence is computed from; `robot` of a system with a robot file (`RobotFile.content`). `logs` lists
+    confidence is computed from; `refused`, the files that are not offered, each with `file`, `reason` and
+    `keep`, the file to keep; `robot` of a system with a robot file (`RobotFile.content`). `logs` lists
     faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all) and
     `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With the
     verdict check_logs nothing was fitted: all gaps are those of the known model.
@@ -37,6 +41,7 @@ def summary(diagnosis: Diagnosis, where: Where, robot: RobotFile | None = None) 
         diagnosis: diagnosis with any verdict.
         where: place of the gap.
         robot: patched robot file; None (default): there is no entry `robot`.
+        refused: files that are not offered; default none.
     """
     ports = _ports(diagnosis)
     content = {
@@ -59,6 +64,7 @@ def summary(diagnosis: Diagnosis, where: Where, robot: RobotFile | None = None) 
         "comparison": [_compared(candidate, ports) for candidate in diagnosis.comparison],
         "logs": [row for fault in diagnosis.faults for row in _fault(fault)],
         "notes": list(diagnosis.notes),
+        "refused": [refusal.content for refusal in refused],
         **({} if robot is None else {"robot": robot.content}),
     }
     return {name: _plain(value) for name, value in content.items()}

@@ -12,6 +12,7 @@ import sympy as sp
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.answer.sentences import named
 from unmodelled.diagnosis.data.result import DiagnosedEffect
+from unmodelled.diagnosis.gates.robot_numbers import of_parameters
 from unmodelled.effects.added import Added
 from unmodelled.engine.robot.supplement import QUANTITIES, Supplement
 from unmodelled.systems import grammar, syntax
@@ -25,7 +26,6 @@ from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.efforts import Efforts
 from unmodelled.systems.robot.numbers import Key, differing, numbers, servo_gains, unit_of
 from unmodelled.systems.robot.patch import Patched, patched
-from unmodelled.systems.robot.properties import properties
 from unmodelled.systems.scope import Scope, Value
 
 #: Stands for a limit that a file does not have, in the arithmetic of laws.
@@ -169,9 +169,7 @@ def _laws(given: System, file: Patched, forces: Mapping[str, sp.Expr]) -> Iterat
 
 def _wanted(efforts: Efforts, effects: Sequence[_Written], values: Mapping[str, float]) -> dict[Key, float]:
     """All numbers of the file: identified ones, and those that say effects."""
-    robot, wanted = efforts.robot, numbers(efforts.robot)
-    for p in properties(robot, efforts.tree):
-        wanted[p.element, p.quantity] = values.get(p.name, p.value)
+    robot, wanted = efforts.robot, of_parameters(efforts, values)
     # the equations have no dry friction of the file: all that there is was found by the diagnosis
     wanted |= {(joint, "frictionloss"): 0.0 for joint in efforts.moving}
     wanted |= servo_gains(robot, wanted)

@@ -1,0 +1,1 @@
+"""Gates of an answer: what leaves is read back, has possible numbers, and predicts whole runs no worse."""

@@ -1,0 +1,133 @@
+"""Free runs of whole experiments: a model that is right over a window may be far off at the end of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.gap import DIVERGED, LARGEST_ERROR
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.data.remark import quantity
+from unmodelled.diagnosis.fitting.simulation import Simulation
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+#: Error of an output over whole runs by its name, in its unit; None where a run diverges.
+Errors = Mapping[str, float | None]
+
+#: Part by which an error over whole runs may exceed that of the given file: chance between few experiments.
+TOLERANCE = 0.1
+#: Experiments that a note names.
+NAMED = 4
+
+
+@dataclass(frozen=True)
+class WholeRuns:
+    """Free runs of a system from the start to the end of experiments, beside the measured outputs.
+
+    Hidden states start as `simulate` starts them.
+
+    Attributes:
+        system: simulated system.
+        recording: experiments, one window each.
+        off: errors, shape (experiments, most steps, outputs), in standard deviations of the outputs; not
+            finite where the simulation diverged.
+    """
+
+    system: System
+    recording: Recording
+    off: Array
+
+    @classmethod
+    def of(cls, system: System, logs: Logs, substeps: int, runs: Sequence[int] | None = None) -> WholeRuns:
+        """Simulate whole experiments.
+
+        Args:
+            system: system with its numbers.
+            logs: logs prepared for `system`.
+            substeps: integration steps per sample.
+            runs: numbers of the experiments, default all.
+        """
+        latest = max((output.delay for output in system.outputs), default=0.0)
+        recording = Recording.whole(logs, runs, latest)
+        simulation = Simulation(system, recording)
+        found = simulation(simulation.values[None, None], substeps=substeps)
+        return cls(system, recording, found.errors(recording.scale))
+
+    def errors(self, runs: Sequence[int]) -> dict[str, float | None]:
+        """Return the root mean square errors over all samples of some experiments.
+
+        Args:
+            runs: numbers of the experiments, of those that were simulated.
+        """
+        mine = np.isin(self.recording.owner, runs)
+        off = self.off[mine][self.recording.counted[mine]]
+        found: dict[str, float | None] = {}
+        for output, column, scale in zip(self.system.outputs, off.T, self.recording.scale, strict=True):
+            near = (np.abs(column) <= DIVERGED).all()
+            found[output.name] = float(scale * np.sqrt(np.mean(column**2))) if near else None
+        return found
+
+    def divergence(self, file: str, held_out: Sequence[int]) -> Iterator[str]:
+        """Yield a note on experiments in which an output is lost, with the time from which on.
+
+        Args:
+            file: name of the simulated file.
+            held_out: numbers of the held-out experiments.
+        """
+        recording, logs = self.recording, self.recording.logs
+        lost = (~(np.abs(self.off) <= LARGEST_ERROR)).any(axis=2) & recording.counted
+        until = dict(zip(recording.owner.tolist(), logs.period * (1.0 + lost.argmax(axis=1)), strict=True))
+        gone = sorted(recording.owner[lost.any(axis=1)].tolist(), key=lambda i: until[i])
+        if not gone:
+            return
+        held = {i: " (held out)" if i in held_out else "" for i in gone}
+        named = ", ".join(f"{logs.ids[i]}{held[i]} after {until[i]:.3g} s" for i in gone[:NAMED])
+        more = f" and {len(gone) - NAMED} more" if len(gone) > NAMED else ""
+        yield (
+            f"{file} diverges: in a free run over the whole experiment an output is more than "
+            f"{LARGEST_ERROR:g} standard deviations off in {len(gone)} of {len(recording.owner)} experiments "
+            f"({named}{more}): simulate it for less than {until[gone[0]]:.3g} s from a measured state"
+        )
+
+
+def worse(before: Errors, after: Errors, recording: Recording, units: Mapping[str, str]) -> str:
+    """Return which output a file predicts worse over whole runs than the file it came from.
+
+    An error beyond `LARGEST_ERROR` standard deviations counts as this, as in the gap: where the given file
+    fails too, as on an unstable machine, nothing is compared. A difference within the noise of the sensor is
+    none.
+
+    Args:
+        before: errors of the given file.
+        after: errors of the other file, on the same experiments.
+        recording: experiments, with the scale and the noise of every output.
+        units: unit of every output by its name.
+
+    Returns:
+        The output that is the most times worse, as a clause with both errors; empty if none is worse.
+    """
+    logs, largest = recording.logs, LARGEST_ERROR * recording.scale
+    times: dict[str, float] = {}
+    for name, most, noise in zip(logs.outputs, largest.tolist(), recording.noise.tolist(), strict=True):
+        was, now = (most if (e := errors[name]) is None else min(e, most) for errors in (before, after))
+        if now > (1.0 + TOLERANCE) * was and now**2 - was**2 > noise**2:
+            times[name] = now / was if was > 0.0 else np.inf
+    if not times:
+        return ""
+    name = max(times, key=lambda name: times[name])
+    old, new = (_said(errors[name], units[name]) for errors in (before, after))
+    ids = [logs.ids[i] for i in sorted(recording.runs)]
+    more = f" and {len(ids) - NAMED} more" if len(ids) > NAMED else ""
+    return (
+        f"over whole held-out experiments ({', '.join(ids[:NAMED])}{more}) {name} {new}, and {old} with the "
+        "file as given"
+    )
+
+
+def _said(error: float | None, unit: str) -> str:
+    return "diverges" if error is None else f"is {quantity(error, unit, 2)} off"
