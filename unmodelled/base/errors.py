@@ -67,6 +67,9 @@ class Faults:
         except BadInput as fault:
             self._lines += [str(fault), *fault.others]
 
+    def __len__(self) -> int:
+        return len(self._lines)
+
     def check(self) -> None:
         """Refuse the input if faults were collected.
 

@@ -70,7 +70,7 @@ class Identifiability:
         found: sensitivity matrix.
         left: parameters' columns without what networks in the ports absorb, shape (rows, parameters).
         limit: limit of the collinearity index.
-        floor: smallest sensitivity that counts, as a share of the largest parameter's or of 1 if that is less.
+        floor: smallest sensitivity that counts, as a share of the largest, at most 1.
     """
 
     found: Sensitivity

@@ -165,8 +165,8 @@ def identifiability(
         logs: measured experiments, read for this system, the path of their folder, or data frames.
         parameters: names of the parameters to study; default: all.
         limit: largest collinearity index of a set, larger than 1; 5 (strict, default) to 20 is usual.
-        floor: sensitivity that a parameter must have, as a share of the largest (or of 1 if that is less), 0 to
-            1; default 0.05.
+        floor: sensitivity that a parameter must have, as a share of the largest (at most 1), 0 to 1; default
+            0.05.
 
     Returns:
         Sensitivities, correlations, sets of parameters, and advice in sentences.

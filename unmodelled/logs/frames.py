@@ -72,10 +72,6 @@ def _columns(path: Path, frame: pd.DataFrame, wanted: list[str]) -> Columns:
 
 
 def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the frame with t in s: its index stands for a missing column t, unless it only counts rows."""
-    if "t" not in frame.columns and not pd.api.types.is_integer_dtype(frame.index.dtype):
-        frame = frame.assign(t=frame.index)
-    if "t" not in frame.columns or frame["t"].dtype.kind not in "Mm":
-        return frame
-    since = frame["t"] - frame["t"].iloc[0] if frame["t"].dtype.kind == "M" else frame["t"]
-    return frame.assign(t=since.dt.total_seconds())
+    """Return the frame with a column t: its index stands for a missing one, unless it only counts rows."""
+    counts = pd.api.types.is_integer_dtype(frame.index.dtype)
+    return frame if "t" in frame.columns or counts else frame.assign(t=frame.index)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +21,8 @@ from unmodelled.systems.units import Unit
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}", re.ASCII)
 _LOG_COLUMNS = ("id", "file", "group")
+#: Sections that declare no name of an expression.
+_OTHER = ("schema", "name", "outputs", "dynamics")
 #: Optional keys of a number that can be fitted.
 _FITTED = ("identify", "bounds", "per_experiment")
 
@@ -30,9 +33,11 @@ class Names:
 
     Attributes:
         kinds: kind ("state", "input", ...) and line number of each name.
+        refused: whether a name was refused, so that expressions may use names that do not exist.
     """
 
     kinds: dict[str, tuple[str, int]] = field(default_factory=dict)
+    refused: bool = False
 
     def add(self, name: str, kind: str, node: Node) -> str:
         """Register a new name.
@@ -48,6 +53,7 @@ class Names:
         Raises:
             BadInput: if the name is malformed, reserved, or used by an earlier line.
         """
+        before, self.refused = self.refused, True  # unless it passes
         checked_name(name, node)
         if name in RESERVED or keyword.iskeyword(name):
             raise node.wrong(f"the name {shown(name)} is reserved: choose another name")
@@ -57,6 +63,7 @@ class Names:
                 f"the name {shown(name)} is taken by the {other} of line {line}: choose another name"
             )
         self.kinds[name] = (kind, node.line)
+        self.refused = before
         return name
 
 
@@ -93,6 +100,7 @@ class Declarations:
         names: all names that expressions can use.
         units: unit of each state, input, constant, parameter and effort.
         output_units: unit of each output.
+        faulty: names whose declaration has a fault; what uses them cannot be checked.
     """
 
     states: list[State] = field(default_factory=list)
@@ -105,6 +113,7 @@ class Declarations:
     names: Names = field(default_factory=Names)
     units: dict[str, Unit] = field(default_factory=dict)
     output_units: dict[str, Unit] = field(default_factory=dict)
+    faulty: set[str] = field(default_factory=set)
 
     @property
     def without_units(self) -> bool:
@@ -112,19 +121,17 @@ class Declarations:
         return all(u.dimension == units.ONE for u in (*self.units.values(), *self.output_units.values()))
 
 
-def read_declarations(sections: dict[str, Node]) -> Declarations:
+def read_declarations(sections: dict[str, Node], faults: Faults) -> Declarations:
     """Read the names, units and numbers of all sections.
 
     Args:
-        sections: top-level entries of the system file by name.
+        sections: top-level entries of the system file by name; those that are missing declare nothing.
+        faults: collection that gets a line for every wrong declaration, which names file, line and entry.
 
     Returns:
-        Declarations of the file.
-
-    Raises:
-        BadInput: if declarations are wrong; every message names file, line and entry.
+        Declarations of the file, with the names of the wrong ones.
     """
-    found, faults = Declarations(), Faults()
+    found = Declarations()
     readers = {
         "states": _state,
         "inputs": _input,
@@ -134,23 +141,50 @@ def read_declarations(sections: dict[str, Node]) -> Declarations:
         "ports": _port,
     }
     for section, read in readers.items():
-        for name, node in sections[section].entries().items() if section in sections else ():
+        for name, node in _entries(sections, section, faults):
             with faults.collected():
                 read(found, name, node)
     for section, kind in (("signals", "signal"), ("events", "event")):
-        for name, node in sections[section].entries().items() if section in sections else ():
+        for name, node in _entries(sections, section, faults):
             with faults.collected():
                 found.names.add(name, kind, node)
-    faults.check()  # outputs show states and signals
-    for name, node in sections["outputs"].entries().items():
-        with faults.collected():
-            _output(found, name, node)
+    found.faulty = _faulty(sections, found)
+    for name, node in _entries(sections, "outputs", faults):
+        if name not in found.faulty:  # outputs show states and signals
+            with faults.collected():
+                _output(found, name, node)
     for section in ("states", "outputs"):
-        with faults.collected():
-            if not sections[section].entries():
-                raise sections[section].wrong("at least one is needed: add it")
-    faults.check()
+        if section in sections and sections[section].content in (None, {}):
+            faults.add(str(sections[section].wrong("at least one is needed: add it")))
     return found
+
+
+def _entries(sections: dict[str, Node], section: str, faults: Faults) -> Iterable[tuple[str, Node]]:
+    """Return the entries of a section; of one that is missing or no mapping there are none."""
+    found: dict[str, Node] = {}
+    with faults.collected():
+        found = sections[section].entries() if section in sections else {}
+    return found.items()
+
+
+def _faulty(sections: dict[str, Node], found: Declarations) -> set[str]:
+    """Return the names whose declaration was refused; of a port also that of its effort."""
+    groups = (found.states, found.inputs, found.operating_point, found.parameters, found.tables, found.ports)
+    sound = {item.name for group in groups for item in group}
+    sound |= {name for name, (kind, _) in found.names.kinds.items() if kind in ("signal", "event")}
+    ignored = Faults()  # they were collected before
+    declared = {
+        name: node for key in sections if key not in _OTHER for name, node in _entries(sections, key, ignored)
+    }
+    faulty = {name for name in declared if name not in sound}
+    ports = sections["ports"].content if "ports" in sections else None
+    for name, node in ports.items() if isinstance(ports, dict) else ():
+        effort = node.content.get("effort") if isinstance(node.content, dict) else None
+        if name in faulty and effort is not None and isinstance(effort.content, str):
+            faulty.add(effort.content)
+        elif name in faulty:
+            found.names.refused = True
+    return faulty
 
 
 def _unit(node: Node) -> Unit:

@@ -11,7 +11,7 @@ from typing import Any
 
 import yaml
 
-from unmodelled.base.errors import BadInput, closest
+from unmodelled.base.errors import BadInput, Faults, closest, nearest
 from unmodelled.base.limits import check_file
 from unmodelled.systems.syntax import shown
 
@@ -82,16 +82,19 @@ class Node:
             Entries by key.
 
         Raises:
-            BadInput: if a key is missing or unknown.
+            BadInput: if keys are missing or unknown; one line for each.
         """
-        entries = self.entries()
+        entries, faults = self.entries(), Faults()
         known = (*required, *optional)
-        for key, node in entries.items():
-            if key not in known:
-                raise node.wrong(f"unknown key {shown(key)}{closest(key, known)}")
+        unknown = {key: node for key, node in entries.items() if key not in known}
+        for key, node in unknown.items():
+            faults.add(str(node.wrong(f"unknown key {shown(key)}{closest(key, known)}")))
+        misspelt = {nearest(key, known) for key in unknown}
         for key in required:
-            if key not in entries:
-                raise self.wrong(f"the key {key!r} is missing: add it")
+            if key not in entries and key not in misspelt:
+                advice = "; of a number without a unit write unit: 1" if key == "unit" else ""
+                faults.add(str(self.wrong(f"the key {key!r} is missing: add it{advice}")))
+        faults.check()
         return entries
 
     def items(self) -> list[Node]:

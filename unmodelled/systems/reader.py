@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -41,9 +42,8 @@ def read_system(path: Path | str) -> System:
         The system that the file describes.
 
     Raises:
-        BadInput: one line per fault that names file, line and place. Faults of declarations, of signals, of
-            dynamics and outputs, and of ports and events are found one group after the other, because a group
-            cannot be checked before the groups that it uses are right.
+        BadInput: one line per fault that names file, line and place. Expressions are checked once sections
+            and names are right, and an expression that uses a name with a fault once that is mended.
 
     Examples:
         >>> import unmodelled as um
@@ -58,22 +58,36 @@ def read_system(path: Path | str) -> System:
     schema = root.entries().get("schema")
     if schema is None or schema.content != SCHEMA:
         raise (schema or root).wrong(f"must start with 'schema: {SCHEMA}'")
-    sections, robot = _sections(root)
-    name = checked_name(sections["name"].text(), sections["name"])
-    found = _Equations(sections, read_declarations(sections), robot).system(name)
+    faults = Faults()
+    sections, robot = _sections(root, faults)
+    name = ""
+    with faults.collected():
+        name = checked_name(sections["name"].text(), sections["name"]) if "name" in sections else ""
+    sound = len(faults) == 0
+    declared = read_declarations(sections, faults)
+    if not sound or declared.names.refused:  # expressions would have faults that follow from these
+        faults.check()
+    found = _Equations(sections, declared, robot, faults=faults).system(name)
     return replace(found, source=str(path))
 
 
-def _sections(root: Node) -> tuple[dict[str, Node], RobotModel | None]:
+def _sections(root: Node, faults: Faults) -> tuple[dict[str, Node], RobotModel | None]:
     """Return the top-level entries, and the robot if the file names one, whose entries are among them."""
     entries = root.entries()
     if "model" not in entries:
-        for key in entries.keys() & {*_OF_ROBOTS}:
-            raise entries[key].wrong("belongs to a robot: add model, the name of its MJCF or URDF file")
-        return root.fields(_REQUIRED, _OPTIONAL), None
+        for key in [key for key in entries if key in _OF_ROBOTS]:
+            wrong = "belongs to a robot: add model, the name of its MJCF or URDF file"
+            faults.add(str(entries[key].wrong(wrong)))
+        with faults.collected():
+            root.fields(_REQUIRED, (*_OPTIONAL, *_OF_ROBOTS))
+        return {key: node for key, node in entries.items() if key in (*_REQUIRED, *_OPTIONAL)}, None
     if "events" in entries:
         raise entries["events"].wrong("a system with a robot has no events: remove them")
     return with_robot(root.fields(_REQUIRED[:2], (*_REQUIRED[2:], *_OPTIONAL, *_OF_ROBOTS)))
+
+
+class _UsesFaulty(Exception):
+    """An expression uses a name whose declaration has a fault, so that it cannot be checked."""
 
 
 @dataclass
@@ -95,13 +109,14 @@ class _Equations:
             dimension = None if declared.without_units else unit.dimension
             self.values[key] = Value(symbol(key), Quantity(dimension, constant=key in constants))
         signals = self._signals()
-        self.faults.check()
+        declared.faulty.update(name for name in self._entries("signals") if name not in signals)
+        before = len(self.faults)
         dynamics = self._dynamics()
+        whole = len(self.faults) == before and len(dynamics) == len(self._entries("states"))
         outputs = self._each(self._output, [(output,) for output in declared.outputs])
         states = self._each(self._state, [(state,) for state in declared.states])
-        self.faults.check()
-        ports = self._each(self._port, [(port, dynamics) for port in declared.ports])
-        events = [(name, node, dynamics) for name, node in self._entries("events").items()]
+        ports = self._each(self._port, [(port, dynamics if whole else None) for port in declared.ports])
+        events = [(n, node, dynamics) for n, node in self._entries("events").items() if whole]
         found = self._each(self._event, events)
         self.faults.check()
         system = System(
@@ -142,12 +157,13 @@ class _Equations:
         for entry in entries:
             if self.size > _LARGEST:  # a fault that ends the work
                 break
-            with self.faults.collected():
+            with self.faults.collected(), suppress(_UsesFaulty):
                 found.append(read(*entry))
         return tuple(found)
 
     def _entries(self, section: str) -> dict[str, Node]:
-        return self.sections[section].entries() if section in self.sections else {}
+        content = self.sections[section].content if section in self.sections else None
+        return content if isinstance(content, dict) else {}
 
     def _scope(self, refused: dict[str, str]) -> Scope:
         declared = self.declared
@@ -157,6 +173,7 @@ class _Equations:
 
     def _evaluated(self, node: Node, refused: dict[str, str], unit: Unit | Dimension | None = None) -> Value:
         self.text[node.place] = node.text()
+        self._check_sound(*_words(node))
         value = grammar.evaluate(node.text(), self._scope(refused), node.where)
         self.size += value.size
         if self.size > _LARGEST:
@@ -166,6 +183,10 @@ class _Equations:
         if unit is not None:
             self._check_unit(node, value, unit)
         return value
+
+    def _check_sound(self, *names: str | None) -> None:
+        if self.declared.faulty & {*names}:
+            raise _UsesFaulty
 
     def _check_unit(self, node: Node, value: Value, unit: Unit | Dimension) -> None:
         got = value.quantity.settled
@@ -197,7 +218,7 @@ class _Equations:
     def _dynamics(self) -> tuple[sp.Expr, ...]:
         given = self._entries("dynamics")
         found = self._rates(given)
-        for state in self.declared.states:
+        for state in self.declared.states if "dynamics" in self.sections else ():
             if state.name not in given:
                 words = f"the state {state.name!r} has no dynamics: add its time derivative"
                 self.faults.add(str(self.sections["dynamics"].wrong(words)))
@@ -209,6 +230,7 @@ class _Equations:
         found = {}
 
         def read(name: str) -> None:
+            self._check_sound(name)
             if name not in states:
                 wrong = f"{shown(name)} is not a state, must be one of {', '.join(sorted(states))}"
                 raise entries[name].wrong(wrong)
@@ -241,7 +263,7 @@ class _Equations:
         """Return the names that are refused (efforts and signals that depend on them) with the reason."""
         efforts = {symbol(p.effort): p.effort for p in self.declared.ports}
         refused = {e: f"the effort {e!r} is not allowed here" for e in efforts.values()}
-        for name in self._entries("signals"):
+        for name in self._entries("signals").keys() & self.values.keys():
             inside = self.values[name].expression.free_symbols & efforts.keys()
             if inside:
                 effort = min(efforts[s] for s in inside)
@@ -264,15 +286,18 @@ class _Equations:
         node = self._entries("outputs")[output.name]
         unit = self.declared.output_units[output.name]
         if "expression" not in node.entries():
+            self._check_sound(output.name)
             self._check_unit(node, self.values[output.name], unit)
             return output
         written = node.entries()["expression"]
         return replace(output, expression=self._evaluated(written, {}, unit).expression)
 
-    def _port(self, port: Port, dynamics: tuple[sp.Expr, ...]) -> Port:
+    def _port(self, port: Port, dynamics: tuple[sp.Expr, ...] | None) -> Port:
+        """Check a port; with `dynamics` only if none of them has a fault."""
         node = self._entries("ports")[port.name]
         effort = symbol(port.effort)
-        if not any(effort in f.free_symbols for f in dynamics):
+        self._check_sound(port.position, port.velocity, port.load)
+        if dynamics is not None and not any(effort in f.free_symbols for f in dynamics):
             raise node.wrong(
                 f"effort {port.effort!r} of port {port.name!r} appears in no dynamics: add it where it acts"
             )
@@ -296,6 +321,10 @@ class _Equations:
 
     def _check_named(self, node: Node, known: Sequence[str], what: str, refused: dict[str, str]) -> None:
         name = node.text()
+        if name not in known and not name.isidentifier():
+            raise node.wrong(
+                f"must be {what}, got the expression {shown(name)}: name it in signals, and write that name"
+            )
         if name not in known:
             raise node.wrong(f"must be {what}, got {shown(name)}{closest(name, known)}")
         if name in refused:

@@ -45,6 +45,9 @@ _MALFORMED = (
     ValueError,
 )
 _SPELLED = str.maketrans({"²": "^2", "³": "^3", "·": " ", "⋅": " ", "Ω": "Ω"})
+#: A power without a sign for it: rad s-1, kg m2; not one that runs into another unit, as in W/m2K.
+_POWER = re.compile(r"(?<![\w.])([A-Za-zµμΩ]+)(-?\d)(?![A-Za-z\d])")
+_PREFIXED = re.compile(r"(?<![A-Za-z])[kMmµμcGnd](?=[A-Za-zΩ])")
 
 
 @dataclass(frozen=True)
@@ -177,18 +180,30 @@ def _is_coherent(one: _Quantity) -> bool:
 def _dimension(text: str) -> Dimension:
     one = _in_si(text, 1.0)
     if not _is_coherent(one):
-        raise ValueError(f"{text!r} must be in SI units, e.g. {one.name} instead of {text}")
+        name = _without_prefixes(text) or one.name
+        offset = _in_si(text, 0.0).value
+        told = "" if offset else f": 1 {text} = {one.value:.6g} {name if name != '1' else ''}".rstrip()
+        raise ValueError(f"{text!r} must be in SI units, e.g. {name} instead of {text}{told}")
     return one.dimension
+
+
+def _without_prefixes(text: str) -> str:
+    """Return the unit without its prefixes if that is the SI unit, as J/K for kJ/K; otherwise an empty text."""
+    plain = _PREFIXED.sub("", _apart(text))
+    try:
+        return plain if plain != text and _is_coherent(_in_si(plain, 1.0)) else ""
+    except ValueError:
+        return ""
 
 
 @cache
 def _in_si(text: str, value: float) -> _Quantity:
-    spelled = text.strip().translate(_SPELLED).replace("Ohm", "ohm")
+    spelled = _POWER.sub(r"\1^\2", text.strip().translate(_SPELLED).replace("Ohm", "ohm"))
     if spelled in ("", "-", "1"):
         return _Quantity(value, ONE)
     if len(text) > _LONGEST or not _SHAPE.fullmatch(spelled):
         raise ValueError(f"{text[:_LONGEST]!r} is not a unit; write for instance N s/m or kg m^2")
-    spelled = _RUN_TOGETHER.sub(lambda found: " ".join(filter(None, found.groups())), spelled)
+    spelled = _apart(spelled)
     try:
         base = _registry().Quantity(value, _registry().parse_units(spelled)).to_base_units()
     except pint.UndefinedUnitError as error:
@@ -199,6 +214,10 @@ def _in_si(text: str, value: float) -> _Quantity:
     dimension = tuple(Fraction(exponents.get(f"[{name}]", "0")) for name in _NAMES)
     angle = f"{base.units:~C}".replace("**", "^") if "radian" in dict(base.unit_items()) else ""
     return _Quantity(float(base.magnitude), dimension, angle)
+
+
+def _apart(text: str) -> str:
+    return _RUN_TOGETHER.sub(lambda found: " ".join(filter(None, found.groups())), text)
 
 
 @cache

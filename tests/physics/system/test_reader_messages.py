@@ -283,6 +283,38 @@ def test_a_table_behind_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> N
                 "events.off.expression: depends on no state",
             ],
         ),
+        (
+            # keys and numbers of all entries
+            {
+                "name: hoist\n": "",
+                "tables:": "locked: {}\ntables:",
+                "unit: V, column: u": "column: u, colour: red",
+                "value: 12.0, unit: N/V": "valeu: 12.0",
+            },
+            [
+                "locked: belongs to a robot",
+                "the key 'name' is missing",
+                "inputs.u.colour: unknown key 'colour'",
+                "inputs.u: the key 'unit' is missing: add it; of a number without a unit write unit: 1",
+                "parameters.kf.valeu: unknown key 'valeu'; did you mean 'value'?",
+                "parameters.kf: the key 'unit' is missing",
+            ],
+        ),
+        (
+            # declarations and expressions; what uses a faulty name is not checked
+            {
+                "value: 8.5": "value: heavy",
+                "  x: v\n": "  x: 2*v + x\n",
+                "position: x, velocity: v": "position: x/2, velocity: v",
+                "  F_m: kf*u": "  F_m: kf*q",
+            },
+            [
+                "parameters.M.value: must be a number",
+                "signals.F_m: unknown symbol 'q'",
+                "dynamics.x: unit must be m/s",
+                "ports.rail.position: must be a state or a signal, got the expression 'x/2': name it in signals",
+            ],
+        ),
     ],
 )
 def test_independent_faults_are_told_together(

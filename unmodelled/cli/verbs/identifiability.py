@@ -28,7 +28,8 @@ def identifiability(
         logs: log folder.
         parameters: names of the parameters to study, [m3,J1,B_m] for instance; null: all parameters.
         limit: largest collinearity index of an identifiable set; 5 (strict) to 20 is usual.
-        floor: smallest sensitivity of an identifiable parameter, as a share of the largest one, or of 1 if that is less.
+        floor: smallest sensitivity of an identifiable parameter, as a share of the largest one, or of 1 if
+            that is less.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
 
     Raises:
