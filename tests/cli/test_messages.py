@@ -53,7 +53,8 @@ KEYS = "(all keys: python -m pipeline help simulate)"
         ("simulate +horizont=1", "unknown key 'horizont'; did you mean 'horizon'?"),
         ("simulate ~horizont", "unknown key 'horizont' of simulate; did you mean 'horizon'?"),
         ("simulate model=hybrid", f"unknown key 'model' of simulate, must be one of {SIMULATE}"),
-        ("simulate systems/pendulum.yaml", f"'systems/pendulum.yaml' is not key=value {KEYS}"),
+        ("simulate systems/pendulum.yaml", f"logs must be given: logs=... {KEYS}"),
+        ("simulate systems/pendulum.yaml logs more", f"'more' is not key=value {KEYS}"),
         ("simulate =3", f"'=3' is not key=value {KEYS}"),
         ("simulate --horizon=3", "unknown option '--horizon=3'; did you mean 'horizon=3'?"),
         ("simulate --cfg", "argument --cfg/-c: expected one argument"),
@@ -95,7 +96,7 @@ def test_what_is_proposed_for_an_odd_text_is_taken(capsys: pytest.CaptureFixture
 
 
 def test_several_mistyped_words_are_told_at_once(capsys: pytest.CaptureFixture[str]) -> None:
-    code, lines = said(["simulate", "horizon", "only"], capsys)
+    code, lines = said(["simulate", "none.yaml", "logs", "horizon", "only"], capsys)
     assert code == 2 and lines == [
         f"error: 'horizon' is not key=value {KEYS} (1 more fault below)",
         f"also: 'only' is not key=value {KEYS}",

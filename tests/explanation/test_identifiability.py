@@ -150,7 +150,7 @@ dynamics: {q: w, w: (n*k/R*(u - n*k*w) - b*w)/(J + n**2*Jm)}
 
 
 def test_a_known_gear_ratio_does_not_hide_what_is_to_be_identified(tmp_path: Path) -> None:
-    """Supply and back-EMF nearly cancel, so that the ratio changes the acceleration by many times its size."""
+    """Supply and back-EMF nearly cancel: the ratio changes the acceleration by many times its size."""
     t, q, w, a = motion((0.3, 0.7, 1.7), 0.2)
     u = ((0.01 + 350.0**2 * 2e-7) * a + 0.012 * w) * 4.0 / (350.0 * 0.004) + 350.0 * 0.004 * w
     result = identify_sets(*read(tmp_path, SERVO, [{"t": t, "q": q, "w": w, "u": u}]))

@@ -159,9 +159,10 @@ def bad_groups(file: Any) -> dict[str, str]:
         "outside": "column angle: its data lie in another file: store a copy of the data instead",
         "virtual": "column angle: its data lie in another file: store a copy of the data instead",
         "blosc": "column angle: needs a plug-in to be unpacked: compress it with gzip",
-        "degrees": f"column angle: attribute unit: 'deg' {SI} rad instead of deg{CONVERT}",
+        "degrees": f"column angle: attribute unit: 'deg' {SI} rad instead of deg: "
+        f"1 deg = 0.0174533 rad{CONVERT}",
         "metres": "column angle: attribute unit: 'm', the system file has 'rad': correct one of them",
-        "milliseconds": f"column t: attribute unit: 'ms' {SI} s instead of ms{CONVERT}",
+        "milliseconds": f"column t: attribute unit: 'ms' {SI} s instead of ms: 1 ms = 0.001 s{CONVERT}",
         "gap": "row 31: column t: gap of 0.0101 s, more than 5 sampling periods of 0.002 s: "
         "no part without a gap has 50 samples or more",
         "dead": "row 1: column angle: dead output, 0.25 in every row",

@@ -136,7 +136,7 @@ def _options_last(required: Sequence[str], rest: list[str]) -> list[str]:
         is_value = before.startswith("-") and before not in FLAGS and "=" not in word
         if word.startswith("-") or is_value:
             options.append(word)
-        elif bare and "=" not in word:
+        elif bare and "=" not in word and not word.startswith("~"):
             # quoted, for Hydra gives commas and brackets a meaning
             keys.append(f"{bare.pop(0)}='" + word.replace("'", "\\'") + "'")
         else:

@@ -64,7 +64,7 @@ def _text(system: System, expression: sp.Expr) -> str:
     tables = [table.name for table in system.tables]
     if sp.count_ops(expression) > LINE or len(text := printed(expression, names, tables)) > LINE:
         # a signal is made of earlier ones, and `subs` finds it among other factors and terms too
-        for name, signal in reversed(system.signals.items()):
+        for name, signal in reversed([*system.signals.items()]):
             expression = expression.subs(signal, symbol(name)) if signal.args else expression
         text = printed(expression, [*names, *system.signals], tables)
     return f"({text})" if isinstance(expression, sp.Add) else text

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import pandas as pd
 
@@ -17,9 +17,8 @@ from unmodelled.systems.model import System
 #: Column of one frame of many experiments that names the experiment of a row, as in `Logs.table`.
 EXPERIMENT = "experiment"
 
-
 #: What stands for logs: the logs, their folder or file, one data frame, several, or several by their ids.
-LogsGiven = Logs | Path | str | pd.DataFrame | Sequence[pd.DataFrame] | Mapping[str, pd.DataFrame]
+LogsGiven: TypeAlias = Logs | Path | str | pd.DataFrame | Sequence[pd.DataFrame] | Mapping[str, pd.DataFrame]
 
 
 def read_inputs(system: SystemGiven, logs: LogsGiven) -> tuple[System, Logs]:

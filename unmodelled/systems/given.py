@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from unmodelled.base.errors import BadInput
 from unmodelled.systems.model import System
@@ -19,7 +19,7 @@ class HasSystem(Protocol):
 
 
 #: What stands for a system.
-SystemGiven = System | Path | str | HasSystem
+SystemGiven: TypeAlias = System | Path | str | HasSystem
 
 
 def system_of(given: SystemGiven) -> System:

@@ -188,7 +188,7 @@ def _dimension(text: str) -> Dimension:
 
 
 def _without_prefixes(text: str) -> str:
-    """Return the unit without its prefixes if that is the SI unit, as J/K for kJ/K; otherwise an empty text."""
+    """Return the unit without its prefixes if that is the SI unit (J/K for kJ/K); otherwise empty."""
     plain = _PREFIXED.sub("", _apart(text))
     try:
         return plain if plain != text and _is_coherent(_in_si(plain, 1.0)) else ""

@@ -312,7 +312,7 @@ def test_a_table_behind_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> N
                 "parameters.M.value: must be a number",
                 "signals.F_m: unknown symbol 'q'",
                 "dynamics.x: unit must be m/s",
-                "ports.rail.position: must be a state or a signal, got the expression 'x/2': name it in signals",
+                "must be a state or a signal, got the expression 'x/2': name it in signals, and write",
             ],
         ),
     ],

@@ -180,7 +180,7 @@ class Trials:
         sums = np.einsum("wkj,wk->w", square, recording.counted) / square.shape[2]
         total, count = (np.bincount(recording.owner, w, len(self.logs)) for w in (sums, recording.steps))
         # nan for an experiment that is shorter than a window
-        return np.divide(total, count, out=np.full(len(self.logs), np.nan), where=count > 0.0)
+        return np.asarray(np.divide(total, count, out=np.full(len(self.logs), np.nan), where=count > 0.0))
 
     def _simulation(self, correction: Correction, steps: int) -> Simulation:
         return Simulation(self.system, self._recording(correction, steps))
