@@ -152,6 +152,13 @@ def test_names_of_a_whole_file_are_further_names(
     np.testing.assert_allclose(table.columns["q[2]"], AXES["slew"])
 
 
+def test_names_of_every_row_of_arrays(tmp_path: Path) -> None:
+    names = np.array([order(k) for k in range(80)])
+    np.savez(tmp_path / "a.npz", t=T, names=names, q=np.array([list(row(k).values()) for k in range(80)]))
+    (table,) = tables(tmp_path / "a.npz")
+    np.testing.assert_allclose(table.columns["q[slew]"], AXES["slew"])
+
+
 def test_publishers_of_other_things_are_tables_of_their_own(tmp_path: Path) -> None:
     rows = []
     for k, t in enumerate(T.tolist()):

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from unmodelled.base.limits import check_memory
+from unmodelled.logs.readers.names import NAMING
 from unmodelled.logs.readers.reader import Reader, Table
 from unmodelled.logs.readers.records import tables_by_length
 
@@ -29,5 +30,6 @@ class Npz(Reader):
         with np.load(path) as arrays:  # refuses objects of Python
             found = {name: array for name in arrays.files if (array := arrays[name]).size}
         numbers = {name: array for name, array in found.items() if array.dtype.kind in "fiub"}
-        words = {n: array.tolist() for n, array in found.items() if array.dtype.kind == "U" and array.ndim}
+        named = {n: array for n, array in found.items() if array.dtype.kind == "U" and NAMING.fullmatch(n)}
+        words = {name: array.tolist() for name, array in named.items() if array.ndim}
         return tables_by_length("", numbers, {}, {}, words)

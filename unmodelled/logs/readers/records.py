@@ -11,7 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.limits import fits
-from unmodelled.logs.readers.names import NAMING, PUBLISHER, Beside, Labels, by_name, by_publisher, labels_of
+from unmodelled.logs.readers.names import (
+    NAMING,
+    PUBLISHER,
+    Beside,
+    Labels,
+    by_name,
+    by_publisher,
+    elements,
+    labels_of,
+)
 from unmodelled.logs.readers.reader import Array, Table
 
 #: Longest list whose elements are columns: what is longer is an image, a scan or a cloud of points.
@@ -232,11 +241,11 @@ def tables_by_length(
         own = {key: given[key] for key in columns if key in given}
         single = {key: (text,) for key, text in texts.items()} if length == 1 else {}
         table, beside = Table(name, columns, own, single), Beside()
-        for key, words in (names or {}).items():
-            rows = words if all(not isinstance(row, str) for row in words) else [words] * length
-            if len(rows) == length:
-                beside.names[key] = [tuple(map(str, row)) for row in rows]
-        made += by_name(table, beside.labels(table)[0])
+        rows = {key: words for key, words in (names or {}).items() if not isinstance(words[0], str)}
+        beside.names |= {k: [tuple(map(str, row)) for row in v] for k, v in rows.items() if len(v) == length}
+        whole = {key: words for key, words in (names or {}).items() if key not in rows}
+        lengths = {place: len(parts) for place, parts in elements(columns).items()}
+        made += by_name(table, beside.labels(table)[0] if beside.names else [labels_of(whole, lengths)])
     return made
 
 
