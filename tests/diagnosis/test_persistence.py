@@ -99,6 +99,18 @@ def test_short_experiments_have_three_windows(samples: int) -> None:
     assert steps_of(default_horizon(logs), logs) == min(25, samples // 3)
 
 
+def test_one_short_part_does_not_set_the_horizon_of_all() -> None:
+    """Its windows are whole; as much as a tenth of all samples does count."""
+    ramp = 0.01 * np.arange(6000.0)
+    long = [ramp[:2100], ramp[:2400], ramp[:2100]]
+    alone, beside = default_horizon(logs_of(*long)), default_horizon(logs_of(ramp[:200], *long))
+    assert alone == beside == pytest.approx(7.0)
+    assert default_horizon(logs_of(ramp[:600], ramp[:600], *long)) == pytest.approx(2.0)
+    recording = Recording.of(logs_of(ramp[:200], *long), beside)
+    assert recording.steps[recording.owner == 0].tolist() == [199]
+    assert (recording.steps[recording.owner == 1] == 700)[:2].all()
+
+
 @settings(max_examples=20, deadline=None)
 @given(period=st.floats(1e-4, 10.0), rate=st.floats(0.005, 0.1))
 def test_a_default_horizon_is_a_tidy_number_of_samples(period: float, rate: float) -> None:

@@ -26,6 +26,9 @@ Names = tuple[str, ...]
 OWN = ("exp", "samples")  # columns of the store's table that a user's column must not take
 GROUPS = ("outputs", "inputs", "states", "constants")
 HEADER = "logs"  # what the store's provenance holds beyond that of the data
+#: Share of all samples in experiments whose length does not count as usual: one short part of a record must
+#: not set the horizon of all others.
+SHORT_ONES = 0.1
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
 
@@ -157,6 +160,12 @@ class Logs:
             i: number of the experiment.
         """
         return slice(int(self.offsets[i]), int(self.offsets[i + 1]))
+
+    @property
+    def usual_length(self) -> int:
+        """Samples of the shortest experiment, beside short ones that hold a tenth of all samples."""
+        lengths = np.sort(np.diff(self.offsets))
+        return int(lengths[np.searchsorted(np.cumsum(lengths), SHORT_ONES * self.offsets[-1], "right")])
 
     def gap(self, i: int) -> int | None:
         """Return the sampling periods since the experiment before, None if it is not continued.

@@ -29,8 +29,9 @@ def default_horizon(
     root mean square over outputs, each in its standard deviation within runs, at the end of the horizon. An
     output is predicted by its last value or by its last value and speed, whichever is better at this horizon.
     The horizon is rounded to two digits and then to a whole number of samples. It has at least
-    `fewest_horizon_samples` samples and at most the share `longest_horizon_share` of the shortest experiment;
-    the latter limit is the stronger one.
+    `fewest_horizon_samples` samples and at most the share `longest_horizon_share` of the shortest experiment,
+    beside short ones that hold a tenth of all samples; the latter limit is the stronger one. Experiments that
+    are shorter than the horizon are simulated as a whole.
 
     Args:
         logs: logs of all experiments.
@@ -46,8 +47,7 @@ def default_horizon(
         >>> default_horizon(logs)
         0.2
     """
-    shortest_run = int(np.diff(logs.offsets).min())
-    longest = max(1, int(thresholds.longest_horizon_share * shortest_run))
+    longest = max(1, int(thresholds.longest_horizon_share * logs.usual_length))
     fewest = min(thresholds.fewest_horizon_samples, longest)
     count = 2 + int(np.log(longest / fewest) / np.log(RATIO))
     candidates = np.unique(np.geomspace(fewest, longest, count).round().astype(np.int64))

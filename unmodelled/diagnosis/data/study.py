@@ -68,9 +68,12 @@ class Study:
     def latest(self) -> float:
         """Return the longest delay of an output, s: known delays and those that candidates may add."""
         known = max((output.delay for output in self.system.outputs), default=0.0)
-        shortest = int(np.diff(self.logs.offsets).min()) - known / self.logs.period
-        limits = self.thresholds
-        longest = min(limits.longest_delay, int(limits.longest_delay_share * shortest))
+        shortest, usual = int(np.diff(self.logs.offsets).min()), self.logs.usual_length
+        share, late = self.thresholds.longest_delay_share, known / self.logs.period
+        # half of a short experiment stays for its windows
+        longest = min(
+            self.thresholds.longest_delay, int(share * (usual - late)), int(0.5 * (shortest - late))
+        )
         return known + self.logs.period * longest
 
     @cached_property

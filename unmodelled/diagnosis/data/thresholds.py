@@ -135,12 +135,14 @@ class Thresholds:
     )
     longest_horizon_share: float = _threshold(
         1.0 / 3.0,
-        "share of the shortest experiment",
-        "three windows in every experiment",
+        "share of the shortest usual experiment",
+        "three windows in every usual experiment",
         "half: 0.6 to 0.7 times the horizon of 2 of 7 machines; twice: none of 7",
     )
     longest_delay: int = _threshold(64, "samples", _JUDGEMENT, _UNMEASURED)
-    longest_delay_share: float = _threshold(0.1, "share of the shortest experiment", _JUDGEMENT, _UNMEASURED)
+    longest_delay_share: float = _threshold(
+        0.1, "share of the shortest usual experiment", _JUDGEMENT, _UNMEASURED
+    )
     input_timing: float = _threshold(
         0.6, "sampling periods", "half a sample of zero-order hold, and a tenth for the fit", _UNMEASURED
     )

@@ -175,8 +175,14 @@ def _rms_of(error: Array | None, scale: float) -> float | None:
 
 def _about_horizon(logs: Logs, horizon: float, runs: Sequence[int]) -> list[str]:
     seconds = steps_of(horizon, logs) * logs.period
+    short = [logs.ids[i] for i in runs if np.diff(logs.offsets)[i] - 1 < steps_of(horizon, logs)]
     if horizon > max(float(np.diff(logs.offsets)[i]) for i in runs) * logs.period:
         return [f"the horizon of {horizon:g} s is longer than every experiment: each is simulated as a whole"]
+    if short:
+        what = (
+            f"{short[0]} is" if len(short) == 1 else f"{len(short)} experiments, {short[0]} among them, are"
+        )
+        return [f"{what} shorter than the horizon of {horizon:g} s: simulated as a whole"]
     if abs(seconds - horizon) > 0.01 * horizon:
         samples = f"a whole number of samples, {seconds / logs.period:.0f} of {logs.period:g} s"
         return [f"the horizon of {horizon:g} s was rounded to {samples}"]
