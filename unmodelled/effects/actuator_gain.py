@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from unmodelled.effects.effect import ActuatorEffect
-from unmodelled.effects.law import Amplitude, Law
+from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site
 
 
@@ -17,6 +17,9 @@ class ActuatorGain(ActuatorEffect):
     complexity = 1.0
 
     def law(self, at: Site) -> Law:
+        if zero := at.zero("u"):
+            amplitudes = {"g": Amplitude("(u - u_z)", 0.1, (-0.5, 1.0))}
+            return Law("u + g*(u - u_z)", amplitudes, fixed={"u_z": Fixed("u", zero)})
         # the limits of the file are those of what acts
         limits = {name: f"{name}/(1 + g)" for name in ("ctrl_low", "ctrl_high")}
         amplitudes = {"g": Amplitude("u", 0.1, (-0.5, 1.0))}

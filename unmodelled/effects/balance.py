@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from unmodelled.effects.effect import PortEffect
-from unmodelled.effects.surroundings import surroundings
+from unmodelled.effects.surroundings import TEMPERATURE, surroundings
 from unmodelled.systems.model import Port, System
 from unmodelled.systems.units import parse_unit
 
@@ -24,14 +24,14 @@ class BalanceEffect(PortEffect):
 
     def suits(self, system: System, port: Port) -> bool:
         units = {state.name: state.unit for state in system.states}
-        is_warm = parse_unit(units.get(str(port.position), "")).dimension == parse_unit("K").dimension
+        is_warm = parse_unit(units.get(str(port.position), "")).dimension == TEMPERATURE
         return super().suits(system, port) and self.warm in (None, is_warm)
 
 
-class ToLoggedSurroundings(BalanceEffect):
-    """Exchange with surroundings whose level is an input."""
+class ToKnownSurroundings(BalanceEffect):
+    """Exchange with surroundings whose level the log or the system file gives."""
 
-    variant = "to_input"
+    variant = "to_known"
 
     def suits(self, system: System, port: Port) -> bool:
         return super().suits(system, port) and surroundings(system, port) is not None

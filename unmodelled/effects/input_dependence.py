@@ -51,7 +51,7 @@ class ParameterByInput(ParameterEffect):
 
 
 class LoadByInput(PortEffect):
-    """Load in proportion to an input that the known physics does not use."""
+    """Load in proportion to an input that the known physics does not use, a temperature in degC."""
 
     family = "input_dependence"
     variant = "load"
@@ -63,7 +63,10 @@ class LoadByInput(PortEffect):
 
     def law(self, at: Site) -> Law:
         slope = f"{at.place.name}_per_{at.place.signal}"
-        return Law(f"{slope}*w", {slope: signed("w", at.effort / at["w"].rms)})
+        if not (zero := at.zero("w")):
+            return Law(f"{slope}*w", {slope: signed("w", at.effort / at["w"].rms)})
+        size = at.effort / max(abs(at["w"].low - zero), abs(at["w"].high - zero), 1.0)
+        return Law(f"{slope}*(w - w_0)", {slope: signed("(w - w_0)", size)}, fixed={"w_0": Fixed("w", zero)})
 
 
 def _with_signals(system: System, places: tuple[Place, ...]) -> tuple[Place, ...]:

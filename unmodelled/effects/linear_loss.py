@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.balance import BalanceEffect, ToLoggedSurroundings
+from unmodelled.effects.balance import BalanceEffect, ToKnownSurroundings
 from unmodelled.effects.law import Law, Shape, positive
 from unmodelled.effects.place import Site
 
 
 class LinearLoss(BalanceEffect):
-    """Loss in proportion to the level."""
+    """Loss in proportion to the level; no body loses heat towards 0 K."""
 
     family = "linear_loss"
     complexity = 1.0
+    warm = False
 
     def law(self, at: Site) -> Law:
         return Law("k*x", {"k": positive("x", at.effort / at["x"].rms)})
 
 
-class LossToInput(ToLoggedSurroundings):
-    """Exchange in proportion to the difference from an input, such as the ambient temperature."""
+class LossToKnownLevel(ToKnownSurroundings):
+    """Exchange in proportion to the difference from a known level, such as the ambient temperature."""
 
     family = "linear_loss"
     complexity = 1.0

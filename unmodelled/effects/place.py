@@ -13,7 +13,7 @@ from unmodelled.effects.known_terms import driven_port, stiffness
 from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
-from unmodelled.effects.surroundings import surroundings
+from unmodelled.effects.surroundings import TEMPERATURE, surroundings
 from unmodelled.systems import units
 from unmodelled.systems.grammar import evaluate
 from unmodelled.systems.model import Input, Output, System, symbol
@@ -22,6 +22,10 @@ from unmodelled.systems.quantities import Quantity
 from unmodelled.systems.scope import Value, scope_of
 from unmodelled.systems.units import SECOND, Dimension, parse_unit
 
+#: K; a temperature that is never lower is no rise above another one.
+ABSOLUTE = 150.0
+#: 0 degC, K.
+FREEZING = 273.15
 Kind = Literal["port", "actuator", "sensor", "parameter"]
 
 
@@ -104,6 +108,14 @@ class Site:
     def __contains__(self, local: str) -> bool:
         return local in self.quantities
 
+    def zero(self, local: str) -> float:
+        """Return the zero of the scale on which a quantity is measured, in SI units.
+
+        It is 0 degC for a temperature, unless the quantity comes near 0 K, as the rise of a temperature does.
+        """
+        absolute = self.quantities[local].dimension == TEMPERATURE and self[local].low > ABSOLUTE
+        return FREEZING if absolute else 0.0
+
 
 def site(system: System, place: Place, scales: Scales) -> Site:
     """Return a place with the magnitudes of its quantities.
@@ -140,7 +152,7 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
     if port.name in scales.loads and (carried := load(system, port)) is not None:
         text, expression = carried
         found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
-    if (around := surroundings(system, port)) is not None:
+    if (around := surroundings(system, port, scales.of)) is not None:
         spread = scales.of[around.name]
         found["u"] = _quantity(system, around.name, symbol(around.name), around.unit, spread)
     if (spring := stiffness(system, port)) is not None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from unmodelled.effects.balance import BalanceEffect, ToLoggedSurroundings
+from unmodelled.effects.balance import BalanceEffect, ToKnownSurroundings
 from unmodelled.effects.law import Law, Shape, positive
 from unmodelled.effects.place import Site
 
 
-class RadiationToInput(ToLoggedSurroundings):
-    """Heat that a body radiates to surroundings whose temperature is an input."""
+class RadiationToKnownLevel(ToKnownSurroundings):
+    """Heat that a body radiates to surroundings whose temperature is known."""
 
     family = "radiation"
     complexity = 1.2

@@ -75,7 +75,7 @@ class Scales:
     """Magnitudes of the quantities of a system in the logs, in SI units.
 
     Attributes:
-        of: range of each state, input and signal by name.
+        of: range of each state, input, signal, constant and parameter by name.
         outputs: range of each output by name.
         effort: root mean square of the effort that the known physics lacks, by port.
         mobility: largest magnitude of the derivative of the port's acceleration by its effort, by port.
@@ -120,6 +120,8 @@ class Scales:
         outputs = samples.values(o.expression for o in system.outputs)
         sizes = {name: Spread.of(column) for name, column in zip(names, columns, strict=True)}
         sizes |= {name: Spread.of(column) for name, column in zip(system.signals, signals, strict=True)}
+        sizes |= {k.name: Spread.of(column) for k, column in zip(system.operating_point, c.T, strict=True)}
+        sizes |= {p.name: Spread.of(np.array([p.value])) for p in system.parameters}
         carried = {p.name: found[1] for p in system.ports if (found := load(system, p)) is not None}
         loads = samples.values(carried.values())
         efforts = samples.efforts()

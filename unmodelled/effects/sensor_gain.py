@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from unmodelled.effects.effect import SensorEffect
-from unmodelled.effects.law import Amplitude, Law
+from unmodelled.effects.law import Amplitude, Fixed, Law
 from unmodelled.effects.place import Site
 
 
 class SensorGain(SensorEffect):
-    """Constant relative error of the sensor's gain."""
+    """Constant relative error of the sensor's gain, about 0 degC of a temperature."""
 
     family = "sensor_gain"
     complexity = 1.2
 
     def law(self, at: Site) -> Law:
-        return Law("(1 + g)*y", {"g": Amplitude("y", 0.1, (-0.95, 10.0))})
+        if not (zero := at.zero("y")):
+            return Law("(1 + g)*y", {"g": Amplitude("y", 0.1, (-0.95, 10.0))})
+        amplitudes = {"g": Amplitude("(y - y_z)", 0.1, (-0.95, 10.0))}
+        return Law("y + g*(y - y_z)", amplitudes, fixed={"y_z": Fixed("y", zero)})

@@ -1,20 +1,31 @@
-"""Level of the surroundings of a balance where it is logged: an ambient temperature or a level of a lake."""
+"""Level of the surroundings of a balance where it is known: an ambient temperature or a level of a lake."""
 
 from __future__ import annotations
 
-from unmodelled.systems.model import Input, Port, System, symbol
-from unmodelled.systems.units import ONE, parse_unit
+from collections.abc import Collection, Iterable
+from typing import TypeVar
+
+from unmodelled.systems.model import Constant, Input, Parameter, Port, System, symbol
+from unmodelled.systems.units import ONE, Dimension, parse_unit
+
+TEMPERATURE = parse_unit("K").dimension
+
+Level = TypeVar("Level", Input, Constant, Parameter)
 
 
-def surroundings(system: System, port: Port) -> Input | None:
-    """Return the input that is the level of the surroundings of a port, or None if none or several may be.
+def surroundings(
+    system: System, port: Port, among: Collection[str] | None = None
+) -> Input | Constant | Parameter | None:
+    """Return what gives the level of the surroundings of a port, or None if nothing or several things may.
 
-    An input may be if it has the unit of the level, which must have one. An input that the known physics
-    of this level does not use goes before those that it uses.
+    An input may if it has the unit of the level, which must have one. An input that the known physics of this
+    level does not use goes before those that it uses. Where there is no such input, a temperature may also be
+    given by a constant of the operating point or by a parameter.
 
     Args:
         system: system of the port.
         port: port of a balance.
+        among: names that count, such as those of the system without effects; default: all.
 
     Examples:
         >>> from pathlib import Path
@@ -28,7 +39,19 @@ def surroundings(system: System, port: Port) -> Input | None:
         return None
     (level,) = levels
     unit = parse_unit(system.states[level].unit).dimension
-    alike = [item for item in system.inputs if parse_unit(item.unit).dimension == unit != ONE]
+    alike = _of_unit(system.inputs, unit, among)
     unused = [item for item in alike if not system.dynamics[level].has(symbol(item.name))]
-    found = unused or alike
-    return found[0] if len(found) == 1 else None
+    if alike or unit != TEMPERATURE:
+        return _only(unused or alike)
+    # a number that is fitted in every experiment is the start of a state
+    fixed = (constant for constant in system.operating_point if not constant.identify)
+    return _only(_of_unit(fixed, unit, among)) or _only(_of_unit(system.parameters, unit, among))
+
+
+def _of_unit(items: Iterable[Level], unit: Dimension, among: Collection[str] | None) -> list[Level]:
+    own = [item for item in items if among is None or item.name in among]
+    return [item for item in own if parse_unit(item.unit).dimension == unit != ONE]
+
+
+def _only(items: list[Level]) -> Level | None:
+    return items[0] if len(items) == 1 else None

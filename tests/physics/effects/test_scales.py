@@ -33,10 +33,11 @@ def test_the_lacking_effort_of_a_port_is_recovered_from_slopes() -> None:
     assert found.duration == pytest.approx(2.999)
 
 
-def test_every_state_signal_input_and_output_has_a_spread() -> None:
+def test_every_quantity_has_a_spread() -> None:
     known, given = system("slider_crank"), run(system("slider_crank"))
     found = Scales.measured(known, PERIOD, given.offsets, given.t, given.x, given.u, given.c)
-    assert set(found.of) == {"theta", "omega", "T", *known.signals}
+    numbers = [item.name for item in (*known.parameters, *known.operating_point)]
+    assert set(found.of) == {"theta", "omega", "T", *known.signals, *numbers}
     assert set(found.outputs) == {"theta", "omega"}
     assert_allclose(found.of["theta"].low, given.x[:, 0].min())
     assert_allclose(found.of["d"].high, 0.1, rtol=1e-3)
