@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +14,9 @@ from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
 
 Array = NDArray[np.float64]
+
+#: Steps per sample after which windows that diverge are tried with the finest steps.
+PATIENCE = 8
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,8 @@ def substeps_needed(
     """Find the smallest number of integration steps whose error is small against the sensor noise.
 
     With this number, halving the steps changes no output by more than a tenth of its noise (root mean
-    square), or than a share of the error of the model.
+    square), or than a share of the error of the model. Windows that still diverge with the finest steps do not
+    count.
 
     Args:
         simulation: system and windows.
@@ -102,20 +106,19 @@ def substeps_needed(
     Returns:
         Number of steps per sample, and a note; the note is empty unless `most` steps are too few.
     """
-    recording = simulation.recording
+    recording, counted = simulation.recording, simulation.recording.counted
     enough = noise = np.maximum(SHARE * recording.noise / recording.scale, ENOUGH)
     tried = [n for n in SUBSTEPS if n <= most]
-    coarse = simulation(values, substeps=tried[0]).y[:, 0]
+    coarse = simulation(values, substeps=tried[0])
     for substeps, more in pairwise(tried):
-        runs = simulation(values, substeps=more)
-        fine = runs.y[:, 0]
+        fine = simulation(values, substeps=more)
         if of_error > 0.0:
-            error = errors(runs, recording.scale)[recording.counted]
+            error = errors(fine, recording.scale)[recording.counted]
             enough = np.maximum(noise, of_error * np.sqrt(np.mean(error**2, axis=0)))
-        with np.errstate(all="ignore"):
-            change = np.abs(coarse - fine)[recording.counted] / recording.scale
-        change = np.where(change <= LARGEST_ERROR, change, LARGEST_ERROR)
-        off = np.sqrt(np.mean(change**2, axis=0))
+        change = _changes(coarse, fine, recording)
+        if more == PATIENCE:
+            counted = counted & ~_hopeless(simulation, values, _wild(change, counted), tried)[:, None]
+        off = np.sqrt(np.mean(change[counted] ** 2, axis=0)) if counted.any() else np.zeros(len(enough))
         if np.all(off < enough):
             return substeps, ""
         coarse = fine
@@ -125,6 +128,32 @@ def substeps_needed(
         f"{recording.logs.outputs[worst]} changes by {off[worst]:.2g} of its standard deviation; "
         f"{enough[worst]:.2g} would be small enough"
     )
+
+
+def _changes(coarse: Runs, fine: Runs, recording: Recording) -> Array:
+    """Changes of outputs by finer steps (windows, most steps, outputs), in standard deviations of the outputs."""
+    with np.errstate(all="ignore"):
+        change = np.abs(coarse.y[:, 0] - fine.y[:, 0]) / recording.scale
+    return np.where(change <= LARGEST_ERROR, change, LARGEST_ERROR)
+
+
+def _wild(change: Array, counted: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Windows (windows,) in which an output changes by as much as a change may count."""
+    return np.asarray(((change >= LARGEST_ERROR).any(axis=2) & counted).any(axis=1))
+
+
+def _hopeless(
+    simulation: Simulation, values: Array, wild: NDArray[np.bool_], tried: Sequence[int]
+) -> NDArray[np.bool_]:
+    """Windows (windows,) of the wild ones that the finest steps do not mend: the root of a negative number."""
+    if not wild.any() or tried[-1] == PATIENCE:
+        return np.zeros_like(wild)
+    recording = simulation.recording
+    some = replace(recording, start=recording.start[wild], steps=recording.steps[wild])
+    coarse, fine = (simulation.over(some)(values, substeps=n) for n in tried[-2:])
+    found = np.zeros_like(wild)
+    found[wild] = _wild(_changes(coarse, fine, some), some.counted)
+    return found
 
 
 def _rms(values: Array) -> float:
