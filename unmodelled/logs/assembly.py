@@ -24,6 +24,8 @@ from unmodelled.logs.clock import (
     uniform_clock,
 )
 from unmodelled.logs.constants import logged, part_name, with_constants
+from unmodelled.logs.inspection.finding import sentences
+from unmodelled.logs.inspection.inspect import inspected
 from unmodelled.logs.logs import Continued, Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.logs.recognition import NUMBER
@@ -93,10 +95,13 @@ def assembled(
     with found.collected():
         faults.check()
     found.check()
+    logs, looked = inspected(system, list(experiments["id"]), logs)
+    told = sentences([each for each in looked if each.cured])
     experiments, logs, cuts = _without_gaps(system, experiments, logs)
     experiments, notes = with_constants(system, experiments, _places(path, experiments))
     experiments, period = experiments.reset_index(drop=True), common_period(logs)
-    return prepare(system, _measurements(system, experiments, logs, period, [*notes, *cuts], provenance))
+    notes = [*notes, *told, *cuts]
+    return prepare(system, _measurements(system, experiments, logs, period, notes, provenance))
 
 
 def _places(path: Path, experiments: pd.DataFrame) -> list[str]:

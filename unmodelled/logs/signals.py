@@ -17,6 +17,8 @@ from unmodelled.systems.units import LoggedUnit, parse_logged
 
 #: Share of a turn beyond which two samples of an angle are a jump of a wrapped one.
 HALF = 0.5
+#: Share of gaps among the steps of an input's clock from which it has no period.
+FEW_GAPS = 0.02
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ class Channel:
         return self._read(own_t, own, t[rows]), how
 
     def _read(self, t: Array, values: Array, instants: Array) -> Array:
-        """Values between samples; none beyond the ends, and of an output none in a gap."""
+        """Values between samples; none beyond the ends, and none in a gap, save of an input that is held."""
         if len(t) < 2:
             return np.full(len(instants), values[0] if len(t) and self.kind == "hold" else np.nan)
         before = np.searchsorted(t, instants, "right") - 1
@@ -84,10 +86,11 @@ class Channel:
             values = np.unwrap(values, period=turn)
         found = read_at(t, values, instants, "cubic" if self.kind == "cubic" else "linear")
         beyond = (instants < t[0]) | (instants > t[-1])
-        if self.kind == "cubic":
-            steps = np.diff(t)
-            gaps = steps > LONGEST_GAP * np.median(steps)
-            between = np.clip(before, 0, len(steps) - 1)
+        steps = np.diff(t)
+        gaps = steps > LONGEST_GAP * np.median(steps)
+        between = np.clip(before, 0, len(steps) - 1)
+        # commands that are sent when they change have no period, and are known in between
+        if self.kind == "cubic" or gaps.mean() < FEW_GAPS:
             beyond |= gaps[between] & (instants > t[between])
         return np.where(beyond, np.nan, found)
 

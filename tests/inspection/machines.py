@@ -1,0 +1,135 @@
+"""Small machines with an integrator of their own, whose logs take every fault that a look can find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+#: Steps of the integrator in a sampling period.
+SUBSTEPS = 10
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine with its system file.
+
+    Attributes:
+        system: text of the system file.
+        rates: function of states (states, runs) and inputs (runs,) to the rates of the states.
+        states: number of states.
+        force: size of the input.
+        period: sampling period, s.
+        logged: function of states (states, runs, samples) and random generator to columns (runs, samples).
+        drive: name of the column of the input.
+    """
+
+    system: str
+    rates: Callable[[Array, Array], Array]
+    states: int
+    force: float
+    period: float
+    logged: Callable[[Array, np.random.Generator], dict[str, Array]]
+    drive: str
+
+    def frames(self, seed: int = 0, runs: int = 4, samples: int = 1200) -> dict[str, pd.DataFrame]:
+        """Return faultless logs of runs with inputs of several sines."""
+        rng, t = np.random.default_rng(seed), self.period * np.arange(samples)
+        u = self.force * np.array([_sines(t, rng) for _ in range(runs)])
+        columns = self.logged(integrated(self, u), rng)
+        return {
+            f"run{k + 1}": pd.DataFrame(
+                {"t": t, self.drive: u[k], **{name: values[k] for name, values in columns.items()}}
+            )
+            for k in range(runs)
+        }
+
+
+def integrated(machine: Machine, u: Array) -> Array:
+    """Return states (states, runs, samples) for inputs (runs, samples) by the midpoint rule."""
+    x = np.zeros((machine.states, len(u)))
+    path, h = [x], machine.period / SUBSTEPS
+    for a, b in zip(u.T[:-1], u.T[1:], strict=True):
+        for k in range(SUBSTEPS):
+            now, middle = (a + (k + part) / SUBSTEPS * (b - a) for part in (0.0, 0.5))
+            x = x + h * machine.rates(x + 0.5 * h * machine.rates(x, now), middle)
+        path.append(x)
+    return np.moveaxis(np.array(path), 0, -1)
+
+
+def _sines(t: Array, rng: np.random.Generator) -> Array:
+    f, phase = np.exp(rng.uniform(np.log(0.2), np.log(2.0), 6)), rng.uniform(0.0, 2.0 * np.pi, 6)
+    return np.asarray(np.sin(2.0 * np.pi * np.outer(f, t) + phase[:, None]).sum(axis=0) / 3.0)
+
+
+def rounded(values: Array, step: float) -> Array:
+    return step * np.round(values / step)
+
+
+#: Ball screw with an encoder of 2 um a count.
+SCREW = Machine(
+    """
+schema: system/1
+name: screw
+states: {s: {unit: m}, v: {unit: m/s}}
+inputs: {force: {unit: N}}
+outputs: {s: {unit: m}}
+parameters: {m: {value: 12.0, unit: kg}, b: {value: 40.0, unit: N s/m, identify: true, bounds: [0, 400]}}
+ports: {rail: {effort: F_l, unit: N, position: s, velocity: v}}
+dynamics: {s: v, v: (force - b*v - F_l)/m}
+""",
+    lambda x, u: np.array([x[1], (u - 40.0 * x[1]) / 12.0]),
+    states=2,
+    force=40.0,
+    period=0.004,
+    logged=lambda x, rng: {"s": rounded(x[0], 2e-6)},
+    drive="force",
+)
+#: Pendulum with a noisy angle and a tachometer.
+PENDULUM = Machine(
+    """
+schema: system/1
+name: swing
+states: {phi: {unit: rad}, rate: {unit: rad/s}}
+inputs: {torque: {unit: N m}}
+outputs: {phi: {unit: rad}, tacho: {unit: rad/s, expression: rate}}
+parameters:
+  J: {value: 0.05, unit: kg m^2}
+  mgl: {value: 2.0, unit: N m}
+  d: {value: 0.05, unit: N m s/rad, identify: true, bounds: [0, 1]}
+ports: {pin: {effort: T_l, unit: N m, position: phi, velocity: rate}}
+dynamics: {phi: rate, rate: (torque - mgl*sin(phi) - d*rate - T_l)/J}
+""",
+    lambda x, u: np.array([x[1], (u - 2.0 * np.sin(x[0]) - 0.05 * x[1]) / 0.05]),
+    states=2,
+    force=0.6,
+    period=0.005,
+    logged=lambda x, rng: {
+        "phi": x[0] + 1e-3 * rng.standard_normal(x[0].shape),
+        "tacho": x[1] + 0.02 * rng.standard_normal(x[1].shape),
+    },
+    drive="torque",
+)
+#: Heater with a thermocouple behind a converter of 0.05 K, and no position.
+HEATER = Machine(
+    """
+schema: system/1
+name: heater
+states: {T: {unit: K}}
+inputs: {power: {unit: W}}
+outputs: {T: {unit: K}}
+parameters: {C: {value: 20.0, unit: J/K}, G: {value: 2.0, unit: W/K, identify: true, bounds: [0, 20]}}
+dynamics: {T: (power - G*T)/C}
+""",
+    lambda x, u: np.array([(u - 2.0 * x[0]) / 20.0]),
+    states=1,
+    force=200.0,
+    period=0.02,
+    logged=lambda x, rng: {"T": rounded(x[0] + 0.1 * rng.standard_normal(x[0].shape), 0.05)},
+    drive="power",
+)
+MACHINES = {"screw": SCREW, "swing": PENDULUM, "heater": HEATER}

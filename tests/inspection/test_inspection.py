@@ -1,0 +1,109 @@
+"""Looks at logs without a model: planted faults are found and cured, faultless logs stay as they are."""
+
+from __future__ import annotations
+
+import re
+import time
+
+import numpy as np
+import pytest
+
+import unmodelled as um
+from tests.inspection import faults
+from tests.inspection.faults import Frames
+from tests.inspection.machines import MACHINES, PENDULUM, SCREW
+from unmodelled.logs.logs import Logs
+from unmodelled.systems.model import System
+
+#: Words of a note on a fault.
+FOUND = re.compile("spikes|falls to 0|overflows|freezes")
+
+
+@pytest.fixture(scope="module")
+def systems(tmp_path_factory: pytest.TempPathFactory) -> dict[str, System]:
+    folder, read = tmp_path_factory.mktemp("systems"), {}
+    for name, machine in MACHINES.items():
+        (folder / f"{name}.yaml").write_text(machine.system)
+        read[name] = um.read_system(folder / f"{name}.yaml")
+    return read
+
+
+def looked(system: System, frames: Frames) -> tuple[Logs, list[str]]:
+    logs = Logs.from_frames(frames, system)
+    return logs, [note for note in logs.notes if FOUND.search(note)]
+
+
+#: Machine, fault, words of the one note, error that may remain in nearly all samples.
+CASES = {
+    "garbage of an encoder": ("screw", lambda f: faults.spiked(f, "s", 3.0), "s has .* spikes", 1e-4),
+    "small spikes of an angle": ("swing", lambda f: faults.spiked(f, "phi", 0.5), "phi has .* spikes", 0.01),
+    "garbage of a thermocouple": ("heater", lambda f: faults.spiked(f, "T", 4e3), "T has .* spikes", 0.6),
+    "dropouts of an angle": ("swing", lambda f: faults.dropped(f, "phi"), "phi falls to 0 in", 0.1),
+    "dropouts of a command": (
+        "heater",
+        lambda f: faults.dropped(f, "power", 0.01),
+        "power falls to 0 in",
+        50.0,
+    ),
+    "counter of 16 bits": (
+        "screw",
+        lambda f: faults.wrapped(f, "s", 2e-6, 16),
+        "s jumps by 65536 counts",
+        1e-9,
+    ),
+    "counter that empties": (
+        "screw",
+        lambda f: faults.emptied(f, "s", 2e-6, 16),
+        "s jumps by 32767 counts",
+        1e-9,
+    ),
+    "frozen encoder": ("screw", lambda f: faults.frozen(f, "s", 60), "s freezes 4 times", 0.0),
+    "frozen angle": ("swing", lambda f: faults.frozen(f, "phi", 40), "phi freezes [34] times", 0.0),
+    "frozen tachometer": ("swing", lambda f: faults.frozen(f, "tacho", 40), "tacho freezes 4 times", 0.0),
+    "frozen command": ("heater", lambda f: faults.frozen(f, "power", 50), "power freezes [34] times", 0.0),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_fault_is_found_and_cured(case: str, systems: dict[str, System]) -> None:
+    name, spoil, words, error = CASES[case]
+    frames = MACHINES[name].frames()
+    logs, found = looked(systems[name], spoil(frames))
+    assert len(found) == 1 and re.match(words, found[0]), logs.notes
+    assert re.search(r"\(the first one at t = [\d.]+ s of run1\)", found[0])
+    if "freezes" in found[0]:
+        count = re.search(r"freezes (\d) times", found[0])
+        assert count and len(logs) == len(frames) + int(count[1])  # cut there
+        return
+    right, _ = looked(systems[name], frames)
+    off = np.concatenate([logs.y - right.y, logs.u - right.u], axis=1)
+    assert np.mean(np.abs(off - off[0]) > error) < 0.003
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_faultless_logs_raise_no_alarm(name: str, systems: dict[str, System]) -> None:
+    for seed in range(5):
+        assert looked(systems[name], MACHINES[name].frames(seed))[1] == []
+
+
+@pytest.mark.parametrize("twin", faults.twins(SCREW))
+def test_what_looks_like_a_fault_is_none(twin: str, systems: dict[str, System]) -> None:
+    assert looked(systems["screw"], faults.twins(SCREW)[twin])[1] == []
+
+
+def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]) -> None:
+    """Findings do not depend on scale: a screw in nanometres."""
+    small = {name: f.assign(s=1e-9 * f["s"]) for name, f in faults.spiked(SCREW.frames(), "s", 3.0).items()}
+    whole = looked(systems["screw"], faults.spiked(SCREW.frames(), "s", 3.0))[1]
+    assert looked(systems["screw"], small)[1] == whole != []
+
+
+def test_looks_take_less_than_a_second(systems: dict[str, System]) -> None:
+    from unmodelled.logs.inspection.inspect import inspect
+    from unmodelled.logs.inspection.signal import Run, signals_of
+
+    frames, signals = PENDULUM.frames(samples=1200), signals_of(systems["swing"])
+    values = {name: np.tile(frames["run1"][name], 50) for name in ("phi", "tacho", "torque")}
+    start = time.perf_counter()
+    inspect(Run("long", 0.005 * np.arange(60_000), values, signals, dict.fromkeys(values, 1.0)))
+    assert time.perf_counter() - start < 1.0

@@ -1,0 +1,153 @@
+"""Signals of a log with their roles in the system file, and one run of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter
+
+from unmodelled.logs.differentiate import noise, quantum
+from unmodelled.systems.model import Output, System
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+#: What a signal is: a function of positions, which cannot jump; a function of states; another output, such as
+#: an acceleration, which an impact makes large; an input.
+Role = Literal["position", "state", "other", "input"]
+
+#: Width of the median that removes up to three samples, and reach of the largest step around a sample.
+MEDIAN, REACH = 7, 13
+#: Share of the samples at either end of a range that do not count: spikes may be among them.
+SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A channel of the logs.
+
+    Attributes:
+        name: name in the system file.
+        column: column of the log.
+        unit: SI unit.
+        role: what the channel is.
+    """
+
+    name: str
+    column: str
+    unit: str
+    role: Role
+
+
+def signals_of(system: System) -> tuple[Signal, ...]:
+    """Return the channels of a system with their roles, outputs first.
+
+    Args:
+        system: system whose inputs and outputs name the columns.
+    """
+    positions = {x for x, speed in zip(system.x, system.dynamics, strict=True) if speed in system.x}
+    outputs = (Signal(o.name, o.column, o.unit, _role(o, system, positions)) for o in system.outputs)
+    inputs = (Signal(i.name, i.column, i.unit, "input") for i in system.inputs)
+    return tuple({signal.column: signal for signal in (*inputs, *outputs)}.values())
+
+
+def _role(output: Output, system: System, positions: set[object]) -> Role:
+    known = {parameter.name for parameter in system.parameters}
+    known |= {constant.name for constant in system.operating_point}
+    read = {each for each in output.expression.free_symbols if each.name not in known}
+    if not read or not read <= set(system.x):
+        return "other"
+    return "position" if read <= positions else "state"
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """The samples of one channel in one run.
+
+    Attributes:
+        values: samples, shape (samples,), in SI units.
+    """
+
+    values: Array
+
+    @cached_property
+    def smooth(self) -> Array:
+        """Return the running median, shape (samples,), without excursions of up to three samples."""
+        return np.asarray(median_filter(self.values, MEDIAN, mode="nearest"))
+
+    @cached_property
+    def steps(self) -> Array:
+        """Return the largest step of `smooth` around every sample, shape (samples,), not below the noise."""
+        change = np.abs(np.diff(self.smooth, prepend=self.smooth[:1]))
+        return np.asarray(np.maximum(maximum_filter1d(change, REACH, mode="nearest"), self.grain))
+
+    @cached_property
+    def grain(self) -> float:
+        """Return the larger one of the noise and the step of quantised values."""
+        return max(noise(self.smooth), noise(self.values), quantum(self.values), self._rounding)
+
+    @property
+    def _rounding(self) -> float:
+        return 1e-9 * float(np.ptp(self.smooth)) + 1e-300
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One experiment as logged.
+
+    Attributes:
+        name: id of the experiment.
+        t: time of the samples, shape (samples,), s.
+        values: samples of every column, each of shape (samples,), in SI units.
+        signals: channels of the columns.
+        spans: usual range of every column in the run in which it moves furthest, in SI units.
+    """
+
+    name: str
+    t: Array
+    values: Mapping[str, Array]
+    signals: tuple[Signal, ...]
+    spans: Mapping[str, float]
+
+    def course(self, signal: Signal) -> Course:
+        """Return the samples of a channel.
+
+        Args:
+            signal: channel.
+        """
+        return Course(self.values[signal.column])
+
+    def with_values(self, signal: Signal, values: Array) -> Run:
+        """Return the run with other samples of one channel.
+
+        Args:
+            signal: channel.
+            values: samples, shape (samples,), in SI units.
+        """
+        return replace(self, values={**self.values, signal.column: values})
+
+    def without(self, rows: Mask) -> Run:
+        """Return the run without some samples of all channels.
+
+        Args:
+            rows: mask of the samples that are left out, shape (samples,).
+        """
+        kept = {column: values[~rows] for column, values in self.values.items()}
+        return replace(self, t=self.t[~rows], values=kept)
+
+
+def spans_of(signals: tuple[Signal, ...], logs: Sequence[Mapping[str, Array]]) -> dict[str, float]:
+    """Return the range of every column without its most extreme samples, in the run where it is largest.
+
+    Args:
+        signals: channels of the columns.
+        logs: samples of every column of all runs, each of shape (samples,).
+    """
+    ends = [SHARE, 1.0 - SHARE]
+    return {
+        s.column: max(float(np.diff(np.quantile(log[s.column], ends))[0]) for log in logs) for s in signals
+    }
