@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from unmodelled.base.errors import BadInput, Faults
@@ -88,6 +89,28 @@ def test_dates_and_times_of_day_are_seconds(tmp_path: Path, cells: list[str], se
     found = table(tmp_path / "a.csv", f"time{separator}x\n" + "\n".join(rows))
     np.testing.assert_allclose(found.columns["time"], T, atol=1e-9)
     assert found.units["time"] == "s"
+
+
+@pytest.mark.parametrize(
+    "pattern",
+    [
+        "%m/%d/%Y %I:%M:%S.%f %p",
+        "%d/%m/%Y %H:%M:%S.%f",
+        "%Y/%m/%d %H:%M:%S.%f",
+        "%d-%b-%Y %H:%M:%S.%f",
+        "days",
+    ],
+)
+def test_dates_of_other_orders_and_durations_are_seconds(tmp_path: Path, pattern: str) -> None:
+    """Over midnight, where day and month must not change places."""
+    clock = [pd.Timestamp("2026-03-04T23:59:53") + pd.Timedelta(t, "s") for t in T]
+    cells = [
+        str(pd.Timedelta(86_395.25 + t, "s")) if pattern == "days" else each.strftime(pattern)
+        for t, each in zip(T, clock, strict=True)
+    ]
+    rows = [f"{cell},{x}" for cell, x in zip(cells, X, strict=True)]
+    found = table(tmp_path / "a.csv", "stamp,x\n" + "\n".join(rows))
+    np.testing.assert_allclose(found.columns["stamp"], T, atol=1e-9)
 
 
 def test_times_of_day_go_on_over_midnight(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pandas.tseries.api import guess_datetime_format
 
 from unmodelled.base.limits import check_memory
 from unmodelled.logs.readers.reader import Array
@@ -101,13 +102,29 @@ def times(cells: pd.Series) -> Array | None:
         plain = plain.str.replace(r"(\d\d?)\.(\d\d?)\.(\d{4})", r"\3-\2-\1", regex=True)
     if of_day := bool(plain.str.match(r"\d\d?:").all()):
         plain = "1970-01-01 " + plain
-    found = pd.to_datetime(plain, format="ISO8601", utc=True, errors="coerce")
-    if found.notna().mean() <= SHARE:
+    since = _since_first(plain)
+    if since is None:
         return None
-    since = (found - found.min()).dt.total_seconds()
     if of_day:  # midnight is where it falls by more than half a day
         since += DAY * (since.ffill().diff() < -0.5 * DAY).cumsum()
     return np.asarray(since.reindex(cells.index), np.float64)
+
+
+def _since_first(cells: pd.Series) -> pd.Series | None:
+    """Dates, or durations such as "0 days 00:00:01.5", in s since the first one; None if most are neither.
+
+    Of a day and a month that can change places, those that make the record shorter are taken.
+    """
+    read = [pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")]
+    # the format of a time in the afternoon is not guessed
+    guess = guess_datetime_format(re.sub(r"[Pp][Mm]$", "AM", str(cells.iloc[0])[:60]))
+    if guess and read[0].notna().mean() <= SHARE:
+        swapped = re.sub("%[md]", lambda found: "%d" if found[0] == "%m" else "%m", guess)
+        read = [pd.to_datetime(cells, format=each, utc=True, errors="coerce") for each in (guess, swapped)]
+    if cells.str.match(r"-?\d+ days?\b").all():
+        read.append(pd.to_timedelta(cells, errors="coerce"))
+    spans = [(each - each.min()).dt.total_seconds() for each in read if each.notna().mean() > SHARE]
+    return min(spans, key=lambda each: float(each.max()), default=None)
 
 
 def numbers(cells: pd.Series, decimal: str) -> Array | None:
