@@ -1,4 +1,4 @@
-"""Equations without a value for some measured states: their windows diverge, and no finer steps are taken for them."""
+"""Equations without a value for some measured states: their windows diverge, and take no finer steps."""
 
 from __future__ import annotations
 

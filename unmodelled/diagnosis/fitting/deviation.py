@@ -94,8 +94,8 @@ def substeps_needed(
     """Find the smallest number of integration steps whose error is small against the sensor noise.
 
     With this number, halving the steps changes no output by more than a tenth of its noise (root mean
-    square), or than a share of the error of the model. Windows that still diverge with the finest steps do not
-    count.
+    square), or than a share of the error of the model. Windows that still diverge with the finest steps do
+    not count.
 
     Args:
         simulation: system and windows.
@@ -131,7 +131,7 @@ def substeps_needed(
 
 
 def _changes(coarse: Runs, fine: Runs, recording: Recording) -> Array:
-    """Changes of outputs by finer steps (windows, most steps, outputs), in standard deviations of the outputs."""
+    """Changes of outputs by finer steps (windows, most steps, outputs), in standard deviations."""
     with np.errstate(all="ignore"):
         change = np.abs(coarse.y[:, 0] - fine.y[:, 0]) / recording.scale
     return np.where(change <= LARGEST_ERROR, change, LARGEST_ERROR)
@@ -145,7 +145,7 @@ def _wild(change: Array, counted: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _hopeless(
     simulation: Simulation, values: Array, wild: NDArray[np.bool_], tried: Sequence[int]
 ) -> NDArray[np.bool_]:
-    """Windows (windows,) of the wild ones that the finest steps do not mend: the root of a negative number."""
+    """Windows (windows,) that the finest steps do not mend: the root of a negative number."""
     if not wild.any() or tried[-1] == PATIENCE:
         return np.zeros_like(wild)
     recording = simulation.recording
