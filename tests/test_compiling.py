@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import os
+import pickle
 import re
 import resource
 import subprocess
@@ -78,6 +80,60 @@ def test_a_folder_that_others_may_write_to_is_not_used(program: Path, tmp_path: 
     note = f"note: {chosen}: compiled functions are not cached there, because other users may write to it"
     assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
     assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 1.0]
+
+
+class Canary:
+    """Runs a command where it is unpickled, as numba unpickles what it has kept."""
+
+    def __init__(self, told: Path) -> None:
+        self.told = told
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Path.touch, (self.told,)
+
+
+def doubtful(kind: str, file: Path, elsewhere: Path) -> None:
+    """Let others own or change a file, or what it stands for."""
+    if kind == "mode":
+        file.chmod(0o666)
+    elif kind == "owner":
+        os.chown(file, 65534, 65534)
+    else:
+        elsewhere.mkdir(mode=0o777)
+        file.rename(elsewhere / file.name).chmod(0o600)
+        file.symlink_to(elsewhere / file.name)
+
+
+KINDS = [
+    "mode",
+    "link",
+    pytest.param("owner", marks=pytest.mark.skipif(os.getuid() != 0, reason="only root gives files away")),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kept_function_that_others_could_have_changed_is_not_executed(
+    kind: str, program: Path, tmp_path: Path
+) -> None:
+    chosen, told = tmp_path / "chosen", tmp_path / "told"
+    assert run(program, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
+    kept = sorted(chosen.rglob("*.nbi"))
+    for file in kept:
+        file.write_bytes(pickle.dumps(Canary(told)))
+        doubtful(kind, file, tmp_path / f"elsewhere_{file.name}")
+    note = f"note: {kept[0].parent}: compiled functions that others could have changed are removed"
+    assert run(program, note, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 0.0]
+    assert not told.exists()
+    assert run(program, NUMBA_CACHE_DIR=str(chosen)) == [8.0, 1.0]
+
+
+@pytest.mark.long
+def test_what_is_kept_stays_where_a_group_may_write_to_new_files(program: Path, tmp_path: Path) -> None:
+    chosen = tmp_path / "chosen"
+    for hits in (0.0, 1.0):
+        found = run(program, before=lambda: os.umask(0o002) and None, NUMBA_CACHE_DIR=str(chosen))
+        assert found == [8.0, hits]
 
 
 @pytest.mark.long

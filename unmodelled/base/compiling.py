@@ -3,7 +3,8 @@
 By default numba invalidates the cache of a compiled function only when the file of that function changes. The
 code of a called function is compiled into its caller, however, and can stand in another file of the same room
 (the folder below the package). Cached code is executed when it is loaded, so a folder that other users may
-write to is never used as a cache. Without a usable cache folder, functions are compiled at every start.
+write to is never used as a cache, and a file in it that they may write to is removed. Without a usable cache
+folder, functions are compiled at every start.
 """
 
 from __future__ import annotations
@@ -63,6 +64,34 @@ def check_private(folder: Path, within: Path | None = None) -> None:
         )
 
 
+@cache  # once: afterwards this process alone writes there
+def remove_doubtful(folder: Path, endings: tuple[str, ...]) -> None:
+    """Remove files of a cache folder that another user owns or may write to, and links.
+
+    Args:
+        folder: path of a folder that `check_private` accepts; who may write to it may also write to its files.
+        endings: ends of the names of files that are executed when they are loaded.
+
+    Raises:
+        BadInput: if such a file cannot be removed.
+    """
+    around = folder.stat()
+    for entry in [entry for entry in os.scandir(folder) if entry.name.endswith(endings)]:
+        try:
+            about = entry.stat(follow_symlinks=False)
+        except FileNotFoundError:  # another process was faster
+            continue
+        writers = about.st_mode & (stat.S_IWGRP | stat.S_IWOTH) & ~around.st_mode
+        own = about.st_uid in (os.getuid(), around.st_uid)
+        if stat.S_ISREG(about.st_mode) and own and not writers:
+            continue
+        tell(f"{folder}: compiled functions that others could have changed are removed and made again")
+        try:
+            Path(entry.path).unlink(missing_ok=True)
+        except OSError as error:
+            raise BadInput(f"{entry.path}: cannot be removed: {error.strerror}: {_ADVICE}") from None
+
+
 @cache
 def tell(line: str) -> None:
     """Print a note once on standard error; worker processes print nothing.
@@ -87,6 +116,7 @@ class _AsItsRoom:
         super().ensure_cache_path()  # type: ignore[misc]
         try:
             self.check()
+            remove_doubtful(folder, (".nbi", ".nbc"))
         except BadInput as refused:
             tell(str(refused))
             raise PermissionError(str(refused)) from None  # numba asks the next locator
@@ -121,6 +151,8 @@ class _Kept(caching.FunctionCache):  # type: ignore[misc]
     """Numba cache that prints a note if a function cannot be saved, instead of failing."""
 
     def save_overload(self, *compiled: Any) -> None:
+        before = os.umask(0o077)
+        os.umask(before | 0o022)  # the file would be removed at the next start
         try:
             super().save_overload(*compiled)
         except OSError as error:
@@ -130,6 +162,8 @@ class _Kept(caching.FunctionCache):  # type: ignore[misc]
                 "start compiles them: "
                 f"free some space, or {_ADVICE}"
             )
+        finally:
+            os.umask(before)
 
 
 _OURS = (f"{__name__}.{kind.__name__}" for kind in (Chosen, InTree, UserWide))

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
+from unmodelled.base.compiling import remove_doubtful
 from unmodelled.base.errors import BadInput
 from unmodelled.engine.compiled import compiled
 from unmodelled.engine.compiled.compiled import cache_folders, kernel
@@ -156,6 +157,20 @@ def test_folder_that_others_may_write_to_is_replaced(
         f"note: {cache}: compiled functions are not cached there, because the folder belongs to"
         in capsys.readouterr().err
     )
+
+
+def test_a_file_that_others_may_write_to_is_made_again(
+    cache: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kernel(DECAY)
+    (planted,) = cache.glob("*.py")
+    planted.write_text("raise AssertionError('was imported')")
+    planted.chmod(0o666)
+    for memory in (kernel, compiled._loaded, remove_doubtful):
+        memory.cache_clear()
+    assert kernel(DECAY).layout.states == 1
+    assert "that others could have changed are removed" in capsys.readouterr().err
+    assert planted.stat().st_mode & 0o777 == 0o600 and "was imported" not in planted.read_text()
 
 
 def test_a_full_disk_is_no_obstacle(

@@ -18,7 +18,7 @@ from typing import Any
 
 import sympy as sp
 
-from unmodelled.base.compiling import check_private, tell
+from unmodelled.base.compiling import check_private, remove_doubtful, tell
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
 from unmodelled.engine.compiled.layout import Layout
@@ -53,7 +53,7 @@ def cache_folders() -> Iterator[Path]:
     """Yield the folders where kernels can be kept, the best one first.
 
     They are HYBRID_DYNAMICS_CACHE, or the user's cache folder, then a temporary one. Kernels are imported, so
-    that a folder to which others may write is not taken.
+    that a folder to which others may write is not taken, and files to which they may write are removed.
     """
     chosen = os.environ.get("HYBRID_DYNAMICS_CACHE")
     home = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "unmodelled"
@@ -64,6 +64,9 @@ def cache_folders() -> Iterator[Path]:
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             check_private(folder)
+            remove_doubtful(folder, (".py",))
+            if (folder / "__pycache__").is_dir():
+                remove_doubtful(folder / "__pycache__", (".pyc",))
             if os.access(folder, os.W_OK):
                 yield folder
         except OSError:
@@ -87,6 +90,7 @@ def generated(name: str, write: Callable[[], str]) -> ModuleType:
             if not path.exists():
                 with replacing(path) as temporary:
                     temporary.write_text(write())
+                    temporary.chmod(0o600)
         except BadInput as refused:
             tell(f"{refused}: compiled functions are kept elsewhere, or not at all")
             continue
