@@ -22,7 +22,7 @@ from unmodelled.logs.inputs import LogsGiven, read_inputs
 from unmodelled.report.diagnosis_page import PAGE, write_page
 from unmodelled.report.figures.files import figures_of, write_figures
 from unmodelled.report.figures.style import verbatim
-from unmodelled.report.headline import effect_name, headline
+from unmodelled.report.headline import as_said, effect_name, headline
 from unmodelled.systems.given import SystemGiven
 from unmodelled.systems.model import System
 
@@ -170,12 +170,13 @@ class Answer:
 
     @property
     def units(self) -> pd.DataFrame:
-        """Return the errors on the held-out experiments in units of the outputs, a row per output.
+        """Return the errors on the held-out experiments in units of the outputs' columns, a row per output.
 
         Columns: output, unit, known and augmented (at the end of the free-run windows), known_whole_run and
         augmented_whole_run; nan where the simulation diverges.
         """
-        rows = [{"output": name, **entry} for name, entry in self.findings.content["gap"]["units"].items()]
+        errors = self.findings.content["gap"]["units"]
+        rows = [{"output": name, **as_said(entry)} for name, entry in errors.items()]
         numbers = ["known", "augmented", "known_whole_run", "augmented_whole_run"]
         table = pd.DataFrame(rows, columns=["output", "unit", *numbers])
         return table.astype(dict.fromkeys(numbers, float))

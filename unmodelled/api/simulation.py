@@ -16,7 +16,7 @@ from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.base.tables import write_table
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
-from unmodelled.diagnosis.data.gap import Gap, steps_of
+from unmodelled.diagnosis.data.gap import Gap, Off, steps_of
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
@@ -73,13 +73,14 @@ class Simulation:
 
     @property
     def units(self) -> pd.DataFrame:
-        """Return the errors in units of the outputs, a row per output.
+        """Return the errors in units of the outputs' columns, a row per output.
 
         Columns: output, unit, at_horizon (root mean square error at the last sample of the windows) and
         whole_run (over experiments that are simulated from their first state on); nan where the simulation
         diverges.
         """
-        rows = [(name, off.unit, off.at_horizon, off.whole_run) for name, off in self.gap.units.items()]
+        shown = {name: off.as_logged for name, off in self.gap.units.items()}
+        rows = [(name, off.unit, off.at_horizon, off.whole_run) for name, off in shown.items()]
         table = pd.DataFrame(rows, columns=["output", "unit", "at_horizon", "whole_run"])
         return table.astype({"at_horizon": float, "whole_run": float})
 
@@ -186,10 +187,7 @@ class Simulation:
                 "known": found.value,
                 "floor": found.floor,
                 "persistence": found.persistence,
-                "units": {
-                    name: {"unit": off.unit, "known": off.at_horizon, "known_whole_run": off.whole_run}
-                    for name, off in found.units.items()
-                },
+                "units": {name: _errors(off) for name, off in found.units.items()},
             },
             "outputs": {
                 output.name: {
@@ -204,6 +202,12 @@ class Simulation:
             "integration": {"method": "rk4", "substeps": found.substeps},
             "notes": [*self.logs.notes, *found.notes],
         }
+
+
+def _errors(off: Off) -> dict[str, Any]:
+    """Errors of an output, and beside them those in the unit of its column where that is another one."""
+    found = {"unit": off.unit, "known": off.at_horizon, "known_whole_run": off.whole_run}
+    return found if off.as_logged.unit == off.unit else {**found, "shown": _errors(off.as_logged)}
 
 
 def simulate(

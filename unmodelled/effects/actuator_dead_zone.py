@@ -21,7 +21,8 @@ class _DeadZone(DriveEffect):
     def law(self, at: Site) -> Law:
         largest = max(abs(at["u"].low), abs(at["u"].high), at["u"].rms)
         shapes = {"u_d": Shape("u", geometric(0.01 * largest, 0.5 * largest, 6), (1e-4 * largest, largest))}
-        return Law(f"u - {self.lost}", {"c_u": share(f"-{self.lost}")}, shapes)
+        amplitudes = {"c_u": share(f"-{self.lost}")}
+        return Law(f"u - {self.lost}", amplitudes, shapes, phrase="dead zone of ±{u_d}")
 
 
 class DeadZone(_DeadZone):

@@ -40,7 +40,8 @@ class _Saturation(DriveEffect):
         largest = _largest(at, "u")
         grid = geometric(_LEAST * largest, 0.9 * most * largest, _LIMITS)
         shapes = {"u_max": Shape("u", grid, (0.01 * largest, most * largest))}
-        return Law(limited, {"c_u": share(f"{limited} - u")}, shapes, robot=self.said)
+        amplitudes = {"c_u": share(f"{limited} - u")}
+        return Law(limited, amplitudes, shapes, robot=self.said, phrase="saturation at ±{u_max}")
 
 
 class HardSaturation(_Saturation):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import sympy as sp
 
 from unmodelled.effects.columns import Column
+from unmodelled.effects.law import Told
 from unmodelled.effects.place import Place
 from unmodelled.systems import syntax
 from unmodelled.systems.model import System, symbol
@@ -49,6 +50,10 @@ class Added:
             default none.
         robot: new values of numbers of a robot file that hold the law, as in `Law`, in names of `system`;
             default none.
+        told: what the trade says instead of numbers of the law, as in `Law`, in names of `system`; default
+            none.
+        phrase: the effect in a few words, as in `Law`, in names of `system`; default "".
+        signals: name of the signal whose unit a number has, by name of the number; default none.
     """
 
     family: str
@@ -72,6 +77,9 @@ class Added:
     slopes: Mapping[str, sp.Expr] = field(default_factory=dict)
     extent: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     robot: Mapping[str, str] = field(default_factory=dict)
+    told: Mapping[str, Told] = field(default_factory=dict)
+    phrase: str = ""
+    signals: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def key(self) -> tuple[str, str, Place]:

@@ -60,6 +60,9 @@ def attached(site: Site, law: Law, family: str, variant: str) -> Added:
         slopes=slopes(law, parts.words),
         extent=extent(parts.words),
         robot={quantity: parts.words.text(value) for quantity, value in law.robot.items()},
+        told={names[n]: told for n, told in law.told.items()},
+        phrase=law.phrase.format_map({n: f"{{{names[n]}}}" for n in law.names}) if law.phrase else "",
+        signals=parts.words.signals,
     )
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep, geometric, relaxation
 from unmodelled.effects.known_terms import stiffness
-from unmodelled.effects.law import Fixed, Law, Memory, Shape, positive, share
+from unmodelled.effects.law import Fixed, Law, Memory, Shape, Told, positive, share
 from unmodelled.effects.place import Site
 from unmodelled.systems.model import Port, System
 
@@ -14,6 +17,9 @@ from unmodelled.systems.model import Port, System
 _CONTACT = 0.3
 #: Starting values of the play: a mass that hits its stops at the wrong moments explains nothing.
 _FEW, _MANY = 6, 40
+#: A drawing and a dial gauge show the whole play, the laws have half of it.
+_PLAY = Told("play from stop to stop", "2*{0}", 2.0)
+_PHRASE = "{delta} of play from stop to stop"
 
 
 def _gap(at: Site, count: int) -> Shape:
@@ -43,6 +49,8 @@ class FrictionBehindPlay(PortEffect):
             {"delta": _gap(at, _FEW), "v_c": creep(at)},
             {"tau": relaxation(at)},
             {"r": Memory("x", f"v - {dragged}")},
+            told={"delta": _PLAY},
+            phrase=_PHRASE,
         )
 
 
@@ -51,6 +59,9 @@ class _BehindPlay(BodyBehind):
 
     family = "backlash"
     pushed = "omega_b**2*(x - x_b - clip(x - x_b, -delta, delta)) + omega_b*(abs(x - x_b) > delta)*(v - v_b)"
+
+    told: ClassVar[Mapping[str, Told]] = {"delta": _PLAY}
+    phrase = _PHRASE
 
     def connection(self, at: Site) -> tuple[dict[str, Shape], dict[str, Fixed]]:
         return {"delta": _gap(at, _MANY)}, {"omega_b": Fixed("1/t", _CONTACT / at.period)}
@@ -93,4 +104,5 @@ class PlayInSpring(PortEffect):
             "delta": Shape("x", geometric(0.02 * half, 0.8 * half, 8), (1e-3 * half, half)),
             "x_0": Shape("x", (0.0,), (min(at["x"].low, -half), max(at["x"].high, half))),
         }
-        return Law(missing, {"c_s": share(missing)}, shapes)
+        amplitudes = {"c_s": share(missing)}
+        return Law(missing, amplitudes, shapes, told={"delta": _PLAY}, phrase=_PHRASE)

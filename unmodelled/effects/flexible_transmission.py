@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from unmodelled.effects.body_behind import BodyBehind, LoadBehind, PartBehind
 from unmodelled.effects.grids import geometric
-from unmodelled.effects.law import Fixed, Shape
+from unmodelled.effects.law import Fixed, Shape, Told
 from unmodelled.effects.place import Site
 
 #: Periods of the slowest frequency from which a fit starts, in the longest experiment.
@@ -18,6 +21,12 @@ _RATIOS, _ALL_RATIOS = (0.05,), (1e-4, 2.0)
 class _OnSpring(BodyBehind):
     family = "flexible_transmission"
     pushed = "omega_f**2*(x - x_b) + 2*zeta*omega_f*(v - v_b)"
+    # of the body while the port stands still, as a tap on it with the drive held shows it
+    told: ClassVar[Mapping[str, Told]] = {
+        "omega_f": Told("resonance", "{0}/(2*pi)", 0.5 / np.pi, "Hz"),
+        "zeta": Told("damping ratio"),
+    }
+    phrase = "resonance at {omega_f}, damping ratio {zeta}"
 
     def connection(self, at: Site) -> tuple[dict[str, Shape], dict[str, Fixed]]:
         slowest, fastest = 2.0 * np.pi * _CYCLES / at.duration, 1.0 / at.period

@@ -130,6 +130,29 @@ class Fixed:
 
 
 @dataclass(frozen=True)
+class Told:
+    """What the trade says instead of a number of a law, such as the play from stop to stop for half of it.
+
+    Attributes:
+        words: what is said, such as "play from stop to stop"; default "": the number itself.
+        symbol: the said number in terms of {0}, the name of the law's number; default that name.
+        factor: said value per value in SI units; default 1.
+        unit: unit of the said value; default "": that of the number, or of the column of the signal that the
+            number is a value of.
+        level: whether the number is a point on the scale of that signal, such as a temperature in degC,
+            and no difference; default False.
+        whole: SI value of which the number is a part, such as the known mass; default None.
+    """
+
+    words: str = ""
+    symbol: str = "{0}"
+    factor: float = 1.0
+    unit: str = ""
+    level: bool = False
+    whole: float | None = None
+
+
+@dataclass(frozen=True)
 class Slope:
     """Slope of a fitted curve beyond an edge of the data; it follows from the fitted numbers.
 
@@ -178,6 +201,9 @@ class Law:
         robot: numbers of a robot file that hold the law: new value of a number of the joint or actuator by
             its name (see `systems.robot.numbers`), in terms of these numbers and those of the law. What an
             amplitude adds that is in no value becomes a force of the supplement; default none.
+        told: what the trade says instead of numbers of the law, by name; default: the numbers.
+        phrase: the effect in a few words with its numbers, by their names in braces; default "": the first
+            number and the name of the family.
     """
 
     text: str
@@ -190,6 +216,8 @@ class Law:
     fitted_along: str | None = None
     slopes: Mapping[str, Slope] = field(default_factory=dict)
     robot: Mapping[str, str] = field(default_factory=dict)
+    told: Mapping[str, Told] = field(default_factory=dict)
+    phrase: str = ""
 
     @property
     def terms(self) -> dict[str, Amplitude | Slope]:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from unmodelled.effects.balance import BalanceEffect, ToKnownSurroundings
-from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.law import Law, Shape, Told, positive
 from unmodelled.effects.place import Site
+
+#: Level of surroundings that no input shows, as a person reads it on the scale of the sensor.
+AROUND = {"x_a": Told("level of the surroundings", level=True)}
+SURROUNDINGS = "surroundings at {x_a}"
 
 
 class LinearLoss(BalanceEffect):
@@ -26,7 +30,8 @@ class LossToKnownLevel(ToKnownSurroundings):
 
     def law(self, at: Site) -> Law:
         far = max(at["x"].half, abs(at["x"].middle - at["u"].middle))
-        return Law("k*(x - u)", {"k": positive("(x - u)", at.effort / far)})
+        said = f"loss of {{k}} to {at.quantities['u'].text}"
+        return Law("k*(x - u)", {"k": positive("(x - u)", at.effort / far)}, phrase=said)
 
 
 class LossToSurroundings(BalanceEffect):
@@ -40,6 +45,5 @@ class LossToSurroundings(BalanceEffect):
         low, high, half = at["x"].low, at["x"].high, at["x"].half
         grid = (low - 2.0 * half, low, at["x"].middle, high)
         amplitudes = {"k": positive("(x - x_a)", at.effort / half)}
-        return Law(
-            "k*(x - x_a)", amplitudes, {"x_a": Shape("x", grid, (low - 20.0 * half, high + 20.0 * half))}
-        )
+        shapes = {"x_a": Shape("x", grid, (low - 20.0 * half, high + 20.0 * half))}
+        return Law("k*(x - x_a)", amplitudes, shapes, told=AROUND, phrase="loss of {k} to " + SURROUNDINGS)

@@ -6,7 +6,7 @@ from abc import abstractmethod
 
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import geometric, inside, polynomial
-from unmodelled.effects.law import Fixed, Law, Shape, positive, signed
+from unmodelled.effects.law import Fixed, Law, Shape, Told, positive, signed
 from unmodelled.effects.place import Site
 
 
@@ -94,4 +94,9 @@ class SpringWithPlay(_Spring):
                 "x", tuple(middle + s * half for s in (-0.5, 0.0, 0.5)), (at["x"].low, at["x"].high)
             ),
         }
-        return Law(f"k*{beyond}", {"k": positive(beyond, at.effort / half)}, shapes)
+        play = Told("play from stop to stop", "2*{0}", 2.0)
+        return Law(
+            *(f"k*{beyond}", {"k": positive(beyond, at.effort / half)}, shapes),
+            told={"delta": play},
+            phrase="spring of {k} with {delta} of play from stop to stop",
+        )

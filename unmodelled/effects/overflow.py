@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from unmodelled.effects.balance import BalanceEffect
 from unmodelled.effects.grids import inside
-from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.law import Law, Shape, Told, positive
 from unmodelled.effects.place import Site
 
 
@@ -21,7 +21,8 @@ class Overflow(BalanceEffect):
         low, high, half = at["x"].low, at["x"].high, at["x"].half
         adds = "max(x - x_o, 0)" if self.exponent == 1.0 else f"max(x - x_o, 0)**{self.exponent:g}"
         shapes = {"x_o": Shape("x", inside(low, high, 6), (low - half, high))}
-        return Law(f"k*{adds}", {"k": positive(adds, at.effort / half**self.exponent)}, shapes)
+        amplitudes = {"k": positive(adds, at.effort / half**self.exponent)}
+        return Law(f"k*{adds}", amplitudes, shapes, told={"x_o": Told("level of the edge", level=True)})
 
 
 class Weir(Overflow):

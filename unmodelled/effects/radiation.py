@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from unmodelled.effects.balance import BalanceEffect, ToKnownSurroundings
 from unmodelled.effects.law import Law, Shape, positive
+from unmodelled.effects.linear_loss import AROUND, SURROUNDINGS
 from unmodelled.effects.place import Site
 
 
@@ -17,7 +18,8 @@ class RadiationToKnownLevel(ToKnownSurroundings):
     def law(self, at: Site) -> Law:
         far = max(at["x"].half, abs(at["x"].middle - at["u"].middle))
         size = at.effort / max(at["x"].rms ** 3 * far, 1e-12)
-        return Law("k*(x**4 - u**4)", {"k": positive("(x**4 - u**4)", size)})
+        said = f"radiation of {{k}} to {at.quantities['u'].text}"
+        return Law("k*(x**4 - u**4)", {"k": positive("(x**4 - u**4)", size)}, phrase=said)
 
 
 class Radiation(BalanceEffect):
@@ -32,4 +34,6 @@ class Radiation(BalanceEffect):
         grid = tuple(max(level, 0.0) for level in (low - 2.0 * half, low, at["x"].middle))
         shapes = {"x_a": Shape("x", tuple(dict.fromkeys(grid)), (0.0, high + 20.0 * half))}
         size = at.effort / max(at["x"].rms ** 3 * half, 1e-12)
-        return Law("k*(x**4 - x_a**4)", {"k": positive("(x**4 - x_a**4)", size)}, shapes)
+        amplitudes = {"k": positive("(x**4 - x_a**4)", size)}
+        said = "radiation of {k} to " + SURROUNDINGS
+        return Law("k*(x**4 - x_a**4)", amplitudes, shapes, told=AROUND, phrase=said)

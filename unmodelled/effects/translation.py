@@ -78,6 +78,16 @@ class Translation:
         return found
 
     @property
+    def signals(self) -> dict[str, str]:
+        """Text of the quantity that a fitted number is a value of, by name of the number."""
+        own = {"actuator": "u", "sensor": "y"}.get(self.site.place.kind, "")
+        like = {name: shape.like for name, shape in self.law.shapes.items()}
+        like |= {name: own for name, number in self.law.amplitudes.items() if number.adds == "1"}
+        known = {local: quantity.text for local, quantity in self.site.quantities.items()}
+        known |= {own: self.site.place.name} if own else {}  # not what the output shows
+        return {self.names[name]: known[local] for name, local in like.items() if local in known}
+
+    @property
     def _numbers(self) -> Mapping[str, Shape | Fixed | Memory]:
         return {**self.law.shapes, **self.law.fixed, **self.law.memory}
 

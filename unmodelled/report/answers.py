@@ -17,6 +17,7 @@ from unmodelled.base.files import read_json
 from unmodelled.base.tables import read_table
 from unmodelled.base.wording import place_name
 from unmodelled.report.headline import (
+    as_said,
     effect_name,
     fallen,
     headline,
@@ -204,7 +205,9 @@ def _listed(content: Entry, folder: Path, name: str) -> ListedAnswer:
 
 
 def _main_amount(effect: Entry) -> str:
-    entry = main_number(effect) or next(iter(effect["parameters"].values()), None)
+    if effect.get("text"):
+        return str(effect["text"])
+    entry = main_number(effect) or next(map(as_said, effect["parameters"].values()), None)
     return _amount(entry) if entry else ""
 
 
@@ -225,7 +228,8 @@ def _error(content: Entry, model: str) -> Error:
     """Error of the output whose error falls, else of the first one; without units, the gap."""
     gap = content["gap"]
     deviations = f"{number(float(f'{gap[model]:.3g}'))} s.d."
-    for name, entry in [*fallen(content), *gap.get("units", {}).items()][:1]:
+    every = [(name, as_said(entry)) for name, entry in gap.get("units", {}).items()]
+    for name, entry in [*fallen(content), *every][:1]:
         text = "diverges" if entry[model] is None else amounts([entry[model]], entry["unit"])[0]
         late = f" after {amounts([gap['horizon']], 's')[0]}" if "horizon" in gap else ""
         return Error(text, f"{name}{late}; {deviations}", float(gap[model]))
@@ -235,7 +239,8 @@ def _error(content: Entry, model: str) -> Error:
 def _errors(gap: Entry, fitted: bool) -> Iterator[Compared]:
     """Errors of every output before and after, and the gap."""
     for span, key in (("after the horizon", ""), ("over whole runs", "_whole_run")):
-        for name, entry in gap.get("units", {}).items():
+        for name, given in gap.get("units", {}).items():
+            entry = as_said(given)
             values = [entry[f"{model}{key}"] for model in ("known", "augmented")[: 1 + fitted]]
             shown = ["diverges" if v is None else amounts([v], entry["unit"])[0] for v in values]
             yield Compared(f"error of {name} {span}", " → ".join(shown))
@@ -248,7 +253,8 @@ def _numbers(content: Entry) -> Iterator[Compared]:
     for effect in content["effects"]:
         name = effect_name(effect)
         yield Compared(name, f"explains {percent(effect['shrink'])} of the gap")
-        for key, entry in effect["parameters"].items():
+        for key, given in effect["parameters"].items():
+            entry = as_said(given)
             interval = None if "values" in entry else _interval(entry)
             yield Compared(_with_unit(f"{key} of {name}", entry), _amount(entry), interval)
     for key, entry in content["parameters"].items():

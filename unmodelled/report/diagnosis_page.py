@@ -23,7 +23,7 @@ from unmodelled.report.diagnosis_tables import (
 )
 from unmodelled.report.drawn import read_figures
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import effect_name, headline, outcome, percent, remains
+from unmodelled.report.headline import as_said, effect_name, headline, outcome, percent, remains
 from unmodelled.report.machine_drawing import machine_drawing
 from unmodelled.report.numbers import number, unit_text
 from unmodelled.report.rendering import ORIGINS, one_file
@@ -155,7 +155,7 @@ def _summary(content: Mapping[str, Any]) -> str:
     outputs = content["gap"].get("units", {})
     errors = "The table below has the errors of every output."
     if len(outputs) <= MOST_SENTENCES:
-        errors = " ".join(_error(name, entry, content) for name, entry in outputs.items())
+        errors = " ".join(_error(name, as_said(entry), content) for name, entry in outputs.items())
     if "persistence" in gap:
         found += f"; predicting that every output keeps its value or its speed errs by {gap['persistence']}"
     held = "All errors are on held-out experiments, which were not used for fitting or choosing."

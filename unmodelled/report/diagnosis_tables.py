@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from unmodelled.report.headline import effect_name, effect_names
+from unmodelled.report.headline import as_said, effect_name, effect_names
 from unmodelled.report.numbers import number, quantity, unit_text
 from unmodelled.report.tables import Cell, Table
 
@@ -28,10 +28,13 @@ def parameter_tables(content: Mapping[str, Any]) -> list[Table]:
     found = []
     for k, effect in enumerate(content["effects"], start=1):
         rows = []
-        for name, entry in effect["parameters"].items():
+        for name, given in effect["parameters"].items():
+            entry = as_said(given)
             value, interval = quantity(entry["value"], _interval(entry["interval"]))
             note = f"one value for each of {len(entry['values'])} experiments" if "values" in entry else ""
-            named, range_ = Cell(name, name, note=note), Cell(interval or "–", interval)
+            note = "; ".join(filter(None, (entry.get("words"), note)))
+            symbol = entry.get("symbol", name).replace("*", "·")
+            named, range_ = Cell(symbol, name, note=note), Cell(interval or "–", interval)
             rows.append((named, _value(value, entry["value"]), range_, _unit(entry["unit"])))
         columns = "Number", "Value", "95 % interval", "Unit"
         found.append(
@@ -73,7 +76,8 @@ def units_table(content: Mapping[str, Any]) -> Table:
     if content["verdict"] == "check_logs":
         del models["augmented"]
     spans = {f"{number(gap['horizon'])} s" if "horizon" in gap else "horizon": "", "whole run": "_whole_run"}
-    for name, entry in gap.get("units", {}).items():
+    for name, given in gap.get("units", {}).items():
+        entry = as_said(given)
         for span, key in spans.items():
             cells = (error_cell(entry[f"{model}{key}"]) for model in models)
             rows.append((Cell(name, name), Cell(span, span), *cells, _unit(entry["unit"])))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from unmodelled.base.wording import PLACES, law_name, level_name, place_name
@@ -61,7 +61,7 @@ def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
         content: content of diagnosis.json.
     """
     return [
-        (name, entry)
+        (name, as_said(entry))
         for name, entry in content["gap"].get("units", {}).items()
         if None not in (entry["known"], entry["augmented"]) and entry["augmented"] < entry["known"]
     ]
@@ -108,6 +108,9 @@ def _each(effects: Sequence[Mapping[str, Any]], told: Callable[[Mapping[str, Any
 def _amount_of(effect: Mapping[str, Any]) -> str:
     """An effect with the first of its numbers that has a unit and differs from zero, such as an amplitude."""
     name = effect_name(effect)
+    if effect.get("text"):
+        between = ", at " if set(effect["text"]) & {",", ";"} else " at "
+        return str(effect["text"]) + between + name.partition(" at ")[2]
     for kind in PLACES.values():  # a sensor delay at sensor theta is a delay at sensor theta
         name = name.removeprefix(f"{kind} ") if f" at {kind} " in name else name
     entry = main_number(effect)
@@ -119,14 +122,25 @@ def main_number(effect: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
     Args:
         effect: effect of diagnosis.json.
+
+    Returns:
+        The number as a person says it, see `as_said`.
     """
-    numbers: Iterable[Mapping[str, Any]] = effect["parameters"].values()
-    for entry in numbers:
+    for entry in map(as_said, effect["parameters"].values()):
         value, unit, ends = entry["value"], str(entry["unit"]), entry["interval"]
         known = value is not None and None not in ends and ends[0] * ends[1] > 0.0
         if known and unit not in ("", "1", "-") and entry.get("determined", True):
             return entry
     return None
+
+
+def as_said(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a number of diagnosis.json, or its errors of an output, in the units of the logs.
+
+    Args:
+        entry: entry with `shown`; an answer of an older version has none and stays in SI units.
+    """
+    return {**entry, **entry.get("shown", {})}
 
 
 def effect_names(entries: Sequence[Mapping[str, Any]]) -> str:

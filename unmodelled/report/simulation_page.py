@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from unmodelled.report.diagnosis_tables import error_cell
+from unmodelled.report.headline import as_said
 from unmodelled.report.numbers import amounts, number, unit_text
 from unmodelled.report.result_page import write_result_page
 from unmodelled.report.tables import Cell, Table
@@ -51,7 +52,7 @@ def _sentence(content: Mapping[str, Any]) -> str:
     """How far off every output is, in its unit; the worst outputs alone where there are many."""
     after = amounts([content["horizon"]], "s")[0]
     worst = sorted(content["outputs"], key=lambda name: -content["outputs"][name]["gap"])[:MANY]
-    told = [_off(name, content["gap"]["units"][name], after) for name in worst]
+    told = [_off(name, as_said(content["gap"]["units"][name]), after) for name in worst]
     more = " The other outputs are closer." if len(worst) < len(content["outputs"]) else ""
     return f"{'; '.join(told)}.{more}"
 
@@ -66,7 +67,7 @@ def _off(name: str, entry: Mapping[str, Any], after: str) -> str:
 
 def _errors(content: Mapping[str, Any]) -> Table:
     rows = []
-    for name, entry in content["gap"]["units"].items():
+    for name, entry in ((n, as_said(e)) for n, e in content["gap"]["units"].items()):
         errors = (entry["known"], entry["known_whole_run"], content["outputs"][name]["gap"])
         unit = Cell(unit_text(entry["unit"]), entry["unit"])
         rows.append((Cell(name, name), *map(error_cell, errors), unit))

@@ -69,6 +69,13 @@ class Logged:
         """Return the unit in which a person writes values; that of a column in SI has factor 1, offset 0."""
         return LoggedUnit(self.unit, 1.0, 0.0) if self.logged is None else self.logged
 
+    @property
+    def as_difference(self) -> LoggedUnit:
+        """Return the unit in which a person writes errors and other differences: K on a scale in degC."""
+        written = self.as_written
+        plain = written.offset != 0.0 and written.factor == 1.0
+        return LoggedUnit(self.unit, 1.0, 0.0) if plain else written.of_differences
+
 
 @dataclass(frozen=True)
 class Input(Logged):

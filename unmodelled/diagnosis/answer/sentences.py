@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-
-import numpy as np
+from collections.abc import Iterator
 
 from unmodelled.base.wording import level_name
+from unmodelled.diagnosis.answer.told import phrase, said_number
 from unmodelled.diagnosis.data.gap import Gap
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval, Remainder
 from unmodelled.effects.added import Added
+from unmodelled.effects.telling import said
 
 #: The verdicts in words.
 VERDICTS = {
@@ -57,6 +57,8 @@ def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
         explains = f"explains {share:.{digits}f} % of the squared gap above the noise floor"
         sure = f"confidence {found.confidence:.2f}"
         yield f"- {named(found.added)}: {found.added.law} ({explains}, {sure})"
+        if text := phrase(found):
+            yield f"    {text}"
         yield from (f"    {line}" for line in _law_numbers(found))
         if found.indistinguishable:
             others = ", ".join(named(added) for added in found.indistinguishable)
@@ -97,15 +99,17 @@ def named(added: Added) -> str:
 
 
 def _law_numbers(found: DiagnosedEffect) -> Iterator[str]:
-    for name, e in found.estimates.items():
-        yield f"{name} = {_with_interval(e)}"
+    for name in found.estimates:
+        number = said_number(found, name)
+        value, *interval = number.values
+        whole = "" if number.whole is None else f" of {number.whole:.4g}"
+        words = f", {number.words}" if number.words else ""
+        told = f"{number.symbol} = {value:.4g}{whole}{_unit(number.unit)}"
+        yield f"{told} ({_interval((interval[0], interval[1]))}){words}"
     for name, values in found.own.items():
-        yield f"{name} = {_spread(values)}{_unit(found.added.units[name])}, fitted per experiment"
-
-
-def _spread(values: Mapping[str, float]) -> str:
-    each = np.array(list(values.values()))
-    return f"{each.min():.4g} to {each.max():.4g}"
+        number = said(found.added, name, list(values.values()))
+        spread = f"{min(number.values):.4g} to {max(number.values):.4g}"
+        yield f"{number.symbol} = {spread}{_unit(number.unit)}, fitted per experiment"
 
 
 def _numbers(diagnosis: Diagnosis) -> Iterator[str]:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from unmodelled.diagnosis.answer.robot_file import RobotFile
+from unmodelled.diagnosis.answer.told import phrase, shown
+from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
 from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.diagnosis.where.effect_channels import channel_of
@@ -28,14 +30,16 @@ def summary(
 ) -> dict[str, Any]:
     """Return the content of diagnosis.json: numbers, texts, lists and mappings; null for undefined numbers.
 
-    Beside the entries of the contract it has: `variant` of an effect that has several; `parameter` of an
-    effect on a parameter, whose port is where the parameter acts; `values` by experiment of a number that
-    differs between experiments, whose `value` and `interval` are their mean and 95 % range; `signs` that the
-    confidence is computed from; `refused`, the files that are not offered, each with `file`, `reason` and
-    `keep`, the file to keep; `robot` of a system with a robot file (`RobotFile.content`). `logs` lists
-    faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all) and
-    `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With the
-    verdict check_logs nothing was fitted: all gaps are those of the known model.
+    Beside the entries of the contract it has: `text` of an effect, and `shown` of its numbers and of the
+    errors of an output, as a person says them in the units of the logs, where that differs; `variant` of
+    an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
+    acts; `values` by experiment of a number that differs between experiments, whose `value` and
+    `interval` are their mean and 95 % range; `signs` that the confidence is computed from; `refused`, the
+    files that are not offered, each with `file`, `reason` and `keep`, the file to keep; `robot` of a
+    system with a robot file (`RobotFile.content`). `logs` lists faults of the logs, a row per channel
+    with a sentence, the faulty `experiments` (empty: all) and `indistinguishable` faults. A saved answer
+    also has `sources`, the paths of `system` and `logs`. With the verdict check_logs nothing was fitted:
+    all gaps are those of the known model.
 
     Args:
         diagnosis: diagnosis with any verdict.
@@ -80,9 +84,12 @@ def _ports(diagnosis: Diagnosis) -> dict[Place, str]:
 def _effect(found: DiagnosedEffect, ports: Ports) -> dict[str, Any]:
     numbers = {name: _estimate(estimate) for name, estimate in found.estimates.items()}
     own = {name: _own(found.added.units[name], values) for name, values in found.own.items()}
+    parameters = {name: {**each, **shown(found, name)} for name, each in (numbers | own).items()}
+    text = phrase(found)
     return _named(found.added, ports) | {
         "law": found.added.law,
-        "parameters": numbers | own,
+        **({"text": text} if text else {}),
+        "parameters": parameters,
         "confidence": found.confidence,
         "shrink": found.shrink,
         "interval": found.interval,
@@ -153,15 +160,20 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
 def _units(diagnosis: Diagnosis) -> dict[str, Any]:
     """Errors in units of the outputs, at the horizon and over whole runs; null where a run diverges."""
     known, augmented = diagnosis.known.gap.units, diagnosis.augmented.gap.units
+    found = {name: _errors(off, augmented[name]) for name, off in known.items()}
+    for name, off in known.items():
+        if off.as_logged.unit != off.unit:
+            found[name]["shown"] = _errors(off.as_logged, augmented[name].as_logged)
+    return found
+
+
+def _errors(known: Off, augmented: Off) -> dict[str, Any]:
     return {
-        name: {
-            "unit": known[name].unit,
-            "known": known[name].at_horizon,
-            "augmented": augmented[name].at_horizon,
-            "known_whole_run": known[name].whole_run,
-            "augmented_whole_run": augmented[name].whole_run,
-        }
-        for name in known
+        "unit": known.unit,
+        "known": known.at_horizon,
+        "augmented": augmented.at_horizon,
+        "known_whole_run": known.whole_run,
+        "augmented_whole_run": augmented.whole_run,
     }
 
 

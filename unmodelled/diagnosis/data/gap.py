@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
 from unmodelled.logs.logs import Logs
+from unmodelled.systems.units import LoggedUnit
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -62,11 +63,22 @@ class Off:
             other. None where the simulation diverges.
         whole_run: error over all samples of experiments that are simulated from their first state to their
             end. None where the simulation diverges.
+        column: unit in which differences of the output's column are written; default None: `unit`.
     """
 
     unit: str
     at_horizon: float | None
     whole_run: float | None
+    column: LoggedUnit | None = None
+
+    @property
+    def as_logged(self) -> Off:
+        """Return the errors in the unit of the output's column, K for degC."""
+        if self.column is None:
+            return self
+        factor = self.column.factor
+        near, far = (e if e is None else e / factor for e in (self.at_horizon, self.whole_run))
+        return Off(self.column.text, near, far)
 
     def says(self, seconds: float) -> str:
         """Say both errors in words.
@@ -78,7 +90,8 @@ class Off:
             >>> Off("rad", 0.0123, None).says(0.1)
             '0.012 rad off after 0.1 s, diverges over whole runs'
         """
-        near, far = (_amount(value, self.unit) for value in (self.at_horizon, self.whole_run))
+        shown = self.as_logged
+        near, far = (_amount(value, shown.unit) for value in (shown.at_horizon, shown.whole_run))
         return ", ".join(
             (
                 f"{near} off after {seconds:.3g} s" if near else f"diverges within {seconds:.3g} s",

@@ -161,7 +161,8 @@ def _units(
     for j, output in enumerate(simulation.system.outputs):
         at_horizon = ends[:, j] if (np.abs(ends[:, j]) <= DIVERGED).all() else None
         over_all = None if diverged[:, j].any() else far[:, :, j][longest.counted]
-        units[output.name] = Off(output.unit, *(_rms_of(each, scale[j]) for each in (at_horizon, over_all)))
+        errors = [_rms_of(each, scale[j]) for each in (at_horizon, over_all)]
+        units[output.name] = Off(output.unit, errors[0], errors[1], output.as_difference)
         if over_all is None:
             where = ", ".join(recording.logs.ids[i] for i in sorted(owner[diverged[:, j]]))
             shown.setdefault(where, []).append(output.name)

@@ -1,0 +1,75 @@
+"""Numbers of an effect as a person says them: in the words of the trade and the units of the logs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from unmodelled.effects.added import Added
+from unmodelled.effects.law import Told
+from unmodelled.systems.model import Input, Logged, Output, System
+from unmodelled.systems.units import LoggedUnit
+
+PLAIN = Told()
+
+
+@dataclass(frozen=True)
+class Said:
+    """A number of an effect as a person says it.
+
+    Attributes:
+        symbol: the said number in terms of the law's, such as "2*delta".
+        words: what it is, such as "play from stop to stop"; "" where the symbol says all.
+        values: said values, in `unit`.
+        unit: unit of the said values.
+        whole: value of which the said one is a part, in `unit`; None if there is none.
+    """
+
+    symbol: str
+    words: str
+    values: tuple[float, ...]
+    unit: str
+    whole: float | None = None
+
+
+def said(added: Added, name: str, values: Sequence[float]) -> Said:
+    """Return values of a number of an effect as a person says them.
+
+    Args:
+        added: effect.
+        name: name of the number.
+        values: values, SI.
+    """
+    told, unit = added.told.get(name, PLAIN), LoggedUnit(added.units[name], 1.0, 0.0)
+    if told.unit:
+        unit = LoggedUnit(told.unit, 1.0, 0.0)
+    elif name in added.signals:
+        unit = unit_of(added.system, added.signals[name], told.level) or unit
+    shown = tuple((told.factor * value - unit.offset) / unit.factor for value in values)
+    whole = None if told.whole is None else told.whole / unit.factor
+    return Said(told.symbol.format(name), told.words, shown, unit.text, whole)
+
+
+def unit_of(system: System, signal: str, level: bool) -> LoggedUnit | None:
+    """Return the unit in which a person writes values of a signal, or None if no column shows the signal.
+
+    Args:
+        system: system of the signal.
+        signal: name of an input, state, signal or output.
+        level: whether points on the scale of the signal are meant, or differences.
+    """
+    column = _column(system, signal)
+    if column is None:
+        return None
+    return column.as_written if level else column.as_difference
+
+
+def _column(system: System, signal: str) -> Logged | None:
+    """The input of that name, or the output that shows the signal, its own name first."""
+    items: tuple[Input | Output, ...] = (*system.inputs, *system.outputs)
+    named = [item for item in items if item.name == signal]
+    if named:
+        return named[0]
+    known = {state.name for state in system.states} | set(system.signals)
+    shows = [o for o in system.outputs if signal in known and o.expression == system.expression(signal)]
+    return shows[0] if shows else None
