@@ -43,7 +43,7 @@ KEYS = "(all keys: python -m pipeline help simulate)"
         ("diagnos", "unknown verb 'diagnos'; did you mean 'diagnose'?"),
         ("help diagnos", "unknown verb 'diagnos'; did you mean 'diagnose'?"),
         ("Simulate", "unknown verb 'Simulate'; did you mean 'simulate'?"),
-        ("xyz", f"unknown verb 'xyz', must be one of {', '.join(PROGRAM.verbs)}"),
+        ("xyz", "unknown verb 'xyz', must be one of acquire, assess_uncertainty, "),
         (
             "diagnose",
             "system, logs must be given: system=... logs=... (all keys: python -m pipeline help diagnose)",

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from itertools import accumulate
 
 #: Characters of a message: a screen of them. What a library says of a damaged file can quote the whole file.
 LONGEST = 1000
+#: Characters of a list of valid names in a message.
+NAMES = 120
 
 
 class BadInput(Exception):
@@ -104,7 +107,7 @@ def closest(name: str, known: Collection[str]) -> str:
 
     Args:
         name: unknown name as the user wrote it.
-        known: valid names; a list of more than 40 is not printed.
+        known: valid names; of a long list the first ones are printed, and their number.
 
     Returns:
         Text to append to the error message; empty if there is nothing to suggest.
@@ -118,7 +121,10 @@ def closest(name: str, known: Collection[str]) -> str:
     near = nearest(name, known)
     if near is not None:
         return f"; did you mean {near!r}?"
-    return f", must be one of {', '.join(known)}" if len(known) <= 40 else ""
+    listed = accumulate(known, "{}, {}".format)
+    shown = sum(len(text) <= NAMES for text in listed)
+    more = f" and {len(known) - shown} more" if shown < len(known) else ""
+    return f", must be one of {', '.join(list(known)[:shown])}{more}" if shown else ""
 
 
 def printable(text: str) -> str:
