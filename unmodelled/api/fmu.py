@@ -9,6 +9,8 @@ from tempfile import TemporaryDirectory
 
 from unmodelled.base.errors import BadInput
 from unmodelled.base.files import replacing
+from unmodelled.diagnosis.answer.augmented import FILE
+from unmodelled.diagnosis.gates.fmu import reason_against_fmu
 from unmodelled.systems.given import SystemGiven, system_of
 from unmodelled.systems.writer import write_system
 
@@ -19,10 +21,11 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
     """Write a system as a Functional Mock-up Unit (FMI 3.0, co-simulation).
 
     Inputs and outputs of the FMU are those of the system, in SI units. Its parameters are the parameters of
-    the system, the constants of the operating point (zero unless they are set), and `start_<state>` for
-    the states whose initial value is a number. Inputs keep their values during a communication step. Delays
-    are simulated. The computer that runs the FMU needs Python with this package, because the FMU runs the
-    free runs of this package on the system file that it contains.
+    the system, the constants of the operating point (unless they are set, their value for `other`
+    experiments, or zero), and `start_<state>` for the states whose initial value is a number. Inputs keep
+    their values during a communication step. Delays are simulated. The computer that runs the FMU needs
+    Python with this package, because the FMU runs the free runs of this package on the system file that it
+    contains.
 
     Args:
         system: system to write, the path of its file, or a result that has one, such as an answer.
@@ -30,7 +33,8 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
 
     Raises:
         BadInput: when the extra `fmu` is not installed, the path does not end in `.fmu`, two variables of the
-            FMU have the same name, or the file cannot be written.
+            FMU have the same name, the system of the answer is not offered, a number is impossible, the FMU
+            does not run as the system does, or the file cannot be written.
 
     Examples:
         >>> import zipfile
@@ -42,7 +46,10 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
         ...     "modelDescription.xml" in zipfile.ZipFile(f"{folder}/pendulum.fmu").namelist()
         True
     """
-    path, system = Path(path), system_of(system)
+    path, given, system = Path(path), system, system_of(system)
+    for sentence in getattr(given, "refused", ()):
+        if sentence.startswith(FILE):
+            raise BadInput(f"{path} was not written: {sentence}")
     if path.suffix != ".fmu":
         raise BadInput(f"{path}: the name of an FMU must end in .fmu, for example {path.stem}.fmu")
     if find_spec("pythonfmu3") is None:
@@ -58,4 +65,6 @@ def write_fmu(system: SystemGiven, path: Path | str) -> None:
         model.mkdir()
         write_system(system, model / "system.yaml")
         built = FmuBuilder.build_FMU(SCRIPT, Path(folder, "fmu"), [model])
+        if reason := reason_against_fmu(system, Path(built)):
+            raise BadInput(f"{path} was not written: {reason}")
         shutil.move(built, temporary)

@@ -6,16 +6,19 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import fmpy
 import numpy as np
 import pytest
+import sympy as sp
 from fmpy.validation import validate_fmu
 from numpy.typing import NDArray
 
 from unmodelled import BadInput, System, read_system, write_fmu
 from unmodelled.__main__ import PROGRAM
 from unmodelled.cli.command_line import main
+from unmodelled.diagnosis.gates.fmu import reason_against_fmu
 from unmodelled.engine.fmu.stepper import Stepper
 from unmodelled.engine.free_run import Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
@@ -136,3 +139,46 @@ def test_what_is_no_fmu_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     with pytest.raises(BadInput, match="needs the extra fmu"):
         write_fmu(PENDULUM, tmp_path / "machine.fmu")
     assert not list(tmp_path.iterdir())
+
+
+CART = """<mujoco><worldbody><body name="cart"><joint name="rail" type="slide" axis="1 0 0"/>
+  <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body></worldbody></mujoco>"""
+
+
+def test_a_constant_of_other_experiments_is_the_start_value(tmp_path: Path) -> None:
+    listed = RC.replace("u_0: {unit: V}", "u_0: {unit: V, values: {run1: 0.1}, other: 0.4}")
+    (tmp_path / "rc.yaml").write_text(listed)
+    write_fmu(read_system(tmp_path / "rc.yaml"), tmp_path / "rc.fmu")
+    variables = fmpy.read_model_description(str(tmp_path / "rc.fmu")).modelVariables
+    assert {v.name: v.start for v in variables if v.name == "u_0"} == {"u_0": "0.4"}
+
+
+def test_an_fmu_of_a_mass_that_no_robot_has_is_not_written(tmp_path: Path) -> None:
+    (tmp_path / "cart.xml").write_text(CART)
+    (tmp_path / "cart.yaml").write_text(
+        "schema: system/1\nname: cart\nmodel: cart.xml\nparameters: {cart_mass: {}}\n"
+    )
+    system = read_system(tmp_path / "cart.yaml")
+    write_fmu(system, tmp_path / "cart.fmu")
+    with pytest.raises(BadInput, match=r"cart\.mass would be -1 kg, which is never negative"):
+        write_fmu(system.with_values({"cart_mass": -1.0}), tmp_path / "wrong.fmu")
+    assert not (tmp_path / "wrong.fmu").exists()
+
+
+def test_an_fmu_that_says_something_else_or_runs_otherwise_is_not_written(tmp_path: Path) -> None:
+    write_fmu(PENDULUM, tmp_path / "machine.fmu")
+    assert reason_against_fmu(PENDULUM, tmp_path / "machine.fmu") == ""
+    heavier = PENDULUM.with_values({"J": 0.3})
+    assert "gives J the value" in reason_against_fmu(heavier, tmp_path / "machine.fmu")
+    raised = replace(
+        PENDULUM, states=(replace(PENDULUM.states[0], initial=sp.Float(0.2)), PENDULUM.states[1])
+    )
+    reason = reason_against_fmu(raised, tmp_path / "machine.fmu")
+    assert reason == "it does not run as the system does; please report this line"
+
+
+def test_an_answer_that_does_not_offer_its_system_has_no_fmu(tmp_path: Path) -> None:
+    sentence = "augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml"
+    answer = SimpleNamespace(system=PENDULUM, refused=(sentence,))
+    with pytest.raises(BadInput, match=r"machine\.fmu was not written: augmented_system"):
+        write_fmu(answer, tmp_path / "machine.fmu")

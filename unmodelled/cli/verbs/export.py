@@ -15,7 +15,8 @@ def export(system: Path, out: Path) -> None:
 
     Inputs and outputs of the FMU are those of the system, in SI units; its parameters are those of the
     system, the constants of the operating point and the initial states `start_<state>`. The computer that
-    runs the FMU needs Python with this package.
+    runs the FMU needs Python with this package. An FMU with an impossible number, or that does not run as
+    the system does, is not written.
 
     Args:
         system: system file, `augmented_system.yaml` of a diagnosis for instance.

@@ -15,7 +15,7 @@ from pythonfmu3 import Fmi3Slave
 from pythonfmu3.enums import Fmi3Causality, Fmi3Initial, Fmi3Variability
 from pythonfmu3.variables import Float64
 
-from unmodelled.engine.fmu.stepper import Stepper
+from unmodelled.engine.fmu.stepper import Stepper, defaults
 from unmodelled.systems.reader import read_system
 
 
@@ -32,7 +32,7 @@ class Machine(Fmi3Slave):  # type: ignore[misc]  # the library has no types
         self.modelName, self.description = system.name, f"free run of {system.name}"
         self.u = np.zeros(len(system.inputs))
         self.y = np.zeros(len(system.outputs))
-        self.p, self.c = np.array(system.values), np.zeros(len(system.operating_point))
+        self.p, self.c = np.array(system.values), defaults(system)
         self.x = np.array([float(s.initial) if s.initial.is_number else np.nan for s in system.states])
         self.stepper: Stepper
         fixed = Fmi3Causality.parameter, Fmi3Variability.fixed, Fmi3Initial.exact

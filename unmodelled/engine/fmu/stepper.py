@@ -88,6 +88,15 @@ class Stepper:
         return self._outputs.evaluate(np.array(self.t), self.x, u, self.p, self.c)
 
 
+def defaults(system: System) -> Array:
+    """Return the constants of the operating point of a run that says nothing of them, shape (constants,), SI.
+
+    Args:
+        system: system to simulate; a constant without a value for other experiments is zero.
+    """
+    return np.array([constant.other or 0.0 for constant in system.operating_point], np.float64)
+
+
 class _Past:
     """Values at past times, each of which is seen after a delay of its own (values,), s."""
 
