@@ -376,7 +376,7 @@ def test_logs_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
     (tmp_path / "tidy").mkdir()
     (tmp_path / "tidy" / "experiments.csv").write_text("id,file\n")
     (tmp_path / "still").mkdir()
-    table = {"t": LOGS[0]["t"], "temperature": LOGS[0]["torque"]}
+    table = {"t": LOGS[0]["t"], "humidity": LOGS[0]["torque"]}
     pd.DataFrame(table).to_csv(tmp_path / "still" / "a.csv", index=False)
     (tmp_path / "zip").mkdir()
     (tmp_path / "zip" / "a.csv").write_bytes(b"PK\x03\x04" + bytes(60))
@@ -384,7 +384,7 @@ def test_logs_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
         ("nowhere", "no such file or folder"),
         ("empty", "holds no files"),
         ("tidy", "is a log folder already"),
-        ("still", "no moving position was found among the columns 'temperature'"),
+        ("still", "no moving position and no level was found among the columns 'humidity'"),
         ("zip", "no file in it can be read; the first one: is a zip archive"),
     ):
         with pytest.raises(BadInput, match=message) as caught:

@@ -12,8 +12,10 @@ from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.readers.reader import Array, Table
 from unmodelled.logs.time_units import in_seconds, seconds_of, unit_of_time
 
-#: Units of time that recorders use, and the sampling rate, Hz, that most of them are nearest to.
-TIMES, USUAL = ("s", "ms", "us", "ns"), 100.0
+#: Units of time that recorders use, and usual sampling rates, Hz, of machines that move and of others.
+TIMES, USUAL, SLOW = ("s", "ms", "us", "ns"), 100.0, 1.0
+#: Quantities of machines that move.
+_MOVING = frozenset([Role.POSITION, Role.VELOCITY, Role.EFFORT, Role.GOAL])
 #: Fewest rows of a table that is a log, and of values that a signal takes.
 ROWS, VALUES = 20, 2
 
@@ -72,15 +74,30 @@ def timing_of(tables: Sequence[Table]) -> Timing:
     base = max(logs, key=len)
     found = {name: score for name in base.columns if (score := _likeness(base, name)) > 0.0}
     if not found:
-        return Timing(rate=USUAL, certain=False)
+        return Timing(rate=_usual(base), certain=False)
     name = max(found, key=lambda each: found[each])
     given = meaning_of(name, base.units.get(name)).unit or unit_of_time(name, base.columns[name]) or ""
     if seconds_of(given) is not None:
         return Timing(name, given)
     step = float(np.median(np.abs(np.diff(base.columns[name]))))
     rates = {unit: 1.0 / (step * (seconds_of(unit) or 1.0)) for unit in TIMES}
-    unit = min(TIMES, key=lambda each: abs(np.log(rates[each] / USUAL)))
-    return Timing(name, unit, certain=unit == "s" and 5.0 < rates["s"] < 1e4)
+    unit = min(TIMES, key=lambda each: abs(np.log(rates[each] / _usual(base))))
+    return Timing(name, unit, certain=unit == "s" and 0.05 * _usual(base) < rates["s"] < 1e4)
+
+
+def _usual(table: Table) -> float:
+    """Sampling rate that the quantities of a table are usually logged at, Hz."""
+    roles = {meaning_of(name, table.units.get(name)).role for name in table.columns}
+    slow = roles & {
+        Role.TEMPERATURE,
+        Role.LEVEL,
+        Role.PRESSURE,
+        Role.CHARGE,
+        Role.FLOW,
+        Role.VOLTAGE,
+        Role.POWER,
+    }
+    return SLOW if slow and not roles & _MOVING else USUAL
 
 
 def _likeness(table: Table, name: str) -> float:

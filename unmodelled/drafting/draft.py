@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence, Set
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from unmodelled.base.errors import BadInput
+from unmodelled.drafting.balances import HEAT, TANK, Balance, balances_of, symbols_of
+from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal, Timing, signals_in, timing_of
 from unmodelled.drafting.files import Survey, survey
-from unmodelled.drafting.joints import Joint, joints_of
+from unmodelled.drafting.joints import FORCES, Joint, joints_of
+from unmodelled.drafting.lines import numbered
 from unmodelled.drafting.names import Role, meaning_of
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
@@ -19,6 +22,27 @@ from unmodelled.logs.table import is_text
 
 #: Parts into which a single long record is cut: as many as it allows, to hold some of them out.
 PARTS = (8, 6, 4, 3, 2)
+#: Experiments that a diagnosis should have.
+WANTED = 12
+
+
+@dataclass(frozen=True)
+class Used:
+    """A column that the drafted files use.
+
+    Attributes:
+        symbol: its name in them.
+        channel: column in its unit.
+        kind: what it is, for the table of the columns.
+        output: whether it is an output.
+        against: whether it is logged with the other sign.
+    """
+
+    symbol: str
+    channel: Channel
+    kind: str
+    output: bool = True
+    against: bool = False
 
 
 @dataclass(frozen=True)
@@ -30,6 +54,7 @@ class Draft:
         timing: their clock.
         experiments: columns that change, of every experiment that was looked into.
         joints: moving positions.
+        balances: stores with a level, of a machine without moving positions.
         split_by: column whose runs of equal values are experiments; None: there is none.
         cut: length into which a single long record is cut, s; None: not cut.
         constants: names of values that a file holds once.
@@ -39,9 +64,35 @@ class Draft:
     timing: Timing
     experiments: tuple[list[Signal], ...]
     joints: tuple[Joint, ...]
+    balances: tuple[Balance, ...]
     split_by: str | None
     cut: float | None
     constants: tuple[str, ...]
+
+    @property
+    def used(self) -> list[Used]:
+        """Columns that the drafted files use, the first output first."""
+        return used_by(self.joints, self.balances)
+
+
+def used_by(joints: Sequence[Joint], balances: Sequence[Balance]) -> list[Used]:
+    """Return the columns that joints and balances use, the first output first.
+
+    Args:
+        joints: moving positions.
+        balances: stores with a level.
+    """
+    found = []
+    for k, joint in numbered(joints):
+        found.append(Used(f"q{k}", joint.position, "position"))
+        found += [Used(f"w{k}", joint.velocity, "speed")] if joint.velocity else []
+        against = joint.trusted and joint.fit.gain < 0.0 and not joint.servo
+        kind = "commanded position" if joint.servo else "drive"
+        found += [Used(f"u{k}", joint.drive, kind, False, against)] if joint.drive else []
+    for k, balance in numbered(balances):
+        for symbol, channel, is_level in symbols_of(k, balance):
+            found.append(Used(symbol, channel, (channel.signal.role or Role.OTHER).value, is_level))
+    return [replace(each, kind="supply") if each.kind == Role.OTHER.value else each for each in found]
 
 
 def draft_of(logs: Path) -> Draft:
@@ -51,33 +102,46 @@ def draft_of(logs: Path) -> Draft:
         logs: file of a recorder, or folder with such files.
 
     Raises:
-        BadInput: when no file can be read, or no position that moves is found.
+        BadInput: when no file can be read, or no position that moves and no level that changes is found.
     """
     found = survey(logs)
     timing = timing_of(next(iter(found.read.values())))
     signals = {place: signals_in(tables, timing) for place, tables in found.read.items()}
-    joints = joints_of([each for each in signals.values() if each] or [[]])
-    joints = _mostly_moving(joints, list(signals.values()))
-    if not joints:
+    joints, balances = _parts([each for each in signals.values() if each] or [[]])
+    outputs = [each for each in used_by(joints, balances) if each.output]
+    if not outputs:
         names = sorted({signal.address for each in signals.values() for signal in each})[:8]
         listed = ", ".join(map(repr, names)) or "(none)"
         raise BadInput(
-            f"{logs}: no moving position was found among the columns {listed}: write mapping.yaml "
-            "and the system file by hand, see docs/own_data"
+            f"{logs}: no moving position and no level was found among the columns {listed}: write "
+            "mapping.yaml and the system file by hand, see docs/own_data"
         )
-    kept = _usable(found, signals, joints)
-    first = found.read[next(iter(kept.read))]
-    base = _table_of(first, joints[0].position.signal.address)
-    split_by = _split_by(base)
+    names = [each.channel.signal.address for each in outputs]
+    kept = _usable(found, signals, names)
+    first, here = found.read[next(iter(kept.read))], signals[next(iter(kept.read))]
+    used = {each.channel.signal.address for each in used_by(joints, balances)}
+    split_by = _split_by([_table_of(tables, names[0]) for tables in kept.read.values()], used)
     return Draft(
         kept,
         timing,
         tuple(signals[place] for place in kept.read),
         tuple(joints),
+        tuple(balances),
         split_by,
-        _cut(signals[next(iter(kept.read))], joints) if len(kept.read) == 1 and split_by is None else None,
+        _cut(here, names) if len(kept.read) == 1 and split_by is None else None,
         tuple(table.address(name) for table in first if len(table) == 1 for name in table.columns),
     )
+
+
+def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[Balance]]:
+    """The moving positions of a machine; the balances of one that has none."""
+    roles = {signal.role for signals in experiments for signal in signals}
+    filled = any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK)) and not roles & FORCES - {
+        Role.DUTY
+    }
+    balances = balances_of(experiments) if filled or Role.POSITION not in roles else []
+    joints = [] if balances else _mostly_moving(joints_of(experiments), experiments)
+    return joints, balances
 
 
 def _outputs(joints: Sequence[Joint]) -> set[str]:
@@ -92,17 +156,16 @@ def _mostly_moving(joints: list[Joint], experiments: Sequence[Sequence[Signal]])
     return kept or joints[:1]
 
 
-def _usable(found: Survey, signals: dict[Path, list[Signal]], joints: Sequence[Joint]) -> Survey:
+def _usable(found: Survey, signals: dict[Path, list[Signal]], outputs: Sequence[str]) -> Survey:
     """The experiments in which all outputs change."""
-    used, base = _outputs(joints), joints[0].position.signal.address
     left_out, read = dict(found.left_out), {}
     for place, each in signals.items():
         here = {signal.address: signal for signal in each}
         if not is_text(place.resolve().name):
             left_out[place] = "its name has a control character: rename it"
-        elif still := sorted(used - here.keys()):
+        elif still := sorted({*outputs} - here.keys()):
             left_out[place] = f"{still[0]} does not change while time increases"
-        elif len(here[base].t) < SHORTEST_LOG:
+        elif len(here[outputs[0]].t) < SHORTEST_LOG:
             left_out[place] = f"fewer than {SHORTEST_LOG} samples"
         else:
             read[place] = found.read[place]
@@ -118,20 +181,44 @@ def _table_of(tables: Sequence[Table], address: str) -> Table:
     return next(t for t in tables for name in (*t.columns, *t.aliases) if t.address(name) == address)
 
 
-def _split_by(table: Table) -> str | None:
-    """A column that is named like a part of a campaign, and that keeps its value over many rows."""
-    for name, cells in (*table.columns.items(), *table.texts.items()):
-        values = np.asarray(cells)
-        changes = int(np.count_nonzero(values[1:] != values[:-1]))
-        if meaning_of(name).role is Role.PART and 0 < changes < len(values) / SHORTEST_LOG:
-            return name
-    return None
+def _split_by(tables: Sequence[Table], used: Set[str]) -> str | None:
+    """A column that numbers or names the parts of a campaign: it keeps its value over many rows.
+
+    Of several such columns, the one with a number of parts that is right for a diagnosis.
+    """
+    found: dict[str, int] = {}
+    for table in tables:
+        for name, cells in (*table.columns.items(), *table.texts.items()):
+            parts = _stretches(np.asarray(cells))
+            if parts > 1 and table.address(name) not in used and _is_part(name, table):
+                found[name] = max(found.get(name, 0), parts)
+    return min(found, key=lambda name: abs(np.log(found[name] / WANTED)), default=None)
 
 
-def _cut(signals: Sequence[Signal], joints: Sequence[Joint]) -> float | None:
+def _is_part(name: str, table: Table) -> bool:
+    """Whether a column is called a part, or counts one by one where nothing else tells what it is."""
+    role = meaning_of(name, table.units.get(name)).role
+    if role is not None or name not in table.columns:
+        return role is Role.PART
+    values = table.columns[name]
+    return (
+        len(np.unique(values)) > 2
+        and bool(np.all(np.isin(np.diff(values), (0.0, 1.0))))
+        and values[0] in (0, 1)
+    )
+
+
+def _stretches(values: np.ndarray) -> int:
+    """Number of stretches of equal values; 0 if a usual one is too short for an experiment."""
+    ends = np.flatnonzero(values[1:] != values[:-1]) + 1
+    lengths = np.diff([0, *ends, len(values)])
+    return len(lengths) if np.median(lengths) >= SHORTEST_LOG else 0
+
+
+def _cut(signals: Sequence[Signal], names: Sequence[str]) -> float | None:
     """Length of parts of a record in which all outputs change, s; None if there are none."""
-    outputs = [signal for signal in signals if signal.address in _outputs(joints)]
-    t = next(signal.t for signal in outputs if signal.address == joints[0].position.signal.address)
+    outputs = [signal for signal in signals if signal.address in names]
+    t = next(signal.t for signal in outputs if signal.address == names[0])
     for parts in PARTS:
         length = float(f"{(t[-1] - t[0]) / parts:.2g}")
         starts = t[0] + length * np.arange(round((t[-1] - t[0]) / length))

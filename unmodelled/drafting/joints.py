@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,16 +94,6 @@ class _Home:
         """Whether it moves by more than a least range and by far more than its noise."""
         noise = float(np.std(np.diff(self.position.values, 2))) / np.sqrt(6.0)
         return bool(self.motion > max(least, NOISE * noise))
-
-
-def numbered(joints: Sequence[Joint]) -> Iterator[tuple[str, Joint]]:
-    """Yield the joints with the numbers of their symbols; a single one has none.
-
-    Args:
-        joints: joints in order.
-    """
-    for k, joint in enumerate(joints, start=1):
-        yield (str(k) if len(joints) > 1 else ""), joint
 
 
 def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:

@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import yaml
 
+T = TypeVar("T")
 #: Characters of a text from the logs in a comment.
 LONGEST = 120
 _PLAIN = re.compile(r"[A-Za-z][\w./^]*(?: [\w./^]+)*", re.ASCII)
+
+
+def numbered(parts: Sequence[T]) -> Iterator[tuple[str, T]]:
+    """Yield joints or balances with the numbers of their symbols; a single one has none.
+
+    Args:
+        parts: joints or balances in order.
+    """
+    for k, part in enumerate(parts, start=1):
+        yield (str(k) if len(parts) > 1 else ""), part
 
 
 def word(text: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import SLACK, Joint, chained, geared, numbered
+from unmodelled.drafting.joints import SLACK, Joint, chained, geared
 from unmodelled.drafting.lines import one_line, quoted, word
 from unmodelled.drafting.names import Role
 
@@ -32,11 +32,8 @@ def mapping_text(draft: Draft, folder: str) -> str:
     lines += [f"# and {len(left) - NAMES} more files"] if len(left) > NAMES else []
     lines += _time(draft)
     lines.append("signals:")
-    for k, joint in numbered(draft.joints):
-        lines.append(_signal(f"q{k}", joint.position))
-        lines += [_signal(f"w{k}", joint.velocity)] if joint.velocity else []
-        lines += [_signal(f"u{k}", joint.drive, _is_against(joint))] if joint.drive else []
-        lines += _copies(draft, joint)
+    lines += [_signal(used.symbol, used.channel, used.against) for used in draft.used]
+    lines += [line for joint in draft.joints for line in _copies(draft, joint)]
     if draft.split_by is not None:
         lines.append(
             f"split_by: {quoted(draft.split_by)}  # Question: does every value of it begin an experiment?"
@@ -61,7 +58,7 @@ def _time(draft: Draft) -> list[str]:
         return [f"time: {{rate: {timing.rate:g} Hz}}  # Question: {asked}"]
     if timing.column is None:
         return []
-    rate = draft.joints[0].position.signal.rate
+    rate = draft.used[0].channel.signal.rate
     asked = "" if timing.certain else f"  # Question: is it in {timing.unit} ({rate:.4g} samples a second)?"
     return [f"time: {{column: {quoted(timing.column)}, unit: {quoted(timing.unit)}}}{asked}"]
 
@@ -110,10 +107,6 @@ def _asked(signal: Signal, position: Signal, ratio: float) -> str:
         f"is {ratio:.4g}{inverse} times {name} all the time: two encoders of one gear? "
         "Use the one on whose side inertia and torque are meant, or add the other as a second body."
     )
-
-
-def _is_against(joint: Joint) -> bool:
-    return joint.trusted and joint.fit.gain < 0.0 and not joint.servo
 
 
 def _seen_from(folder: str, pattern: str) -> str:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from unmodelled.base.errors import BadInput
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Joint, numbered, with_goal
-from unmodelled.drafting.lines import one_line, quoted, word
+from unmodelled.drafting.joints import Joint, with_goal
+from unmodelled.drafting.lines import numbered, one_line, quoted, word
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.robot.compile import compiled

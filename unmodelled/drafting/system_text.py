@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from unmodelled.drafting.balance_text import balance_text, over_unit
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import Joint, numbered
-from unmodelled.drafting.lines import one_line, word
+from unmodelled.drafting.joints import Joint
+from unmodelled.drafting.lines import numbered, one_line, word
 from unmodelled.drafting.names import is_measured
 from unmodelled.systems.units import describe, parse_logged, parse_unit
 
@@ -18,12 +19,14 @@ STIFFNESS, DAMPING = 100.0, 20.0
 
 
 def system_text(draft: Draft, name: str) -> str:
-    """Return the text of a system file with one inertia or mass per joint.
+    """Return the text of a system file with one inertia or mass per joint, or one store per level.
 
     Args:
         draft: findings in the logs.
         name: name of the system.
     """
+    if draft.balances:
+        return balance_text(draft.balances, name)
     joints = list(numbered(draft.joints))
     inputs = [line for k, joint in joints for line in _input(k, joint)]
     sections = {
@@ -135,10 +138,7 @@ def _factor(joint: Joint) -> str | None:
     own = parse_logged(joint.drive.unit)[0].dimension
     if own == parse_unit(effort).dimension:
         return None
-    unit = describe(own)
-    return (
-        effort if unit == "1" else f"{effort}/({unit})" if " " in unit or "/" in unit else f"{effort}/{unit}"
-    )
+    return over_unit(effort, describe(own))
 
 
 def _port(k: str, joint: Joint) -> str:

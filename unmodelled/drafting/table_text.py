@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import numbered
 from unmodelled.drafting.lines import printed
 from unmodelled.drafting.names import Role
 
@@ -48,14 +47,11 @@ def table_text(draft: Draft) -> str:
 def _used(draft: Draft) -> dict[str, tuple[str, str]]:
     """Unit, symbol and kind of every column that is used."""
     return {
-        channel.signal.address: (channel.unit, f"{symbol}{k}, {kind}")
-        for k, joint in numbered(draft.joints)
-        for symbol, channel, kind in (
-            ("q", joint.position, "position"),
-            ("w", joint.velocity, "speed"),
-            ("u", joint.drive, "commanded position" if joint.servo else "drive"),
+        each.channel.signal.address: (
+            each.channel.signal.unit or each.channel.unit,
+            f"{each.symbol}, {each.kind}",
         )
-        if channel is not None
+        for each in draft.used
     }
 
 

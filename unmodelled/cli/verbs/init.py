@@ -26,19 +26,20 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
 
     The columns are recognised by their names and units, and by their values: the speed is what agrees with
     the slope of a position, the drive is what explains its acceleration. The system file has one inertia or
-    mass per position that moves, with a port; `simulate` runs with both files at once. Whatever was guessed
-    stands beside a comment that begins with "Question". A table of the columns is printed.
+    mass per position that moves, or, where none moves, one store per level (temperature, level, pressure,
+    charge, speed), with a port; `simulate` runs with both files at once. Whatever was guessed stands beside a
+    comment that begins with "Question". A table of the columns is printed.
 
     With a robot file, this file is the known physics instead, and a copy of it is put beside the system file.
 
     Args:
         logs: file of a recorder, or folder with such files, of any format that is read.
         robot: MJCF or URDF file of the robot; null: one inertia or mass per position.
-        system: system file to write; null: system.yaml in `out`.
-        out: folder of mapping.yaml; null: the folder of the logs.
+        system: system file to write; null: system.yaml beside mapping.yaml.
+        out: folder of mapping.yaml and of the system file, made if it is missing; null: that of the logs.
 
     Raises:
-        BadInput: when no file can be read, no moving position is found, the folder is a log folder already,
+        BadInput: when no file can be read, no moving position or level is found, the folder is a log folder already,
             one of the files exists (no file is overwritten), or the robot file does not fit the logs.
     """
     if out is not None and out.suffix in (".yaml", ".yml"):

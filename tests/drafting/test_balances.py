@@ -1,0 +1,189 @@
+"""Machines without moving positions: balances of heat, fluid, charge and momentum, and parts of records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.drafting.test_init import LOGS, Array, drafted, values
+from unmodelled.api.simulation import simulate
+from unmodelled.logs.folder import read_logs
+
+N = 900
+
+
+def drive(seed: int, low: float, high: float, stretch: int = 60) -> Array:
+    """Steps of random height."""
+    generator = np.random.default_rng(seed)
+    return np.repeat(generator.uniform(low, high, N // stretch), stretch)
+
+
+def filled(
+    supply: Array, size: float, loss: float, start: float, around: float = 0.0, step: float = 1.0
+) -> Array:
+    """The level of a store by Euler steps."""
+    level = np.full(N, start)
+    for n in range(1, N):
+        level[n] = level[n - 1] + step * (supply[n - 1] - loss * (level[n - 1] - around)) / size
+    return level
+
+
+def write(folder: Path, tables: list[Mapping[str, Array]]) -> Path:
+    folder.mkdir()
+    for k, table in enumerate(tables):
+        pd.DataFrame(table).to_csv(folder / f"day {k}.csv", index=False)
+    return folder
+
+
+def test_an_oven_with_its_surroundings(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        power = drive(k, 0.0, 900.0)
+        oven = filled(power, 1500.0, 4.0, 293.0, 291.0, 10.0)
+        room = np.full(N, 18.0) + 1e-3 * np.arange(N)
+        tables.append(
+            {
+                "minutes": np.arange(N) / 6.0,
+                "oven_degC": oven - 273.15,
+                "room_degC": room,
+                "P_el [kW]": power / 1e3,
+            }
+        )
+    logs = write(tmp_path / "raw", tables)
+    mapping, system = drafted(logs)
+    assert mapping["time"] == {"column": "minutes", "unit": "min"}
+    assert mapping["signals"] == {
+        "T": {"column": "oven_degC", "unit": "degC"},
+        "P": {"column": "P_el [kW]", "unit": "kW"},
+        "T_a": {"column": "room_degC", "unit": "degC"},
+    }
+    assert values(system)["C"] == pytest.approx(1500.0, rel=0.05)
+    assert values(system)["k"] == pytest.approx(4.0, rel=0.1)
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_surroundings_that_are_not_logged_are_asked(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        power = drive(k, 0.0, 50.0)
+        tables.append(
+            {
+                "t": np.arange(N) * 1.0,
+                "plate temp (K)": filled(power, 120.0, 0.8, 300.0, 285.0),
+                "power_W": power,
+            }
+        )
+    logs = write(tmp_path / "raw", tables)
+    _, system = drafted(logs)
+    assert "# Question: how warm are the surroundings?" in (logs / "system.yaml").read_text()
+    assert values(system)["T_a"] == pytest.approx(285.0, abs=3.0)
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_a_boiler_with_an_inflow_and_a_drain(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        fed, drained = drive(k, 0.0, 3.0), drive(k + 10, 0.0, 3.0)
+        level = filled((fed - drained) / 6e4, 0.05, 0.0, 0.5)
+        tables.append(
+            {
+                "time [s]": np.arange(N),
+                "level_cm": 100.0 * level,
+                "feed_flow_l_min": fed,
+                "drain_flow_l_min": drained,
+            }
+        )
+    logs = write(tmp_path / "raw", tables)
+    mapping, system = drafted(logs)
+    assert {name: each["column"] for name, each in mapping["signals"].items()} == {
+        "h": "level_cm",
+        "Q": "feed_flow_l_min",
+        "Q_2": "drain_flow_l_min",
+    }
+    assert "h: (Q - Q_2 - k*h - x)/A" in (logs / "system.yaml").read_text()
+    assert values(system)["A"] == pytest.approx(0.05, rel=0.05)
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_an_air_receiver_with_a_valve(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        opening = drive(k, 0.0, 80.0)
+        pressure = filled(opening, 4.0, 3.0, 2.0, 0.0, 0.05)
+        tables.append({"t_ms": np.arange(N) * 50.0, "valve_%": opening, "p_receiver_bar": pressure})
+    logs = write(tmp_path / "raw", tables)
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["u"] == {"column": "valve_%", "unit": "%"}
+    text = (logs / "system.yaml").read_text()
+    assert "# Question: which m^3/s does u = 1 (100 %) make?" in text and "position: p" in text
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+@pytest.mark.parametrize(("sign", "equation"), [(1.0, "z: (i - x)/C"), (-1.0, "z: (-i - x)/C")])
+def test_a_capacitor_in_either_convention(tmp_path: Path, sign: float, equation: str) -> None:
+    tables = []
+    for k in range(3):
+        current = drive(k, -2.0, 2.0)
+        voltage = filled(current, 300.0, 0.0, 20.0) + 0.03 * current
+        tables.append({"t": np.arange(N) * 1.0, "u_cap [V]": voltage, "i_cap [A]": sign * current})
+    logs = write(tmp_path / "raw", tables)
+    _, system = drafted(logs)
+    assert equation in (logs / "system.yaml").read_text()
+    assert values(system)["C"] == pytest.approx(300.0, rel=0.05)
+    assert values(system)["R"] == pytest.approx(0.03, rel=0.1)
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_a_state_of_charge(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        current = drive(k, -5.0, 3.0)
+        soc = filled(current, 18000.0, 0.0, 0.8)
+        tables.append({"elapsed_s": np.arange(N) * 1.0, "SOC [%]": 100.0 * soc, "I_pack_A": current})
+    logs = write(tmp_path / "raw", tables)
+    _, system = drafted(logs)
+    assert values(system)["C"] == pytest.approx(18000.0, rel=0.05)
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_a_machine_of_which_only_the_speed_is_logged(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        torque = drive(k, -3.0, 3.0)
+        speed = filled(torque, 0.4, 0.2, 0.0, 0.0, 0.02)
+        tables.append({"t": np.arange(N) * 0.02, "fan speed rpm": speed * 30.0 / np.pi, "torque_Nm": torque})
+    logs = write(tmp_path / "raw", tables)
+    _, system = drafted(logs)
+    assert values(system)["J"] == pytest.approx(0.4, rel=0.05)
+    assert "shaft: {effort: tau, unit: N m, velocity: w}" in (logs / "system.yaml").read_text()
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_a_set_point_of_a_level_is_no_level(tmp_path: Path) -> None:
+    tables = []
+    for k in range(2):
+        power = drive(k, 0.0, 50.0)
+        table = {"t": np.arange(N) * 1.0, "temp_set_degC": drive(k, 20.0, 40.0), "power_W": power}
+        tables.append({**table, "temp_degC": filled(power, 120.0, 0.8, 20.0, 20.0)})
+    logs = write(tmp_path / "raw", tables)
+    mapping, _ = drafted(logs)
+    assert mapping["signals"]["T"]["column"] == "temp_degC" and len(mapping["signals"]) == 2
+    assert "# temp_set_degC is the set point of T: the loop is closed" in (logs / "system.yaml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [("piece", [0, 1, 2]), ("rep", [1, 2, 3]), ("Versuch", [4, 9, 11]), ("lap", [1, 2, 3])],
+)
+def test_a_column_that_numbers_parts_cuts_a_record(tmp_path: Path, name: str, numbers: list[int]) -> None:
+    """A name that says nothing counts where its values go on one by one from 0 or 1."""
+    whole = {key: np.concatenate([log[key] for log in LOGS]) for key in ("angle", "torque")}
+    whole |= {"t": np.arange(4500) * 0.004, name: np.repeat(numbers, 1500)}
+    pd.DataFrame(whole).to_csv(tmp_path / "all.csv", index=False)
+    mapping, system = drafted(tmp_path)
+    assert mapping["split_by"] == name and "cut" not in mapping
+    assert read_logs(tmp_path, system).ids == tuple(map(str, numbers))

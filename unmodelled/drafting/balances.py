@@ -1,0 +1,367 @@
+"""Balances of a machine: stores of heat, fluid, charge or momentum, each with what fills and empties it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from unmodelled.drafting.channels import SAMPLES, Channel
+from unmodelled.drafting.columns import Signal
+from unmodelled.drafting.motion import at, over
+from unmodelled.drafting.names import Role, is_command, number_of, words_of
+from unmodelled.drafting.units import dimension_of
+from unmodelled.logs.readers.reader import Array
+
+#: Levels of a first model, and supplies of one.
+MOST, SUPPLIES = 6, 3
+#: Share of the largest change of a level below which another level of its kind stands still.
+STILL = 0.02
+#: Share of the changes of a level that supplies must explain: for their signs and the size of the store.
+EXPLAINED = 0.1
+#: Parts of a record over which changes of a level are taken.
+PARTS = 60
+#: Words of a level that surrounds others, and of what leaves a store.
+_AROUND = "ambient amb outdoor outside room env environment surroundings air umgebung aussen raum"
+_OUT = "out outflow outlet drain leak discharge abfluss ablauf cool cooling cooler kühl"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of balance.
+
+    Attributes:
+        level: quantity that shows how full a store is.
+        supply: quantity that fills it.
+        indirect: quantities that set the supply where it is not logged.
+        symbols: symbols of level, supply, size of the store and loss.
+        store: name of the size of the store.
+        effort: SI unit of the supply.
+        port: name of the port.
+    """
+
+    level: Role
+    supply: Role
+    indirect: tuple[Role, ...]
+    symbols: tuple[str, str, str, str]
+    store: str
+    effort: str
+    port: str
+
+    @property
+    def turns(self) -> bool:
+        """Whether the level is a speed, which the effort drives."""
+        return self.level is Role.VELOCITY
+
+    @property
+    def electric(self) -> bool:
+        """Whether the level is a voltage, which shows the resistance before the store as well."""
+        return self.level is Role.VOLTAGE
+
+    @property
+    def around(self) -> bool:
+        """Whether losses go to surroundings with a level of their own."""
+        return self.level is Role.TEMPERATURE
+
+    @property
+    def loses(self) -> bool:
+        """Whether a loss grows with the level."""
+        return self.supply is not Role.CURRENT
+
+
+_SET = (Role.DUTY, Role.VOLTAGE, Role.CURRENT)
+SPEED = Kind(
+    Role.VELOCITY, Role.EFFORT, (*_SET, Role.PRESSURE), ("w", "u", "J", "b"), "inertia", "N m", "shaft"
+)
+HEAT = Kind(Role.TEMPERATURE, Role.POWER, _SET, ("T", "P", "C", "k"), "heat capacity", "W", "heat")
+TANK = Kind(Role.LEVEL, Role.FLOW, _SET, ("h", "Q", "A", "k"), "cross-section", "m^3/s", "fluid")
+VESSEL = Kind(
+    Role.PRESSURE, Role.FLOW, _SET, ("p", "Q", "C", "k"), "stored volume per pressure", "m^3/s", "fluid"
+)
+CHARGE = Kind(Role.CHARGE, Role.CURRENT, (), ("s", "i", "C", "k"), "capacity", "A", "charge")
+CELL = Kind(Role.VOLTAGE, Role.CURRENT, (), ("U", "i", "C", "R"), "capacitance", "A", "charge")
+#: Kinds, those whose supply is logged before those whose supply is set by something else.
+DIRECT, INDIRECT = (SPEED, HEAT, TANK, VESSEL), (SPEED, TANK, HEAT, VESSEL)
+
+
+@dataclass(frozen=True)
+class Supply:
+    """A column that fills or empties a store.
+
+    Attributes:
+        channel: column.
+        outward: whether it empties the store where it is positive.
+        direct: whether it is the effort of the balance itself; otherwise it sets it.
+        certain: whether name or values say so.
+    """
+
+    channel: Channel
+    outward: bool
+    direct: bool
+    certain: bool
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What the values say of a store, in SI units.
+
+    Attributes:
+        size: size of the store, for one unit of its supplies; 0: not shown.
+        loss: loss for one unit of the level, or the resistance of an electric store.
+        outside: level of the surroundings; nan: not shown.
+        share: share of the changes of the level that the supplies explain.
+    """
+
+    size: float = 0.0
+    loss: float = 0.0
+    outside: float = np.nan
+    share: float = 0.0
+
+
+_NONE = Fit()
+
+
+@dataclass(frozen=True)
+class Balance:
+    """A store with its level.
+
+    Attributes:
+        kind: kind of the balance.
+        level: its level.
+        supplies: what fills and empties it; (): none is logged.
+        around: level of its surroundings; None: none is logged.
+        fit: size of the store and its loss by the values.
+        seconds: length of a record, s.
+        others: further columns that could be a supply.
+        goal: set point of the level; None: none is logged.
+    """
+
+    kind: Kind
+    level: Channel
+    supplies: tuple[Supply, ...]
+    around: Channel | None
+    fit: Fit
+    seconds: float
+    others: tuple[Signal, ...]
+    goal: Signal | None
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the logs show how the supplies change the level."""
+        return self.fit.share > EXPLAINED and self.fit.size > 0.0
+
+
+def symbols_of(k: str, balance: Balance) -> Iterator[tuple[str, Channel, bool]]:
+    """Yield the columns of a balance by their symbols, each with whether it is the level.
+
+    Args:
+        k: number of the balance.
+        balance: balance.
+    """
+    level, supply, *_ = balance.kind.symbols
+    yield f"{level}{k}", balance.level, True
+    for j, each in enumerate(balance.supplies, start=1):
+        symbol = supply if each.direct else "u"
+        yield f"{symbol}{k}" + (f"_{j}" if j > 1 else ""), each.channel, False
+    if balance.around is not None:
+        yield f"{level}_a{k}", balance.around, False
+
+
+def balances_of(experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
+    """Find the stores with their levels and supplies.
+
+    Args:
+        experiments: columns that change, of every experiment.
+    """
+    signals = max(experiments, key=len, default=[])
+    kind = _kind({signal.role for each in experiments for signal in each})
+    levels = [s for s in signals if kind is not None and s.role is kind.level]
+    if kind is None or not levels:
+        return []
+    around = next((s for s in levels if kind.around and {*_AROUND.split()} & {*words_of(s.address)}), None)
+    most = max(float(np.ptp(s.values)) for s in levels)
+    kept = [s for s in levels if s is not around and np.ptp(s.values) > STILL * most]
+    if around is None and kind.around:
+        around = next((s for s in levels if s not in kept), None)
+    found = [_balance(kind, level, around, kept[:MOST], experiments) for level in kept[:MOST]]
+    return _apart(found)
+
+
+def _kind(roles: set[Role | None]) -> Kind | None:
+    """The kind of balance that quantities stand for; None if there is none."""
+    direct = [kind for kind in DIRECT if {kind.level, kind.supply} <= roles]
+    if direct:
+        return direct[0]
+    if Role.VELOCITY in roles and roles & {Role.CURRENT, Role.DUTY}:
+        return SPEED
+    for kind in (CELL, CHARGE):
+        if {kind.level, kind.supply} <= roles and not roles & {Role.TEMPERATURE, Role.LEVEL} - {kind.level}:
+            return kind
+    return next((kind for kind in INDIRECT if kind.level in roles), None)
+
+
+def _apart(balances: Sequence[Balance]) -> list[Balance]:
+    """Balances of which each column supplies but one: the one whose level it changes most."""
+    best: dict[str, Balance] = {}
+    for balance in balances:
+        for supply in balance.supplies:
+            name = supply.channel.signal.address
+            best[name] = max(best.get(name, balance), balance, key=lambda each: each.fit.share)
+    return [
+        b if all(best[s.channel.signal.address] is b for s in b.supplies) else _unsupplied(b)
+        for b in balances
+    ]
+
+
+def _unsupplied(balance: Balance) -> Balance:
+    others = (*(supply.channel.signal for supply in balance.supplies), *balance.others)
+    return replace(balance, supplies=(), fit=_NONE, others=others)
+
+
+def _balance(
+    kind: Kind,
+    level: Signal,
+    around: Signal | None,
+    levels: Sequence[Signal],
+    experiments: Sequence[Sequence[Signal]],
+) -> Balance:
+    """A level with the supplies of the experiment that shows best how they change it."""
+    channel = level_channel(level)
+    beside = None if around is None else level_channel(around)
+    tried = [_tried(kind, channel, beside, levels, signals) for signals in experiments]
+    known = [each for each in tried if each is not None]
+    names = max(({s.channel.signal.address for s in each.supplies} for each in known), key=len, default=set())
+    same = [each for each in known if {s.channel.signal.address for s in each.supplies} == names]
+    return max(same, key=lambda each: each.fit.share)
+
+
+def _tried(
+    kind: Kind, level: Channel, around: Channel | None, levels: Sequence[Signal], signals: Sequence[Signal]
+) -> Balance | None:
+    """The balance of a level in one experiment; None if the level is not in it."""
+    here = {signal.address: signal for signal in signals}
+    if level.signal.address not in here:
+        return None
+    own = Channel(here[level.signal.address], level.unit, level.certain)
+    beside = None
+    if around is not None and around.signal.address in here:
+        beside = Channel(here[around.signal.address], around.unit, around.certain)
+    direct = [s for s in signals if s.role is kind.supply and _near(level.signal, s, levels)]
+    direct = _measured(direct)[:SUPPLIES]
+    indirect = [s for s in signals if s.role in kind.indirect or s.role is None]
+    goal = next((s for s in signals if s.role is Role.SET_POINT and _alike(s, own)), None)
+    seconds = float(own.signal.t[-1] - own.signal.t[0])
+    known = [s for s in indirect if s.role is not None] or indirect
+    rated = [_fitted(kind, own, beside, [supply_channel(s, own)], False) for s in ([] if direct else known)]
+    if direct:
+        rated = [_fitted(kind, own, beside, [supply_channel(s, own) for s in direct], True)]
+    supplies, fit = max(rated, key=lambda pair: pair[1].share, default=((), _NONE))
+    used = [supply.channel.signal for supply in supplies]
+    others = tuple(s for s in indirect if s not in used)
+    return Balance(kind, own, supplies, beside or around, fit, seconds, others, goal)
+
+
+def _near(level: Signal, other: Signal, levels: Sequence[Signal]) -> bool:
+    """Whether a supply may be that of a level, by their numbers."""
+    number, numbers = number_of(other.address), {number_of(each.address) for each in levels}
+    return not number or number not in numbers or number == number_of(level.address)
+
+
+def _measured(signals: Sequence[Signal]) -> list[Signal]:
+    """Supplies without commands beside what was measured."""
+    measured = [s for s in signals if not is_command(s.address)]
+    return measured or list(signals)
+
+
+def _alike(signal: Signal, level: Channel) -> bool:
+    return signal.unit is None or dimension_of(signal.unit) == dimension_of(level.unit)
+
+
+def level_channel(signal: Signal) -> Channel:
+    """Return a level in its unit.
+
+    Args:
+        signal: level.
+    """
+    if signal.unit is not None:
+        return Channel(signal, "1" if signal.unit == "count" else signal.unit, True)
+    most, middle = float(np.abs(signal.values).max()), float(np.median(signal.values))
+    usual = {
+        Role.TEMPERATURE: "K" if middle > 200.0 else "degC",
+        Role.LEVEL: "m",
+        Role.PRESSURE: "Pa" if most > 2000.0 else "bar",
+        Role.CHARGE: "%" if most > 1.5 else "1",
+        Role.VELOCITY: "rpm" if most > 200.0 else "rad/s",
+    }
+    return Channel(signal, usual.get(signal.role or Role.OTHER, "V"), False)
+
+
+def supply_channel(signal: Signal, level: Channel) -> Channel:
+    """Return a supply in its unit.
+
+    Args:
+        signal: supply.
+        level: level that it changes.
+    """
+    usual = {Role.POWER: "W", Role.FLOW: "m^3/s", Role.CURRENT: "A", Role.VOLTAGE: "V", Role.PRESSURE: "bar"}
+    turning = dimension_of(level.unit) == dimension_of("rad/s")
+    usual[Role.EFFORT] = "N m" if turning else "N"
+    unit = signal.unit or usual.get(signal.role or Role.OTHER, "1")
+    return Channel(signal, "1" if unit == "count" else unit, signal.unit is not None)
+
+
+def _fitted(
+    kind: Kind, level: Channel, around: Channel | None, channels: Sequence[Channel], direct: bool
+) -> tuple[tuple[Supply, ...], Fit]:
+    """Supplies with their signs, and what the values say of the store.
+
+    The level changes by what flows in and out between two instants; both are taken over parts of the record,
+    so that noise is not differentiated.
+    """
+    t = level.signal.t[:SAMPLES]
+    x = level.si(level.signal.values[: len(t)])
+    flows = [channel.si(at(t, channel.signal.t, channel.signal.values)) for channel in channels]
+    k = max(2, len(t) // PARTS)
+    changes = x[k:] - x[:-k]
+    # surroundings that are not logged have a level that does not change
+    beside = [t[k:] - t[:-k]] if kind.around and around is None else []
+    if kind.loses:
+        outside = 0.0 if around is None else around.si(at(t, around.signal.t, around.signal.values))
+        beside.append(over(t, x - outside, k))
+    if kind.electric:
+        beside += [flow[k:] - flow[:-k] for flow in flows[:1]]
+    each, _ = _explained(changes, [over(t, flow, k) for flow in flows], beside)
+    supplies = tuple(_supply(c, float(gain), direct, kind) for c, gain in zip(channels, each, strict=False))
+    total = np.sum([-f if s.outward else f for f, s in zip(flows, supplies, strict=True)], axis=0)
+    gains, share = _explained(changes, [over(t, total, k)], beside)
+    gain, last = float(gains[0]), float(gains[-1])
+    if gain <= 0.0:
+        return supplies, _NONE
+    if kind.electric:
+        drop = -last if supplies[0].outward else last
+        return supplies, Fit(1.0 / gain, max(drop, 0.0), np.nan, share)
+    if not kind.loses or last >= 0.0:
+        return supplies, Fit(1.0 / gain, 0.0, np.nan, share)
+    outside = float(gains[1]) / -last if kind.around and around is None else np.nan
+    return supplies, Fit(1.0 / gain, -last / gain, outside, share)
+
+
+def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
+    """A supply with its sign: by its name, otherwise by the values."""
+    named = bool({*_OUT.split()} & {*words_of(channel.signal.address)}) and kind.supply is not Role.CURRENT
+    return Supply(channel, named or gain < 0.0, direct, not (gain < 0.0 and not named))
+
+
+def _explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float]:
+    """Factors by least squares, and the share of the squares that the wanted columns take from the rest."""
+    columns = np.column_stack([*wanted, *beside])
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    found, *_ = np.linalg.lstsq(columns / scale, changes, rcond=1e-8)
+    n = len(wanted)
+    others = columns[:, n:] / scale[n:]
+    without, *_ = np.linalg.lstsq(others, changes, rcond=1e-8)
+    rest = float(np.sum((changes - others @ without) ** 2))
+    left = float(np.sum((changes - columns / scale @ found) ** 2))
+    return np.asarray(found / scale), 1.0 - left / rest if rest > 0.0 else 0.0
