@@ -104,7 +104,7 @@ class Supply:
 
 @dataclass(frozen=True)
 class Fit:
-    """What the values say of a store, in SI units.
+    """Size and losses of a store by the values, in SI units.
 
     Attributes:
         size: size of the store, for one unit of its supplies; 0: not shown.
@@ -129,7 +129,7 @@ class Balance:
     Attributes:
         kind: kind of the balance.
         level: its level.
-        supplies: what fills and empties it; (): none is logged.
+        supplies: columns that fill and empty it; (): none is logged.
         around: level of its surroundings; None: none is logged.
         fit: size of the store and its loss by the values.
         seconds: length of a record, s.

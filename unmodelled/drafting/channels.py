@@ -66,6 +66,9 @@ class Channel:
 
         Args:
             values: values, shape (samples,).
+
+        Returns:
+            Values in SI units, shape (samples,).
         """
         _, logged = parse_logged(self.unit)
         return self.scale * values if logged is None else logged.to_si(self.scale * values)

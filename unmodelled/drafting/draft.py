@@ -33,7 +33,7 @@ class Used:
     Attributes:
         symbol: its name in them.
         channel: column in its unit.
-        kind: what it is, for the table of the columns.
+        kind: quantity, for the table of the columns.
         output: whether it is an output.
         against: whether it is logged with the other sign.
     """

@@ -99,7 +99,7 @@ _THINGS = "load tank valve pump ventil pumpe throttle state encoder enc fill pre
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the name and the unit of a column say.
+    """Quantity and unit of a column by its name.
 
     Attributes:
         role: what it probably is; None: neither tells.
