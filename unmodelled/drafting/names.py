@@ -102,7 +102,7 @@ class Meaning:
     """Quantity and unit of a column by its name.
 
     Attributes:
-        role: what it probably is; None: neither tells.
+        role: probable quantity; None: neither tells.
         unit: its unit; None: neither tells.
     """
 

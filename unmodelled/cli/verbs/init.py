@@ -40,7 +40,8 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
 
     Raises:
         BadInput: when no file can be read, no moving position or level is found, the folder is a log folder
-            already, one of the files exists (no file is overwritten), or the robot file does not fit the logs.
+            already, one of the files exists (no file is overwritten), or the robot file does not fit the
+            logs.
     """
     if out is not None and out.suffix in (".yaml", ".yml"):
         raise BadInput(f"out={out}: must be a folder, in which {MAPPING} is written")
