@@ -30,14 +30,16 @@ def is_list(cells: pd.Series) -> bool:
 
 
 def lists(path: Path, name: str, cells: pd.Series) -> tuple[dict[str, Array], list[int]]:
-    """Return the columns of cells with lists of numbers, and the lengths of the lists, shape (rows,).
-
-    Lists that are too long, or hold words, have no columns.
+    """Return the columns of cells with lists of numbers, and the lengths of the lists.
 
     Args:
         path: path of the file, for messages.
         name: name of the column.
         cells: cells of the column, stripped.
+
+    Returns:
+        Columns by name, each of shape (rows,), none of lists that are too long or hold words; lengths of the
+        lists, shape (rows,).
 
     Raises:
         BadInput: when short lists fill so many rows that they would take too much memory.
@@ -88,10 +90,13 @@ def _list(cell: str) -> list[float]:
 
 
 def times(cells: pd.Series) -> Array | None:
-    """Return dates and times of day in s since the first one; None if the cells are neither.
+    """Return dates and times of day in s since the first one.
 
     Args:
         cells: cells of a column, stripped.
+
+    Returns:
+        Time, shape (rows,), s, nan for what is no date; None if most cells are none.
     """
     filled = cells[cells != ""]
     if not len(filled) or not filled.str.contains(r"\d:\d\d").mean() > SHARE:
@@ -128,11 +133,14 @@ def _since_first(cells: pd.Series) -> pd.Series | None:
 
 
 def numbers(cells: pd.Series, decimal: str) -> Array | None:
-    """Return numbers among other texts, which become nan; None if most cells are no numbers.
+    """Return numbers among other texts.
 
     Args:
         cells: cells of a column, stripped.
         decimal: decimal mark.
+
+    Returns:
+        Numbers, shape (rows,), nan for other texts; None if most cells are no numbers.
     """
     plain = cells.str.replace(",", ".") if decimal == "," else cells
     truths = {"true": "1", "false": "0"}

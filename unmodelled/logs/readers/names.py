@@ -54,7 +54,7 @@ def labels_of(texts: Mapping[str, Sequence[str]], lengths: Mapping[str, int]) ->
 
 @dataclass
 class Beside:
-    """What the rows of a table say of the elements of its lists.
+    """Names and lengths of the lists in the rows of a table.
 
     Attributes:
         names: words of the lists of names, by place, each of shape (rows,); default none.
@@ -66,10 +66,13 @@ class Beside:
     lengths: dict[str, Sequence[int]] = field(default_factory=dict)
 
     def labels(self, table: Table) -> tuple[list[Labels], NDArray[np.bool_]]:
-        """Return the names of the elements of lists in every row, and where a row has words that name none.
+        """Return the names of the elements of lists in every row.
 
         Args:
             table: table with a column for every element.
+
+        Returns:
+            Names, shape (rows,); whether a row has words that name no element, shape (rows,).
         """
         names = {place: rows for place, rows in self.names.items() if NAMING.fullmatch(_key(place))}
         if not names:
@@ -127,7 +130,7 @@ def by_publisher(table: Table, labels: Sequence[Labels], publishers: Sequence[st
     Args:
         table: table of all messages, with a column for every element.
         labels: names of the elements of lists in every row, shape (rows,).
-        publishers: who sent every row, shape (rows,).
+        publishers: name of the publisher of every row, shape (rows,).
 
     Returns:
         Tables with the name of the topic, or of the topic and the publisher, such as "/joint_states@/driver".

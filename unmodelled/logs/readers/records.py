@@ -73,7 +73,7 @@ class Records:
         Args:
             record: numbers, texts, lists of them, and fields inside fields.
             t: time of the record, s; None (default) where the format has no clock.
-            publisher: who sent the record; "" (default) where the format does not say.
+            publisher: name of the publisher of the record; "" (default) where the format has none.
         """
         found = _Row(self._fields)
         found.add("", record, 0)
