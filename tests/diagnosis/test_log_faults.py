@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,12 @@ from pipeline.rigs.withheld.campaign import WithheldCampaign
 from pipeline.rigs.withheld.chain.campaign import write_measured
 from pipeline.rigs.withheld.chain.drawing import measured_cases
 from tests.diagnosis.benches import pendulum
+from tests.diagnosis.run_folder import write_runs
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.data.duplicates import different
+from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_copies import copies
 from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
@@ -153,6 +156,45 @@ def test_a_wrong_inertia_is_no_wrong_clock(tmp_path: Path) -> None:
     PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, inertia=0.03).write(tmp_path / "heavy", 0)
     system = read_system(SYSTEM)
     assert log_faults(system, read_logs(tmp_path / "heavy", system), HORIZON) == ()
+
+
+WHEEL = """
+schema: system/1
+name: wheel
+states: {q: {unit: rad}, w: {unit: rad/s}}
+inputs: {T: {unit: N m}}
+outputs: {q: {unit: rad}}
+parameters: {J: {value: 0.1, unit: kg m^2}, M: {value: 5, unit: N m}, d: {value: 0.4, unit: N m s/rad}}
+ports: {hub: {effort: T_h, unit: N m, position: q, velocity: w}}
+dynamics: {q: w, w: (T - d*w - M*sin(q) - T_h)/J}
+"""
+
+
+@pytest.mark.parametrize(("inertia", "dry", "clock"), [(0.19, 3.0, 1.0), (0.1, 0.0, 1.4)])
+def test_a_clock_that_may_be_inertia_and_friction_says_so(
+    inertia: float, dry: float, clock: float, tmp_path: Path
+) -> None:
+    """A wheel with an eccentric mass, whose file lacks inertia and dry friction, swings slower."""
+    rng, t, waves = np.random.default_rng(4), 0.005 * np.arange(1000), []
+    for _ in range(6):
+        tones = (2.0 * np.pi * f * t for f in rng.uniform(0.2, 2.0, 6))
+        wave = sum(rng.uniform(0.4, 1.0) * np.sin(tone + rng.uniform(0.0, 6.0)) for tone in tones)
+        waves.append(13.0 * wave / np.abs(wave).max())
+    T, q, w, seen = np.array(waves), np.zeros(6), np.zeros(6), []
+    for before, after in pairwise([*T.T, T[:, -1]]):
+        seen.append(q)
+        for k in range(10):
+            torque = before + 0.1 * k * (after - before)
+            w = w + 5e-4 * (torque - 0.4 * w - 5.0 * np.sin(q) - dry * np.tanh(w / 0.01)) / inertia
+            q = q + 5e-4 * w
+    noisy = np.array(seen).T + 1e-4 * rng.standard_normal((6, 1000))
+    tables = [pd.DataFrame({"t": clock * t, "T": T[k], "q": noisy[k]}) for k in range(6)]
+    (tmp_path / "system.yaml").write_text(WHEEL)
+    system = read_system(tmp_path / "system.yaml")
+    logs = read_logs(write_runs(tmp_path / "logs", tables), system)
+    fault = only(log_faults(system, logs, default_horizon(logs)))
+    assert (fault.problem, fault.rivals) == ("clock", int(dry > 0.0))
+    assert ("with dry friction at hub explains as much" in fault.sentence) is (dry > 0.0)
 
 
 @pytest.mark.long

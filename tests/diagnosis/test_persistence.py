@@ -109,6 +109,8 @@ def test_one_short_part_does_not_set_the_horizon_of_all() -> None:
     recording = Recording.of(logs_of(ramp[:200], *long), beside)
     assert recording.steps[recording.owner == 0].tolist() == [199]
     assert (recording.steps[recording.owner == 1] == 700)[:2].all()
+    many = Recording.of(logs_of(*long, ramp[:200], *long, ramp[:200]), 1.0).thinned(20)
+    assert set(many.owner.tolist()) == set(range(8))
 
 
 @settings(max_examples=20, deadline=None)

@@ -116,14 +116,18 @@ class Recording:
         return replace(self, start=self.start[mine], steps=self.steps[mine])
 
     def thinned(self, count: int) -> Recording:
-        """Return some of the windows, evenly from all experiments.
+        """Return some of the windows, evenly from all experiments and at least one of each.
 
         Args:
-            count: largest number of windows.
+            count: largest number of windows, unless there are more experiments.
         """
         if len(self.start) <= count:
             return self
-        every = np.sort(np.argsort(self.start)[:: -(-len(self.start) // count)])
+        order = np.argsort(self.start)
+        every = order[:: -(-len(self.start) // count)]
+        left = order[~np.isin(self.owner[order], self.owner[every])]
+        _, first = np.unique(self.owner[left], return_index=True)
+        every = np.sort(np.concatenate([every, left[first]]))
         return replace(self, start=self.start[every], steps=self.steps[every])
 
     def shortened(self, share: float) -> Recording:

@@ -183,6 +183,7 @@ class LogFault:
         sentence: observation and what to do about it.
         decides: whether the fault decides the diagnosis.
         indistinguishable: channels and problem of other faults that explain as much.
+        rivals: number of laws that the machine may lack instead, because they explain as much.
     """
 
     channels: tuple[str, ...]
@@ -192,3 +193,4 @@ class LogFault:
     sentence: str
     decides: bool
     indistinguishable: tuple[tuple[tuple[str, ...], str], ...] = ()
+    rivals: int = 0

@@ -20,7 +20,13 @@ from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.search.log_copies import copies, notes
-from unmodelled.diagnosis.search.log_fits import CLOCK_PROBLEM, fitted, with_inertia, with_springs
+from unmodelled.diagnosis.search.log_fits import (
+    CLOCK_PROBLEM,
+    fitted,
+    with_friction,
+    with_inertia,
+    with_springs,
+)
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
@@ -247,20 +253,33 @@ def _law(trials: Trials, suspect: _Suspect) -> bool:
     return float(left.sum()) < trials.thresholds.clock_error_ratio * float(suspect.after.sum())
 
 
+def _friction(trials: Trials, best: _Suspect) -> tuple[str, ...]:
+    """Ports where dry friction, with another inertia, explains no less than a wrong clock; or none."""
+    if best.question.problem.name != CLOCK_PROBLEM or not best.everywhere:
+        return ()
+    logs = trials.logs
+    other = with_friction(with_inertia(trials.system), logs)
+    found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
+    left = found.identified(found.none, best.steps)
+    ports = tuple(port.name for port in trials.system.ports if port.velocity is not None)
+    return ports if float(left.sum()) <= float(best.after.sum()) else ()
+
+
 def _fault(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> LogFault:
-    ids = trials.logs.ids
+    ids, ports = trials.logs.ids, _friction(trials, best)
     return LogFault(
         channels=best.question.channels,
         problem=best.question.problem.name,
         explains=best.explains,
         experiments=() if best.everywhere else tuple(ids[i] for i in np.flatnonzero(best.runs)),
-        sentence=_sentence(trials, best, alike),
+        sentence=_sentence(trials, best, alike, ports),
         decides=True,
         indistinguishable=tuple((s.question.channels, s.question.problem.name) for s in alike),
+        rivals=int(bool(ports)),
     )
 
 
-def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
+def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect], ports: Sequence[str]) -> str:
     """Return observation, correction with its effect on the error, and the next step."""
     logs, question = trials.logs, best.question
     channels, problem, runs = question.channels, question.problem, np.flatnonzero(best.runs)
@@ -272,6 +291,11 @@ def _sentence(trials: Trials, best: _Suspect, alike: Sequence[_Suspect]) -> str:
     if alike:
         others = (f"{_listed(s.question.channels)} ({s.question.problem.name})" for s in alike)
         said += f" These logs cannot distinguish it from {' or '.join(others)}."
+    if ports:
+        said += (
+            f" Another inertia, such as that of a rotor behind a gear, with dry friction at {_listed(ports)} "
+            "explains as much: if the sampling rate is right, add both to the system file, identify: true."
+        )
     return f"{said} {problem.cure}, then diagnose again."
 
 

@@ -12,6 +12,8 @@ from scipy.optimize import minimize_scalar
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
 from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.effects.coulomb_friction import CoulombFriction
+from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.nonlinear_spring import HardeningSpring
 from unmodelled.effects.scales import Scales
 from unmodelled.logs.logs import Logs
@@ -31,7 +33,7 @@ FACTORS = np.linspace(-0.75, 0.75, 7)
 REFINEMENT_EVALUATIONS, REFINEMENT_TOLERANCE = 15, 1e-4
 #: Factors by which the known inertia may be wrong; beyond them a wrong clock is more likely.
 INERTIA = 0.5, 2.0
-#: Largest number of a spring, in plausible sizes.
+#: Largest number of a spring or a friction, in plausible sizes.
 SPRING = 10.0
 #: A wrong clock is written in per cent up to this deviation, beyond it as a factor.
 PER_CENT = 0.2
@@ -95,13 +97,27 @@ def with_springs(system: System, logs: Logs) -> System:
         system: the known physics.
         logs: logs of all experiments, which give the sizes of the numbers.
     """
+    return _everywhere(HardeningSpring(), system, logs, -SPRING)
+
+
+def with_friction(system: System, logs: Logs) -> System:
+    """Return the system with a dry friction of unknown size at every port that moves.
+
+    Args:
+        system: the known physics.
+        logs: logs of all experiments, which give the sizes of the numbers.
+    """
+    return _everywhere(CoulombFriction(), system, logs, 0.0)
+
+
+def _everywhere(law: PortEffect, system: System, logs: Logs, lowest: float) -> System:
+    """The system with a law at all places; its amplitudes are from `lowest` to `SPRING` plausible sizes."""
     scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
-    law = HardeningSpring()
     for place in law.places(system):
         added = law.add(system, place, scales)
-        reach = {name: SPRING * added.scales[name] for name in added.amplitudes}
+        reach = {name: (lowest * size, SPRING * size) for name, size in added.scales.items()}
         free = [
-            replace(p, identify=True, bounds=(-reach[p.name], reach[p.name])) if p.name in reach else p
+            replace(p, identify=True, bounds=reach[p.name]) if p.name in added.amplitudes else p
             for p in added.system.parameters
         ]
         system = replace(added.system, parameters=tuple(free))
