@@ -128,7 +128,7 @@ def test_lists_in_cells_words_truths_and_empty_cells(tmp_path: Path) -> None:
         for t, x in zip(T, X, strict=True)
     ]
     found = table(tmp_path / "a.csv", "type,stamp,q,on,load\n" + "\n".join(rows))
-    assert list(found.columns) == ["stamp", "q[0]", "q[1]", "on", "load"]
+    assert list(found.columns) == ["stamp", "q[0]", "q[1]", "on", "load"] and not found.aliases
     np.testing.assert_allclose(found.columns["q[1]"], -X)
     assert found.columns["on"].tolist() == (T < 1).astype(float).tolist()
     assert np.isnan(found.columns["load"][:4]).all() and found.columns["load"][4] == X[4]

@@ -57,7 +57,7 @@ class Delimited(Reader):
                 columns[name] = values
             else:
                 texts[name] = text.tolist()
-        kept = (*columns, *texts)
+        kept = [name for name in dialect.names if name in columns or name in texts]
         aliases = {match["name"].strip(): name for name in kept if (match := UNIT.fullmatch(name))}
         table = Table("", columns, units, texts, aliases, first=dialect.skipped + 1)
         return _by_name(table, beside)
