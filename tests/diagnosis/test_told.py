@@ -301,6 +301,7 @@ def test_errors_are_in_the_units_of_the_columns(
     off = Off(item.unit, 0.5, None, item.as_difference)
     assert off.as_logged.unit == unit and off.as_logged.at_horizon == pytest.approx(0.5 * factor)
     assert off.says(0.1).startswith(f"{0.5 * factor:.2g} {unit} off")
+    assert Off(item.unit, 160.0, None).says(0.1).startswith(f"160 {item.unit} off")
     assert (off.unit, off.at_horizon) == (item.unit, 0.5)
     entry = {
         "unit": item.unit,

@@ -22,7 +22,7 @@ from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.own_numbers import with_own_numbers
 from unmodelled.logs.inputs import LogsGiven, read_inputs
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.logs.preparation import prepared_for
 from unmodelled.systems.given import SystemGiven
 from unmodelled.systems.model import System
@@ -131,7 +131,10 @@ class Simulation:
         if name not in (ids := list(self.gap.per_experiment)):
             raise BadInput(f"experiment: {name!r} was not simulated{closest(str(name), ids)}")
         rows = self.table()
-        units = {output.name: output.unit for output in self.system.outputs}
+        for output in self.system.outputs:
+            for column in (f"{output.name}_measured", f"{output.name}_simulated"):
+                rows[column] = as_logged(output, rows[column].to_numpy(float))
+        units = {o.name: (o.column_unit, o.as_difference.text) for o in self.system.outputs}
         with verbatim():
             return measured_and_simulated(rows[rows["experiment"] == name], units, name)
 

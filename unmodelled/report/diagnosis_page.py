@@ -76,7 +76,7 @@ def _live(folder: Path, shown: Mapping[str, Any]) -> str:
     content, units = read_json(path), shown["about"]["units"]
     for effect, entry in zip(content["effects"], shown["effects"], strict=True):
         effect["name"] = entry["name"]
-        if effect["curve"]:
+        if effect["curve"] and "x_unit" not in effect["curve"]:  # of an answer of an older version
             effect["curve"]["x_unit"] = units.get(effect["curve"]["x"], "")
     return as_block(content)
 
@@ -93,7 +93,8 @@ def view(folder: Path) -> dict[str, Any]:
     content, about = read_json(folder / "diagnosis.json"), read_json(folder / "tables" / "about.json")
     units = about["units"]
     effects = parameter_tables(content)
-    where = where_tables(content, units)
+    regions = about.get("regions", content["where"]["regions"])
+    where = where_tables({**content, "where": {**content["where"], "regions": regions}}, units)
     others = {
         "errors": units_table(content),
         "gap": gap_table(content),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,11 @@ from numpy.typing import NDArray
 from unmodelled.base.files import write_json
 from unmodelled.base.tables import write_table
 from unmodelled.base.wording import law_name, level_name, place_name
+from unmodelled.diagnosis.answer.column_units import (
+    channels_in_columns,
+    regions_in_columns,
+    table_in_columns,
+)
 from unmodelled.diagnosis.answer.live_machine import about_machine
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR, steps_of
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
@@ -26,6 +31,8 @@ from unmodelled.diagnosis.where.correction_tables import (
 )
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
+from unmodelled.logs.logs import as_logged
+from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 
@@ -50,6 +57,8 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
       square errors in standard deviations of the outputs.
     - about.json: names, units and what is shown.
 
+    Values of inputs and outputs, and of coordinates that a column shows, are in the units of the columns.
+
     Args:
         diagnosis: diagnosis with any verdict.
         where: place of the gap.
@@ -59,10 +68,13 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
         BadInput: when a file cannot be written.
     """
     found = correction_table(diagnosis, where)
-    worst = _worst(diagnosis)
+    worst, shown = _worst(diagnosis), shown_channels(diagnosis, where)
+    system, channels = diagnosis.system, about_channels(where.lacking, shown)
+    along = {name: main_coordinate(found, name) for name in channels}
+    laws = law_table(diagnosis, where, found, shown)
     tables = {
-        "windows": found,
-        "laws": law_table(diagnosis, where, found, shown_channels(diagnosis, where)),
+        "windows": table_in_columns(system, channels, found),
+        "laws": table_in_columns(system, channels, laws, along),
         "steps": _steps(diagnosis),
         "experiments": _experiments(diagnosis, where),
         "trajectory": _trajectory(diagnosis, worst),
@@ -71,36 +83,37 @@ def write_tables(diagnosis: Diagnosis, where: Where, folder: Path) -> None:
     }
     for name, table in tables.items():
         write_table(table, folder / FOLDER / name)
-    write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, found, worst))
+    write_json(folder / FOLDER / ABOUT, _about(diagnosis, where, along, worst))
 
 
-def _about(diagnosis: Diagnosis, where: Where, found: pd.DataFrame, worst: str) -> dict[str, Any]:
-    channels = shown_channels(diagnosis, where)
-    noise = where.lacking.recording.noise
+def _about(diagnosis: Diagnosis, where: Where, along: Mapping[str, str], worst: str) -> dict[str, Any]:
+    noise, system = where.lacking.recording.noise, diagnosis.system
+    channels = channels_in_columns(system, about_channels(where.lacking, list(along)))
     return {
-        "system": diagnosis.system.name,
+        "system": system.name,
         "verdict": diagnosis.verdict,
         "horizon": diagnosis.horizon,
         "effects": [readable(each.added) for each in diagnosis.effects],
-        "channels": about_channels(where.lacking, channels),
-        "shown": [[name, main_coordinate(found, name)] for name in channels],
-        "regions": list(where.regions),
+        "channels": channels,
+        "shown": [[name, coordinate] for name, coordinate in along.items()],
+        "regions": regions_in_columns(system, where.regions),
         "worst": worst,
         "data": str(diagnosis.logs.provenance.get("data", "")),
-        "units": _units(diagnosis, where, channels),
-        "machine": about_machine(diagnosis.system),
+        "units": _units(system, channels),
+        "machine": about_machine(system),
         "outputs": [
-            {"name": output.name, "unit": output.unit, "noise": float(sigma)}
-            for output, sigma in zip(diagnosis.system.outputs, noise, strict=True)
+            {"name": output.name, "unit": output.column_unit, "error_unit": output.as_difference.text}
+            | {"noise": float(sigma) / output.as_difference.factor}
+            for output, sigma in zip(system.outputs, noise, strict=True)
         ],
     }
 
 
-def _units(diagnosis: Diagnosis, where: Where, channels: list[str]) -> dict[str, str]:
+def _units(system: System, channels: Mapping[str, Any]) -> dict[str, str]:
     """By name, of parameters and of the signals that regions are told in."""
-    found = {parameter.name: parameter.unit for parameter in diagnosis.system.parameters}
-    found |= {item.name: item.unit for item in diagnosis.system.inputs}
-    for entry in about_channels(where.lacking, channels).values():
+    found = {parameter.name: parameter.unit for parameter in system.parameters}
+    found |= {item.name: item.column_unit for item in system.inputs}
+    for entry in channels.values():
         axes = (entry[key] for key in PORT if key in entry)
         found |= {axis["name"]: axis["unit"] for axis in axes}
     return found
@@ -137,14 +150,14 @@ def _trajectory(diagnosis: Diagnosis, worst: str) -> pd.DataFrame:
     parts = [
         pd.DataFrame(
             {
-                "output": name,
+                "output": output.name,
                 "t": logs.t[rows],
-                "measured": logs.y[rows, j],
-                "known": diagnosis.known.gap.run.y[rows, j],
-                "augmented": diagnosis.augmented.gap.run.y[rows, j],
+                "measured": as_logged(output, logs.y[rows, j]),
+                "known": as_logged(output, diagnosis.known.gap.run.y[rows, j]),
+                "augmented": as_logged(output, diagnosis.augmented.gap.run.y[rows, j]),
             }
         )
-        for j, name in enumerate(logs.outputs)
+        for j, output in enumerate(diagnosis.system.outputs)
     ]
     return pd.concat(parts, ignore_index=True)
 

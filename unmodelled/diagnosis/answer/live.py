@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json, replacing
+from unmodelled.diagnosis.answer.column_units import axis_unit
 from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER, readable
 from unmodelled.diagnosis.answer.live_machine import experiments, machine
 from unmodelled.diagnosis.answer.live_numbers import about_effects, given_values, sliders
@@ -20,6 +21,7 @@ from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.engine.machine.javascript import as_data
 from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import TIME, symbol
+from unmodelled.systems.units import LoggedUnit
 
 Array = NDArray[np.float64]
 
@@ -104,14 +106,24 @@ def _curve(
         axis = own[0] if len(own) == 1 else wanted or port.velocity or port.position
         x = TIME if axis is None else system.expression(axis)
         label = {"x": axis or "t", "y": port.effort, "unit": port.unit}
+        label |= _scale("x", axis_unit(diagnosis.system, axis or "t"))
     elif place.kind == "actuator":
         item = next(item for item in system.inputs if item.name == place.name)
         x, label = symbol(item.name), {"x": item.name, "y": f"change of {item.name}", "unit": item.unit}
+        label |= _scale("x", item.as_written) | _scale("y", item.as_difference)
     else:
         output = next(item for item in system.outputs if item.name == place.name)
         before = next(item for item in diagnosis.system.outputs if item.name == place.name)
         x, label = before.expression, {"x": before.name, "y": f"error of {output.name}", "unit": output.unit}
+        label |= _scale("x", output.as_written) | _scale("y", output.as_difference)
     return label, [x, law]
+
+
+def _scale(axis: Literal["x", "y"], unit: LoggedUnit | None) -> dict[str, Any]:
+    """Unit of an axis, with its factor and its zero in SI; nothing for an axis that is shown in SI."""
+    if unit is None or (unit.factor, unit.offset) == (1.0, 0.0):
+        return {}
+    return {{"x": "x_unit", "y": "unit"}[axis]: unit.text, f"{axis}_scale": [unit.factor, unit.offset]}
 
 
 def _constants(diagnosis: Diagnosis, i: int) -> Array:

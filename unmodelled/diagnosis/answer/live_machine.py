@@ -19,7 +19,7 @@ from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import hidden_states, readings
-from unmodelled.systems.model import TIME, System
+from unmodelled.systems.model import TIME, Output, System
 
 Array = NDArray[np.float64]
 
@@ -66,9 +66,9 @@ def about_machine(system: System) -> dict[str, Any]:
         system: system to draw.
     """
     named = {
-        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
+        "inputs": [{"name": item.name, "unit": item.column_unit} for item in system.inputs],
         "states": [{"name": item.name, "unit": item.unit} for item in system.states],
-        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
+        "outputs": [{"name": item.name, "unit": item.column_unit} for item in system.outputs],
     }
     ports = [{"name": port.name, "effort": port.effort, "unit": port.unit} for port in system.ports]
     return {**named, "ports": ports}
@@ -89,9 +89,18 @@ def machine(system: System, logs: Logs, observed: Sequence[sp.Expr], horizon: fl
         "period": logs.period,
         "steps": steps_of(horizon, logs),
         "hold": [item.course for item in system.inputs],
-        "inputs": [{"name": item.name, "unit": item.unit} for item in system.inputs],
-        "outputs": [{"name": item.name, "unit": item.unit} for item in system.outputs],
+        "inputs": [{"name": item.name, "unit": item.column_unit} for item in system.inputs],
+        "outputs": [_shown(item) for item in system.outputs],
     }
+
+
+def _shown(item: Output) -> dict[str, Any]:
+    """Output with the unit in which the page shows it; the machine itself runs in SI units."""
+    unit = item.as_written
+    found = {"name": item.name, "unit": unit.text}
+    if item.logged is None:
+        return found
+    return {**found, "error_unit": item.as_difference.text, "factor": unit.factor, "offset": unit.offset}
 
 
 def _start(system: System) -> dict[str, Any]:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate
+from unmodelled.effects.added import Added
+from unmodelled.effects.telling import said
 from unmodelled.engine.machine.javascript import as_text
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -79,7 +81,8 @@ def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
     Returns:
         Rows of name, unit, effect (its number, or None), place of the number, known (value in the system as
-        given, or None), interval (None for numbers of single experiments), low and high.
+        given, or None), interval (None for numbers of single experiments), low and high, and `said` where a
+        person says the number otherwise.
     """
     rows = []
     for k, found in enumerate(diagnosis.effects):
@@ -87,17 +90,29 @@ def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         for name, estimate in found.estimates.items():
             bounds = found.added.bounds.get(name)
             about = {"effect": k, "at": _place(diagnosis, found, name)}
-            rows.append(_slider(name, estimate, bounds, about, [0.0] * (name in off)))
+            row = _slider(name, estimate, bounds, about, [0.0] * (name in off))
+            rows.append({**row, **_as_said(found.added, name)})
         for name, values in found.own.items():
             each = np.array(list(values.values()))
             low, high = _range([*each, 0.0], found.added.bounds.get(name))
             about = {"effect": k, "at": _place(diagnosis, found, name), "interval": None, "known": None}
-            rows.append({"name": name, "unit": found.added.units[name], "low": low, "high": high, **about})
+            row = {"name": name, "unit": found.added.units[name], "low": low, "high": high, **about}
+            rows.append({**row, **_as_said(found.added, name)})
     parameters = {p.name: p for p in diagnosis.augmented.system.parameters}
     for name, estimate in diagnosis.parameters.items():
         about = {"effect": None, "at": _place(diagnosis, None, name)}
         rows.append(_slider(name, estimate, parameters[name].bounds, about, []))
     return [row for row in rows if row["low"] < row["high"]]
+
+
+def _as_said(added: Added, name: str) -> dict[str, Any]:
+    """How a person says the number of a slider, which itself stays in SI: symbol, unit, slope and shift."""
+    number = said(added, name, (0.0, 1.0))
+    if (number.symbol, number.unit) == (name, added.units[name]):
+        return {}
+    zero, one = number.values
+    about = {"symbol": number.symbol.replace("*", "·"), "unit": number.unit}
+    return {"said": {**about, "slope": one - zero, "shift": zero}}
 
 
 def parameter_sliders(system: System) -> list[dict[str, Any]]:

@@ -104,7 +104,8 @@ def _amount(value: float | None, unit: str) -> str:
     """Return a value with its unit, "" for no value."""
     if value is None:
         return ""
-    return f"{value:.2g}" if unit in ("", "1", "-") else f"{value:.2g} {unit}"
+    number = f"{float(f'{value:.2g}'):.6g}"  # 160, not 1.6e+02
+    return number if unit in ("", "1", "-") else f"{number} {unit}"
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ LONG = 12
 
 
 @styled
-def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, str], title: str) -> Figure:
+def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, tuple[str, str]], title: str) -> Figure:
     """Measured and simulated outputs of one experiment, a row of panels per output.
 
     Left, the outputs; a free run starts at the measured state and sees the inputs only, a new one every
@@ -24,12 +24,12 @@ def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, str], title: 
 
     Args:
         rows: samples of the experiment: t (s), `<name>_measured` and `<name>_simulated` of every output.
-        units: units of the outputs by their names.
+        units: units of the outputs and of their errors, by the names of the outputs.
         title: name of the experiment.
     """
     figure = new_figure(0.9 + 1.9 * len(units))
     grid = figure.subplots(len(units), 2, sharex=True, squeeze=False)
-    for (left, right), (name, unit) in zip(grid, units.items(), strict=True):
+    for (left, right), (name, (unit, of_errors)) in zip(grid, units.items(), strict=True):
         columns = [rows[c].to_numpy(np.float64) for c in ("t", f"{name}_measured", f"{name}_simulated")]
         t, measured, simulated = thin(*columns)
         left.plot(t, measured, color=LOOKS["measured"].colour, linewidth=3.0, label="measured")
@@ -37,7 +37,7 @@ def measured_and_simulated(rows: pd.DataFrame, units: Mapping[str, str], title: 
         between = "\n" if len(name) > LONG else " "
         left.set_ylabel(f"{name}{between}({printed(unit)})")
         right.plot(t, simulated - measured, color=LOOKS["known"].colour, linewidth=1.0)
-        right.set_ylabel(f"error of{between}{name}{between}({printed(unit)})")
+        right.set_ylabel(f"error of{between}{name}{between}({printed(of_errors)})")
         for axes in (left, right):
             axes.grid(linewidth=0.5)
     for axes in grid[-1]:

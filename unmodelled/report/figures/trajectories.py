@@ -53,7 +53,7 @@ def _drawn(data: Path, after: str) -> Figure:
         right.axhspan(-noise, noise, color=GREY, alpha=0.35, linewidth=0)
         _errors(right, own, after)
         right.axvspan(first, last, facecolor="none", edgecolor="0.5", linestyle=":", linewidth=1.0)
-        right.set_ylabel(f"error of {name} ({printed(unit)})")
+        right.set_ylabel(f"error of {name} ({printed(output.get('error_unit', unit))})")
     for axes in grid[-1]:
         axes.set_xlabel("t (s)")
     grid[0, 0].set_title(f"{content['worst']}, enlarged")

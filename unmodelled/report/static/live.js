@@ -67,6 +67,10 @@
 
   // --- what the plots show
 
+  // values in SI units in the unit of a column, whose unit and zero have these values in SI units
+  const ONE = [1, 0];
+  const inUnit = (value, [factor, offset]) => (value == null ? value : (value - offset) / factor);
+
   const finite = (values, low, high) => Array.from(values, (v) => (v > low && v < high ? v : null));
 
   function rms(values, measured) {
@@ -79,7 +83,8 @@
   function lawPoints(k, run) {
     const at = 2 * model.effects.slice(0, k).filter((e) => e.curve).length;
     const [x, y] = [run.further[at], run.further[at + 1]], every = Math.ceil(x.length / MOST_POINTS), points = [];
-    for (let i = 1; i < x.length; i += every) if (Number.isFinite(x[i]) && Number.isFinite(y[i])) points.push([x[i], y[i]]);
+    const { x_scale: across = ONE, y_scale: up = ONE } = model.effects[k].curve;
+    for (let i = 1; i < x.length; i += every) if (Number.isFinite(x[i]) && Number.isFinite(y[i])) points.push([inUnit(x[i], across), inUnit(y[i], up)]);
     return points;
   }
 
@@ -126,15 +131,16 @@
       scale.append(mark);
     }
     track.append(scale);
-    const told = [];
-    if (number.interval) told.push(`95 % interval ${range(...number.interval)}`);
+    const { symbol, unit, slope, shift } = number.said ?? { symbol: number.name, unit: number.unit, slope: 1, shift: 0 };
+    const said = (value) => slope * value + shift, told = [];
+    if (number.interval) told.push(`95 % interval ${range(...number.interval.map(said))}`);
     else if (number.at.kind === "c") told.push("a value of its own for every experiment");
-    if (number.known != null) told.push(`${shown(number.known)} in the system file`);
-    const row = made("div", { class: "slider" }, made("label", { for: input.id }, number.name), output, track, made("small", {}, told.join(", ")));
+    if (number.known != null) told.push(`${shown(said(number.known))} in the system file`);
+    const row = made("div", { class: "slider" }, made("label", { for: input.id }, symbol), output, track, made("small", {}, told.join(", ")));
     const tell = () => {
       const value = valueOf(i);
       input.value = String(value);
-      output.textContent = withUnit(value, number.unit);
+      output.textContent = withUnit(said(value), unit);
       const inside = number.interval && value >= number.interval[0] && value <= number.interval[1];
       input.setAttribute("aria-valuetext", output.textContent + (number.interval ? `, ${inside ? "inside" : "outside"} the 95 % interval` : ""));
       input.disabled = now.off.has(number.effect);
@@ -202,8 +208,9 @@
     const measured = e.y[j].values, given = ran("given"), run = simulation.run(model, e, setting(), now.steps);
     const low = measured.reduce((a, b) => Math.min(a, b)), high = measured.reduce((a, b) => Math.max(a, b)), room = FAR * (high - low);
     const [old, fresh] = [given, run].map((r) => finite(r.outputs[j], low - room, high + room));
-    const minus = (values) => values.map((v, k) => (v == null ? null : v - measured[k]));
-    plotting.put(charts.trajectory, [run.t, measured, old, fresh], keep);
+    const scale = [output.factor ?? 1, output.offset ?? 0], inColumn = (values) => Array.from(values, (v) => inUnit(v, scale));
+    const minus = (values) => values.map((v, k) => (v == null ? null : (v - measured[k]) / scale[0]));
+    plotting.put(charts.trajectory, [run.t, ...[measured, old, fresh].map(inColumn)], keep);
     plotting.put(charts.residual, [run.t, minus(old), minus(fresh)], keep);
     model.effects.forEach((effect, k) => {
       if (!effect.curve) return;
@@ -211,7 +218,7 @@
     });
     keep = true;
     const lost = (values, r) => values.some((v, k) => v === null && k > 0 && !Number.isNaN(r.outputs[j][k]));
-    const told = (values, r) => (lost(values, r) ? "diverges" : withUnit(rms(values, measured), output.unit, 3));
+    const told = (values, r) => (lost(values, r) ? "diverges" : withUnit(rms(values, measured) / scale[0], output.error_unit ?? output.unit, 3));
     const text = `Root mean square error of ${output.name} in ${e.id}: ${told(old, given)} as given, ${told(fresh, run)} now.`;
     status.dataset.before = String(rms(old, measured));
     status.dataset.after = String(rms(fresh, measured));
@@ -232,7 +239,7 @@
     );
     charts = {
       trajectory: plotting.add(hosts.trajectory, "t (s)", named(output), [plotting.line("measured", "--measured", 3), ...both], true),
-      residual: plotting.add(hosts.residual, "t (s)", named({ name: "error", unit: output.unit }), both, true),
+      residual: plotting.add(hosts.residual, "t (s)", named({ name: "error", unit: output.error_unit ?? output.unit }), both, true),
       laws: model.effects.map(({ curve }, k) => curve && law(curve, laws[k])),
     };
     model.effects.forEach((effect, k) => laws[k]?.setAttribute("aria-label", `${effect.name}: ${effect.curve.y} over ${effect.curve.x}`));

@@ -1,0 +1,142 @@
+"""Tables of figures and of the page are in the units of the logs; their numbers stay the same quantities."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.diagnosis.test_told import BOILER, BOILER_F, PORT, SLIDE, TABLE, found, read
+from unmodelled.diagnosis.answer.column_units import (
+    axis_unit,
+    channels_in_columns,
+    regions_in_columns,
+    table_in_columns,
+)
+from unmodelled.diagnosis.answer.live import _scale
+from unmodelled.diagnosis.answer.live_machine import about_machine, machine
+from unmodelled.diagnosis.answer.live_numbers import _as_said
+from unmodelled.effects.place import Place
+from unmodelled.logs.logs import Logs
+
+CHANNELS = {
+    "gear": {
+        **{"kind": "port", "name": "gear", "unit": "N m", "symbol": "tau"},
+        **{"level": {"name": "theta", "unit": "rad"}, "rate": {"name": "omega", "unit": "rad/s"}},
+        "acceleration": {"name": "d(omega)/dt", "unit": "rad/s^2"},
+    },
+    "actuator:i": {
+        **{"kind": "actuator", "name": "i", "unit": "A"},
+        **{"level": {"name": "i", "unit": "A"}, "rate": {"name": "d(i)/dt", "unit": "(A)/s"}},
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "unit", "one", "zero"),
+    [
+        (TABLE, "theta", "deg", pi / 180, 0.0),
+        (TABLE, "d(omega)/dt", "rpm/s", pi / 30, 0.0),
+        (TABLE, "d(i)/dt", "mA/s", 1e-3, 0.0),
+        (BOILER, "T", "degC", 274.15, 273.15),
+        (BOILER, "d(T)/dt", "K/s", 1.0, 0.0),
+        (BOILER_F, "d(T)/dt", "degF/s", 5 / 9, 0.0),
+        (SLIDE, "v", None, 0.0, 0.0),
+    ],
+)
+def test_a_coordinate_has_the_unit_of_the_column_that_shows_it(
+    tmp_path: Path, text: str, name: str, unit: str | None, one: float, zero: float
+) -> None:
+    shown = axis_unit(read(tmp_path, text), name)
+    assert (shown and shown.text) == unit
+    if shown is not None:
+        np.testing.assert_allclose(shown.to_si(np.array([0.0, 1.0])), [zero, one], atol=1e-12)
+
+
+def test_corrections_and_laws_are_in_these_units(tmp_path: Path) -> None:
+    system = read(tmp_path, TABLE)
+    about = channels_in_columns(system, CHANNELS)
+    assert [about["gear"][k]["unit"] for k in ("level", "rate", "acceleration")] == ["deg", "rpm", "rpm/s"]
+    assert (about["gear"]["unit"], about["actuator:i"]["unit"]) == ("N m", "mA")
+    row = {
+        "level": 0.5,
+        "rate": 2.0,
+        "acceleration": np.nan,
+        "value": 0.3,
+        "error": 0.1,
+        "law": 0.2,
+        "t": 7.0,
+    }
+    table = pd.DataFrame([{"channel": name, **row} for name in CHANNELS])
+    gear, drive = table_in_columns(system, CHANNELS, table).to_dict("records")
+    assert gear["level"] == pytest.approx(90 / pi) and gear["rate"] == pytest.approx(60 / pi)
+    assert (gear["value"], gear["error"], gear["t"]) == (0.3, 0.1, 7.0)  # an effort stays in SI
+    expected = {"level": 500.0, "rate": 2000.0, "value": 300.0, "error": 100.0, "law": 200.0}
+    assert {key: drive[key] for key in expected} == pytest.approx(expected)
+    laws = pd.DataFrame({"channel": ["gear"], "x": [pi], "low": [0.1], "law": [0.2], "high": [0.3]})
+    (law,) = table_in_columns(system, CHANNELS, laws, {"gear": "level", "actuator:i": "level"}).to_dict(
+        "records"
+    )
+    assert law["x"] == pytest.approx(180.0) and law["law"] == 0.2
+    assert table["level"].tolist() == [0.5, 0.5]  # the given table is not changed
+
+
+def test_regions_are_in_these_units(tmp_path: Path) -> None:
+    row = {"signal": "T", "low": 300.15, "high": 310.15, "share": 0.4}
+    (region,) = regions_in_columns(read(tmp_path, BOILER), [row])
+    assert (region["low"], region["high"], region["share"]) == pytest.approx((27.0, 37.0, 0.4))
+    other = {"signal": "nothing", "low": 1.0, "high": 2.0, "share": 0.4}
+    assert regions_in_columns(read(tmp_path, BOILER), [other]) == [other]
+
+
+def test_the_page_shows_outputs_in_the_units_of_their_columns(tmp_path: Path) -> None:
+    system = read(tmp_path, BOILER)
+    t = 0.5 * np.arange(120)
+    frame = pd.DataFrame({"t": t, "valve": 50.0 + 10.0 * np.sin(t), "T": 20.0 + np.sin(0.1 * t)})
+    logs = Logs.from_frames({"a": frame, "b": frame}, system)
+    data = machine(system, logs, [output.expression for output in system.outputs], 5.0)
+    (output,) = data["outputs"]
+    assert output == {"name": "T", "unit": "degC", "error_unit": "K", "factor": 1.0, "offset": 273.15}
+    assert data["inputs"] == [{"name": "valve", "unit": "%"}]
+    drawn = about_machine(system)
+    assert (drawn["inputs"][0]["unit"], drawn["outputs"][0]["unit"]) == ("%", "degC")
+    assert _scale("x", system.outputs[0].as_written) == {"x_unit": "degC", "x_scale": [1.0, 273.15]}
+    assert _scale("y", system.outputs[0].as_difference) == {}
+    plain = read(tmp_path, SLIDE)
+    assert about_machine(plain)["outputs"] == [{"name": "x", "unit": "m"}]
+
+
+@pytest.mark.parametrize(
+    ("text", "effect", "place", "name", "value", "expected"),
+    [
+        (
+            BOILER,
+            ("linear_loss", "to_surroundings"),
+            Place("port", "wall"),
+            "x_a",
+            297.15,
+            ("x_a", "degC", 24.0),
+        ),
+        (TABLE, ("backlash", "friction"), PORT, "delta", pi / 180, ("2·delta", "deg", 2.0)),
+        (
+            *(SLIDE, ("flexible_transmission", "part"), Place("port", "belt"), "omega_f", 2 * pi * 7.0),
+            ("omega_f/(2·pi)", "Hz", 7.0),
+        ),
+    ],
+)
+def test_a_slider_says_its_number_as_the_sentences_do(
+    tmp_path: Path,
+    text: str,
+    effect: tuple[str, str],
+    place: Place,
+    name: str,
+    value: float,
+    expected: tuple[str, str, float],
+) -> None:
+    one = found(read(tmp_path, text), *effect, place, {name: value})
+    said = _as_said(one.added, name)["said"]
+    assert (said["symbol"], said["unit"]) == expected[:2]
+    assert said["slope"] * value + said["shift"] == pytest.approx(expected[2])
