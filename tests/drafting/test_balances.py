@@ -163,6 +163,44 @@ def test_a_machine_of_which_only_the_speed_is_logged(tmp_path: Path) -> None:
     assert simulate(system, read_logs(logs, system)).gap.value < 0.1
 
 
+def test_a_wall_that_nothing_heats_exchanges_with_what_is_heated(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        power, gas, wall = drive(k, 0.0, 400.0), np.full(N, 20.0), np.full(N, 20.0)
+        for n in range(1, N):
+            between = 6.0 * (gas[n - 1] - wall[n - 1])
+            gas[n] = gas[n - 1] + (power[n - 1] - between - 1.0 * (gas[n - 1] - 20.0)) / 150.0
+            wall[n] = wall[n - 1] + (between - 2.0 * (wall[n - 1] - 20.0)) / 700.0
+        columns = {"T_gas_degC": gas, "T_wall_degC": wall, "T_amb_degC": 20.0 + 1e-4 * np.arange(N)}
+        tables.append({"t_s": np.arange(N) * 1.0, **columns, "P_burner_W": power})
+    logs = write(tmp_path / "raw", tables)
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["P1"]["column"] == "P_burner_W" and "P2" not in mapping["signals"]
+    assert "T2: (g2*(T1 - T2) - k2*(T2 - T_a) - x2)/C2" in (logs / "system.yaml").read_text()
+    found = values(system)
+    assert [found[name] for name in ("C1", "C2", "g2")] == pytest.approx([150.0, 700.0, 6.0], rel=0.05)
+    assert simulate(system, read_logs(logs, system)).gap.value < 0.1
+
+
+def test_a_cylinder_is_driven_by_both_of_its_chambers(tmp_path: Path) -> None:
+    tables = []
+    for k in range(3):
+        near, far = drive(k, 20.0, 60.0), drive(k + 10, 20.0, 60.0)
+        x, v = np.zeros(N), np.zeros(N)
+        for n in range(1, N):
+            v[n] = (
+                v[n - 1] + 0.01 * (100.0 * near[n - 1] - 60.0 * far[n - 1] - 900.0 * v[n - 1] - 1500.0) / 30.0
+            )
+            x[n] = x[n - 1] + 0.01 * v[n]
+        tables.append({"time_s": np.arange(N) * 0.01, "ram [mm]": 1e3 * x, "p1 [bar]": near, "p2 [bar]": far})
+    logs = write(tmp_path / "raw", tables)
+    _, system = drafted(logs)
+    assert "w: (k*u - k_2*u_2 - b*w - tau)/J" in (logs / "system.yaml").read_text()
+    assert values(system)["k_2"] / values(system)["k"] == pytest.approx(0.6, rel=0.1)
+    assert values(system)["J"] / values(system)["k"] == pytest.approx(30.0 / 1e-3, rel=0.2)
+    assert np.isfinite(simulate(system, read_logs(logs, system)).gap.value)
+
+
 def test_a_set_point_of_a_level_is_no_level(tmp_path: Path) -> None:
     tables = []
     for k in range(2):

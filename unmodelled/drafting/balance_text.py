@@ -28,11 +28,14 @@ def balance_text(balances: Sequence[Balance], name: str) -> str:
     items = list(numbered(balances))
     sections = {
         "states": [_state(k, balance) for k, balance in items],
-        "inputs": [line for k, balance in items for line in _inputs(k, balance)],
+        "inputs": list(dict.fromkeys(line for k, balance in items for line in _inputs(k, balance))),
         "outputs": [_output(k, balance) for k, balance in items],
-        "parameters": [line for k, balance in items for line in _parameters(k, balance)],
+        "parameters": [
+            *(line for k, balance in items for line in _parameters(k, balance)),
+            *_surroundings(balances[0]),
+        ],
         "ports": [_port(k, balance) for k, balance in items],
-        "dynamics": [_dynamics(k, balance) for k, balance in items],
+        "dynamics": [_dynamics(k, balance, items) for k, balance in items],
     }
     turning = all(balance.kind.turns for balance in balances)
     first = (
@@ -105,7 +108,7 @@ def _inputs(k: str, balance: Balance) -> list[str]:
         lines.append(
             f"  # {goal} is the set point of {level}{k}: the loop is closed, a controller sets its supply."
         )
-    if not balance.supplies:
+    if not balance.supplies and balance.source is None:
         lines.append(f"  # Question: which column fills or empties {_stored(k, balance)}? None was found.")
     fills = "drives" if balance.kind.turns else "fills"
     inputs = [(symbol, channel) for symbol, channel, is_level in symbols_of(k, balance) if not is_level]
@@ -153,21 +156,31 @@ def _parameters(k: str, balance: Balance) -> list[str]:
             lines.append(f"  # Question: which {effort} does {one} make? {store}{k} goes with it.")
             lines.append(f"  k_{name}: {{value: 1, unit: {over_unit(effort, own)}}}")
     lines.append(f"  {store}{k}: {_identified(size, _ratio(effort, level, 1))}")
+    if balance.source is not None:
+        guess = balance.exchange or size / balance.seconds
+        lines.append(f"  # Question: does {_stored(k, balance)} exchange with another store in this way?")
+        lines.append(f"  g{k}: {_identified(guess, _ratio(effort, level))}")
     if kind.electric:
         drop = balance.fit.loss or RESISTANCE
         return [*lines, f"  R{k}: {_within(drop, 'ohm', 10.0 * drop)}"] if balance.supplies else lines
     if kind.loses:
         high = 10.0 * max(balance.fit.loss, size / balance.seconds)
         lines.append(f"  {loss}{k}: {_within(balance.fit.loss, _ratio(effort, level), high)}")
-    if kind.around and balance.around is None:
-        outside = balance.fit.outside
-        known = bool(abs(outside - ROOM) < AROUND)
-        value = outside if known else ROOM
-        asked = "by the logs" if known else "a guess"
-        bounds = f"identify: true, bounds: [{value - AROUND:.5g}, {value + AROUND:.5g}]"
-        lines.append(f"  # Question: how warm are the surroundings? This is {asked}.")
-        lines.append(f"  {kind.symbols[0]}_a{k}: {{value: {value:.5g}, unit: {level}, {bounds}}}")
     return lines
+
+
+def _surroundings(balance: Balance) -> list[str]:
+    """The temperature of surroundings that are not logged."""
+    kind, outside = balance.kind, balance.fit.outside
+    if not kind.around or balance.around is not None:
+        return []
+    known = bool(abs(outside - ROOM) < AROUND)
+    value, asked = (outside, "by the logs") if known else (ROOM, "a guess")
+    bounds = f"identify: true, bounds: [{value - AROUND:.5g}, {value + AROUND:.5g}]"
+    return [
+        f"  # Question: how warm are the surroundings? This is {asked}.",
+        f"  {kind.symbols[0]}_a: {{value: {value:.5g}, unit: {_si(balance.level.unit)}, {bounds}}}",
+    ]
 
 
 def _identified(value: float, unit: str) -> str:
@@ -195,7 +208,18 @@ def _left(k: str, balance: Balance) -> str:
     return f"tau{k}" if balance.kind.turns else f"x{k}"
 
 
-def _dynamics(k: str, balance: Balance) -> str:
+def _exchanges(k: str, balance: Balance, items: Sequence[tuple[str, Balance]]) -> list[str]:
+    """Terms of the exchange with other stores."""
+    here, terms = _stored(k, balance), []
+    for j, other in items:
+        if balance.source == other.level.signal.address:
+            terms.append(f"+ g{k}*({_stored(j, other)} - {here})")
+        if other.source == balance.level.signal.address:
+            terms.append(f"- g{j}*({here} - {_stored(j, other)})")
+    return terms
+
+
+def _dynamics(k: str, balance: Balance, items: Sequence[tuple[str, Balance]]) -> str:
     level, _, store, loss = balance.kind.symbols
     here = _stored(k, balance)
     terms = []
@@ -203,8 +227,9 @@ def _dynamics(k: str, balance: Balance) -> str:
     for symbol, supply in zip(inputs, balance.supplies, strict=False):
         factor = "" if supply.direct else f"k_{symbol}*"
         terms.append(("- " if supply.outward else "+ ") + factor + symbol)
+    terms += _exchanges(k, balance, items)
     if balance.kind.loses and not balance.kind.electric:
-        terms.append(f"- {loss}{k}*({here} - {level}_a{k})" if balance.kind.around else f"- {loss}{k}*{here}")
+        terms.append(f"- {loss}{k}*({here} - {level}_a)" if balance.kind.around else f"- {loss}{k}*{here}")
     terms.append(f"- {_left(k, balance)}")
     text = " ".join(terms).removeprefix("+ ")
     text = f"-{text[2:]}" if text.startswith("- ") else text

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from unmodelled.drafting.channels import SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
+from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
 from unmodelled.drafting.motion import at, over
 from unmodelled.drafting.names import Role, is_command, number_of, words_of
 from unmodelled.drafting.units import dimension_of
 from unmodelled.logs.readers.reader import Array
+from unmodelled.systems.units import Dimension
 
 #: Levels of a first model, and supplies of one.
 MOST, SUPPLIES = 6, 3
@@ -25,64 +27,6 @@ PARTS = 60
 #: Words of a level that surrounds others, and of what leaves a store.
 _AROUND = "ambient amb outdoor outside room env environment surroundings air umgebung aussen raum"
 _OUT = "out outflow outlet drain leak discharge abfluss ablauf cool cooling cooler kühl"
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of balance.
-
-    Attributes:
-        level: quantity that shows how full a store is.
-        supply: quantity that fills it.
-        indirect: quantities that set the supply where it is not logged.
-        symbols: symbols of level, supply, size of the store and loss.
-        store: name of the size of the store.
-        effort: SI unit of the supply.
-        port: name of the port.
-    """
-
-    level: Role
-    supply: Role
-    indirect: tuple[Role, ...]
-    symbols: tuple[str, str, str, str]
-    store: str
-    effort: str
-    port: str
-
-    @property
-    def turns(self) -> bool:
-        """Whether the level is a speed, which the effort drives."""
-        return self.level is Role.VELOCITY
-
-    @property
-    def electric(self) -> bool:
-        """Whether the level is a voltage, which shows the resistance before the store as well."""
-        return self.level is Role.VOLTAGE
-
-    @property
-    def around(self) -> bool:
-        """Whether losses go to surroundings with a level of their own."""
-        return self.level is Role.TEMPERATURE
-
-    @property
-    def loses(self) -> bool:
-        """Whether a loss grows with the level."""
-        return self.supply is not Role.CURRENT
-
-
-_SET = (Role.DUTY, Role.VOLTAGE, Role.CURRENT)
-SPEED = Kind(
-    Role.VELOCITY, Role.EFFORT, (*_SET, Role.PRESSURE), ("w", "u", "J", "b"), "inertia", "N m", "shaft"
-)
-HEAT = Kind(Role.TEMPERATURE, Role.POWER, _SET, ("T", "P", "C", "k"), "heat capacity", "W", "heat")
-TANK = Kind(Role.LEVEL, Role.FLOW, _SET, ("h", "Q", "A", "k"), "cross-section", "m^3/s", "fluid")
-VESSEL = Kind(
-    Role.PRESSURE, Role.FLOW, _SET, ("p", "Q", "C", "k"), "stored volume per pressure", "m^3/s", "fluid"
-)
-CHARGE = Kind(Role.CHARGE, Role.CURRENT, (), ("s", "i", "C", "k"), "capacity", "A", "charge")
-CELL = Kind(Role.VOLTAGE, Role.CURRENT, (), ("U", "i", "C", "R"), "capacitance", "A", "charge")
-#: Kinds, those whose supply is logged before those whose supply is set by something else.
-DIRECT, INDIRECT = (SPEED, HEAT, TANK, VESSEL), (SPEED, TANK, HEAT, VESSEL)
 
 
 @dataclass(frozen=True)
@@ -111,15 +55,17 @@ class Fit:
         loss: loss for one unit of the level, or the resistance of an electric store.
         outside: level of the surroundings; nan: not shown.
         share: share of the changes of the level that the supplies explain.
+        total: share of the squared changes of the level that supplies and losses explain.
     """
 
     size: float = 0.0
     loss: float = 0.0
     outside: float = np.nan
     share: float = 0.0
+    total: float = 0.0
 
 
-_NONE = Fit()
+NONE = Fit()
 
 
 @dataclass(frozen=True)
@@ -135,6 +81,8 @@ class Balance:
         seconds: length of a record, s.
         others: further columns that could be a supply.
         goal: set point of the level; None: none is logged.
+        source: level of the store that fills this one, where no supply is logged; None: there is none.
+        exchange: exchange with that store for one SI unit between the levels; 0: not shown.
     """
 
     kind: Kind
@@ -145,6 +93,8 @@ class Balance:
     seconds: float
     others: tuple[Signal, ...]
     goal: Signal | None
+    source: str | None = None
+    exchange: float = 0.0
 
     @property
     def fitted(self) -> bool:
@@ -165,7 +115,7 @@ def symbols_of(k: str, balance: Balance) -> Iterator[tuple[str, Channel, bool]]:
         symbol = supply if each.direct else "u"
         yield f"{symbol}{k}" + (f"_{j}" if j > 1 else ""), each.channel, False
     if balance.around is not None:
-        yield f"{level}_a{k}", balance.around, False
+        yield f"{level}_a", balance.around, False
 
 
 def balances_of(experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
@@ -174,49 +124,35 @@ def balances_of(experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
     Args:
         experiments: columns that change, of every experiment.
     """
-    signals = max(experiments, key=len, default=[])
-    kind = _kind({signal.role for each in experiments for signal in each})
-    levels = [s for s in signals if kind is not None and s.role is kind.level]
-    if kind is None or not levels:
+    kinds = _kinds({signal.role for each in experiments for signal in each})
+    drafts = [found for kind in kinds if (found := _of_kind(kind, experiments))]
+    return max(drafts, key=lambda found: max(each.fit.share for each in found), default=[])
+
+
+def _of_kind(kind: Kind, experiments: Sequence[Sequence[Signal]]) -> list[Balance]:
+    """The balances of one kind."""
+    levels = [s for s in max(experiments, key=len, default=[]) if s.role is kind.level]
+    if not levels:
         return []
     around = next((s for s in levels if kind.around and {*_AROUND.split()} & {*words_of(s.address)}), None)
     most = max(float(np.ptp(s.values)) for s in levels)
     kept = [s for s in levels if s is not around and np.ptp(s.values) > STILL * most]
     if around is None and kind.around:
         around = next((s for s in levels if s not in kept), None)
-    found = [_balance(kind, level, around, kept[:MOST], experiments) for level in kept[:MOST]]
-    return _apart(found)
+    return [_balance(kind, level, around, kept[:MOST], experiments) for level in kept[:MOST]]
 
 
-def _kind(roles: set[Role | None]) -> Kind | None:
-    """The kind of balance that quantities stand for; None if there is none."""
+def _kinds(roles: set[Role | None]) -> list[Kind]:
+    """Kinds of balances that quantities may stand for; several only where no supply itself is logged."""
     direct = [kind for kind in DIRECT if {kind.level, kind.supply} <= roles]
     if direct:
-        return direct[0]
-    if Role.VELOCITY in roles and roles & {Role.CURRENT, Role.DUTY}:
-        return SPEED
+        return direct[:1]
+    if {Role.VELOCITY, Role.CURRENT} <= roles:
+        return [SPEED]
     for kind in (CELL, CHARGE):
         if {kind.level, kind.supply} <= roles and not roles & {Role.TEMPERATURE, Role.LEVEL} - {kind.level}:
-            return kind
-    return next((kind for kind in INDIRECT if kind.level in roles), None)
-
-
-def _apart(balances: Sequence[Balance]) -> list[Balance]:
-    """Balances of which each column supplies but one: the one whose level it changes most."""
-    best: dict[str, Balance] = {}
-    for balance in balances:
-        for supply in balance.supplies:
-            name = supply.channel.signal.address
-            best[name] = max(best.get(name, balance), balance, key=lambda each: each.fit.share)
-    return [
-        b if all(best[s.channel.signal.address] is b for s in b.supplies) else _unsupplied(b)
-        for b in balances
-    ]
-
-
-def _unsupplied(balance: Balance) -> Balance:
-    others = (*(supply.channel.signal for supply in balance.supplies), *balance.others)
-    return replace(balance, supplies=(), fit=_NONE, others=others)
+            return [kind]
+    return [kind for kind in INDIRECT if kind.level in roles]
 
 
 def _balance(
@@ -248,7 +184,7 @@ def _tried(
     if around is not None and around.signal.address in here:
         beside = Channel(here[around.signal.address], around.unit, around.certain)
     direct = [s for s in signals if s.role is kind.supply and _near(level.signal, s, levels)]
-    direct = _measured(direct)[:SUPPLIES]
+    direct = [s for s in _measured(direct) if _unit_of(s) == _unit_of(_measured(direct)[0])][:SUPPLIES]
     indirect = [s for s in signals if s.role in kind.indirect or s.role is None]
     goal = next((s for s in signals if s.role is Role.SET_POINT and _alike(s, own)), None)
     seconds = float(own.signal.t[-1] - own.signal.t[0])
@@ -256,7 +192,7 @@ def _tried(
     rated = [_fitted(kind, own, beside, [supply_channel(s, own)], False) for s in ([] if direct else known)]
     if direct:
         rated = [_fitted(kind, own, beside, [supply_channel(s, own) for s in direct], True)]
-    supplies, fit = max(rated, key=lambda pair: pair[1].share, default=((), _NONE))
+    supplies, fit = max(rated, key=lambda pair: pair[1].share, default=((), NONE))
     used = [supply.channel.signal for supply in supplies]
     others = tuple(s for s in indirect if s not in used)
     return Balance(kind, own, supplies, beside or around, fit, seconds, others, goal)
@@ -272,6 +208,10 @@ def _measured(signals: Sequence[Signal]) -> list[Signal]:
     """Supplies without commands beside what was measured."""
     measured = [s for s in signals if not is_command(s.address)]
     return measured or list(signals)
+
+
+def _unit_of(signal: Signal) -> Dimension | None:
+    return None if signal.unit is None else dimension_of(signal.unit)
 
 
 def _alike(signal: Signal, level: Channel) -> bool:
@@ -331,20 +271,20 @@ def _fitted(
         beside.append(over(t, x - outside, k))
     if kind.electric:
         beside += [flow[k:] - flow[:-k] for flow in flows[:1]]
-    each, _ = _explained(changes, [over(t, flow, k) for flow in flows], beside)
+    each, *_ = explained(changes, [over(t, flow, k) for flow in flows], beside)
     supplies = tuple(_supply(c, float(gain), direct, kind) for c, gain in zip(channels, each, strict=False))
     total = np.sum([-f if s.outward else f for f, s in zip(flows, supplies, strict=True)], axis=0)
-    gains, share = _explained(changes, [over(t, total, k)], beside)
+    gains, share, explains = explained(changes, [over(t, total, k)], beside)
     gain, last = float(gains[0]), float(gains[-1])
     if gain <= 0.0:
-        return supplies, _NONE
+        return supplies, NONE
     if kind.electric:
         drop = -last if supplies[0].outward else last
-        return supplies, Fit(1.0 / gain, max(drop, 0.0), np.nan, share)
+        return supplies, Fit(1.0 / gain, max(drop, 0.0), np.nan, share, explains)
     if not kind.loses or last >= 0.0:
-        return supplies, Fit(1.0 / gain, 0.0, np.nan, share)
+        return supplies, Fit(1.0 / gain, 0.0, np.nan, share, explains)
     outside = float(gains[1]) / -last if kind.around and around is None else np.nan
-    return supplies, Fit(1.0 / gain, -last / gain, outside, share)
+    return supplies, Fit(1.0 / gain, -last / gain, outside, share, explains)
 
 
 def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
@@ -353,8 +293,18 @@ def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
     return Supply(channel, named or gain < 0.0, direct, not (gain < 0.0 and not named))
 
 
-def _explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float]:
-    """Factors by least squares, and the share of the squares that the wanted columns take from the rest."""
+def explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float, float]:
+    """Return factors by least squares, and the shares of the squares that columns explain.
+
+    Args:
+        changes: changes to be explained, shape (changes,).
+        wanted: columns whose share is wanted, of the same shape.
+        beside: further columns, of the same shape.
+
+    Returns:
+        Factors of all columns, shape (columns,); the share of the squares without wanted columns that these
+        explain; the share of all squares that all columns explain.
+    """
     columns = np.column_stack([*wanted, *beside])
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
@@ -364,4 +314,5 @@ def _explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array])
     without, *_ = np.linalg.lstsq(others, changes, rcond=1e-8)
     rest = float(np.sum((changes - others @ without) ** 2))
     left = float(np.sum((changes - columns / scale @ found) ** 2))
-    return np.asarray(found / scale), 1.0 - left / rest if rest > 0.0 else 0.0
+    share = 1.0 - left / rest if rest > 0.0 else 0.0
+    return np.asarray(found / scale), share, 1.0 - left / (float(changes @ changes) or np.inf)

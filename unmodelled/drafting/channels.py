@@ -230,15 +230,18 @@ def _together(position: Signal, other: Signal) -> tuple[Array, Array]:
     return position.values[: len(t)], at(t, other.t, other.values)
 
 
-def fit_of(position: Channel, drive: Channel, servo: bool) -> Drive:
+def fit_of(position: Channel, drive: Channel, servo: bool, against: Channel | None = None) -> Drive:
     """Fit the acceleration of a position by its drive, in SI units.
 
     Args:
         position: position.
         drive: its drive.
         servo: whether the drive is a commanded position, whose distance from the position drives.
+        against: pressure of the other chamber, scaled by the ratio of the areas; default None: there is none.
     """
     t = position.signal.t[:SAMPLES]
     q = position.si(plain(position.signal)[: len(t)])
     u = drive.si(at(t, drive.signal.t, drive.signal.values))
+    if against is not None:
+        u = u - against.si(at(t, against.signal.t, against.signal.values))
     return drive_of(t, q, u - q if servo else u)

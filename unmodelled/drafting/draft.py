@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from unmodelled.base.errors import BadInput
-from unmodelled.drafting.balances import HEAT, TANK, Balance, balances_of, symbols_of
+from unmodelled.drafting.balances import Balance, balances_of, symbols_of
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal, Timing, signals_in, timing_of
+from unmodelled.drafting.coupling import coupled
 from unmodelled.drafting.files import Survey, survey
-from unmodelled.drafting.joints import FORCES, Joint, joints_of
+from unmodelled.drafting.joints import Joint, joints_of
+from unmodelled.drafting.kinds import HEAT, TANK
 from unmodelled.drafting.lines import numbered
-from unmodelled.drafting.names import Role, meaning_of
+from unmodelled.drafting.names import FORCES, Role, meaning_of
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.table import is_text
@@ -89,10 +91,13 @@ def used_by(joints: Sequence[Joint], balances: Sequence[Balance]) -> list[Used]:
         against = joint.trusted and joint.fit.gain < 0.0 and not joint.servo
         kind = "commanded position" if joint.servo else "drive"
         found += [Used(f"u{k}", joint.drive, kind, False, against)] if joint.drive else []
+        second = joint.against and replace(joint.against, scale=1.0)
+        found += [Used(f"u{k}_2", second, "drive, other chamber", False, against)] if second else []
     for k, balance in numbered(balances):
         for symbol, channel, is_level in symbols_of(k, balance):
             found.append(Used(symbol, channel, (channel.signal.role or Role.OTHER).value, is_level))
-    return [replace(each, kind="supply") if each.kind == Role.OTHER.value else each for each in found]
+    found = [replace(each, kind="supply") if each.kind == Role.OTHER.value else each for each in found]
+    return list({each.symbol: each for each in found}.values())
 
 
 def draft_of(logs: Path) -> Draft:
@@ -139,7 +144,7 @@ def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[B
     filled = any({kind.level, kind.supply} <= roles for kind in (HEAT, TANK)) and not roles & FORCES - {
         Role.DUTY
     }
-    balances = balances_of(experiments) if filled or Role.POSITION not in roles else []
+    balances = coupled(balances_of(experiments), experiments) if filled or Role.POSITION not in roles else []
     joints = [] if balances else _mostly_moving(joints_of(experiments), experiments)
     return joints, balances
 

@@ -8,23 +8,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from unmodelled.drafting.chains import chained, geared
 from unmodelled.drafting.channels import (
-    CLOSE,
-    SAMPLES,
     Channel,
     correlation,
     fit_of,
     follows,
     input_channel,
-    plain,
     position_channel,
     slope,
     velocity_channel,
 )
 from unmodelled.drafting.columns import Signal
-from unmodelled.drafting.motion import Drive, at
-from unmodelled.drafting.names import Role, is_command, is_measured, number_of, words_of
-from unmodelled.drafting.units import dimension_of, is_angle, is_position, is_speed
+from unmodelled.drafting.motion import Drive
+from unmodelled.drafting.names import ACTING, FORCES, Role, is_command, is_measured, number_of, words_of
+from unmodelled.drafting.units import is_angle, is_position
 
 #: Joints of a first model.
 MOST = 6
@@ -32,15 +30,10 @@ MOST = 6
 STILL, NOISE = 0.02, 20.0
 #: Correlation with the slope of a position from which on a column is its speed: named so, and without a name.
 NAMED, UNNAMED = 0.7, 0.95
-#: Quantities that act on a body, and those of them that do so without a source behind them.
-ACTING = frozenset(
-    [Role.EFFORT, Role.CURRENT, Role.VOLTAGE, Role.DUTY, Role.PRESSURE, Role.FLOW, Role.POWER, Role.SET_POINT]
-)
-FORCES = ACTING - {Role.FLOW, Role.POWER, Role.SET_POINT}
 #: Share of an acceleration that an input must explain: to give its sign and size, and to be found by it.
 EXPLAINED, FOUND = 0.1, 0.3
-#: Share of its motion by which a position on one chain may differ from another one: springs, plays, filters.
-SLACK = 0.05
+#: Ratios of the areas of the two chambers of a cylinder that are tried.
+AREAS = tuple(float(ratio) for ratio in np.geomspace(0.25, 4.0, 33))
 #: Difference between such shares that says nothing.
 ALIKE = 0.05
 
@@ -56,6 +49,7 @@ class Joint:
         servo: whether `drive` is a commanded position.
         fit: acceleration by `drive`, in SI units.
         others: further columns that could drive it.
+        against: pressure of the other chamber, scaled by the ratio of the areas; None: there is none.
         goal: commanded position beside a drive: a controller makes the drive from both; None: none is logged.
     """
 
@@ -66,6 +60,7 @@ class Joint:
     fit: Drive
     others: tuple[Signal, ...]
     goal: Signal | None = None
+    against: Channel | None = None
 
     @property
     def angular(self) -> bool:
@@ -172,7 +167,11 @@ def _fitted(joint: Joint, experiments: Sequence[Sequence[Signal]]) -> Joint:
         here = {signal.address: signal for signal in signals}
         q, u = here.get(joint.position.signal.address), here.get(drive.signal.address if drive else "")
         if drive and q and u:
-            fits.append(fit_of(replace(joint.position, signal=q), replace(drive, signal=u), joint.servo))
+            against = joint.against
+            if against is not None and against.signal.address in here:
+                against = replace(against, signal=here[against.signal.address])
+            own, acting = replace(joint.position, signal=q), replace(drive, signal=u)
+            fits.append(fit_of(own, acting, joint.servo, against))
     return replace(joint, fit=max(fits, key=lambda fit: fit.share * (fit.gain > 0.0 or not joint.servo)))
 
 
@@ -187,27 +186,6 @@ def _distinct(homes: Sequence[_Home]) -> list[_Home]:
     return [home for home in homes if home in kept]
 
 
-def chained(signal: Signal, other: Signal, signals: Sequence[Signal]) -> float:
-    """Return how many times another position one is, if both are of one chain; 0 if they are not.
-
-    Positions that move alike, each with a drive of its own number, are two joints that were moved alike.
-
-    Args:
-        signal: position.
-        other: other position.
-        signals: columns of the same experiment.
-    """
-    t = signal.t[:SAMPLES]
-    a, b = plain(signal)[: len(t)], at(t, other.t, plain(other))
-    a, b = a - a.mean(), b - b.mean()
-    ratio = float(a @ b) / float(b @ b) if b.any() else 0.0
-    if ratio == 0.0 or np.std(a - ratio * b) > SLACK * np.std(a):
-        return 0.0
-    numbers = {number_of(s.address) for s in signals if s.role in ACTING or s.role is Role.GOAL}
-    own = {number_of(signal.address), number_of(other.address)}
-    return 0.0 if len(own) > 1 and own <= numbers else ratio
-
-
 def _velocity(home: _Home, free: Sequence[Signal]) -> Signal | None:
     """The speed of a position; None if none agrees with its slope."""
     position, known = home.position, [s for s in free if s.role is Role.VELOCITY]
@@ -217,24 +195,6 @@ def _velocity(home: _Home, free: Sequence[Signal]) -> Signal | None:
     rated = [(slope(position, s).correlation, s) for s in same if not geared(position, s)]
     best, found = max(rated, key=lambda pair: pair[0], default=(0.0, None))
     return found if best >= NAMED else None
-
-
-def geared(position: Signal, velocity: Signal) -> float:
-    """Return how many times the slope of a position a speed is, both in known units; 0 if it is the slope.
-
-    Args:
-        position: position.
-        velocity: speed.
-    """
-    if position.unit is None or velocity.unit is None or not is_speed(velocity.unit):
-        return 0.0
-    here = position_channel(position, None, 0.0)
-    kind = "rad/s" if is_angle(here.unit) else "m/s"
-    if here.question or dimension_of(velocity.unit) != dimension_of(kind):
-        return 0.0
-    found = slope(position, velocity)
-    ratio = abs(found.ratio) * Channel(velocity, velocity.unit, True).size / here.size
-    return ratio if abs(found.correlation) >= UNNAMED and abs(np.log(max(ratio, 1e-9))) > CLOSE else 0.0
 
 
 def _same(position: Signal, other: Signal) -> bool:
@@ -280,7 +240,18 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     # of those that explain about the same: the first with a telling name, otherwise what varies most
     alike = [pair for pair in rated if pair[0].share > best - ALIKE]
     fit, drive = alike[0] if efforts else max(alike, key=lambda pair: float(np.std(pair[1].signal.values)))
-    return Joint(here, velocity, drive, False, fit, _without(drive.signal, efforts), goal)
+    others = _without(drive.signal, efforts)
+    chambers = [s for s in others if s.role is Role.PRESSURE and drive.signal.role is Role.PRESSURE]
+    if len(chambers) == 1:
+        second = input_channel(chambers[0], False)
+        scaled = [replace(second, scale=ratio) for ratio in AREAS]
+        pairs = [(fit_of(here, drive, False, each), each) for each in scaled]
+        best = max(fit.share for fit, _ in pairs)
+        # of ratios that explain about the same, the one nearest to equal areas
+        like = [pair for pair in pairs if pair[0].share > best - ALIKE * (1.0 - best)]
+        fit, against = min(like, key=lambda pair: abs(np.log(pair[1].scale)))
+        return Joint(here, velocity, drive, False, fit, _without(second.signal, others), goal, against)
+    return Joint(here, velocity, drive, False, fit, others, goal)
 
 
 def _servo(position: Channel, goal: Signal) -> Channel:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from unmodelled.drafting.chains import SLACK, chained, geared
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.joints import SLACK, Joint, chained, geared
+from unmodelled.drafting.joints import Joint
 from unmodelled.drafting.lines import one_line, quoted, word
 from unmodelled.drafting.names import Role
 

@@ -40,6 +40,11 @@ class Role(Enum):
     OTHER = "not used"
 
 
+#: Quantities that act on a body, and those of them that do so without a source behind them.
+ACTING = frozenset(
+    [Role.EFFORT, Role.CURRENT, Role.VOLTAGE, Role.DUTY, Role.PRESSURE, Role.FLOW, Role.POWER, Role.SET_POINT]
+)
+FORCES = ACTING - {Role.FLOW, Role.POWER, Role.SET_POINT}
 WORDS = {
     Role.TIME: "time timestamp stamp times zeit clock seconds secs timestep elapsed epoch datenum datetime "
     "date uhrzeit",

@@ -9,11 +9,13 @@ from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint
 from unmodelled.drafting.lines import numbered, one_line, word
-from unmodelled.drafting.names import is_measured
+from unmodelled.drafting.names import Role, is_measured
 from unmodelled.systems.units import describe, parse_logged, parse_unit
 
 #: Other columns that are named in a comment.
 NAMES = 5
+#: Area of a piston until somebody tells, m^2.
+PISTON = 1e-3
 #: Stiffness and damping of a joint that follows a commanded position, by its inertia: a servo of 10 rad/s.
 STIFFNESS, DAMPING = 100.0, 20.0
 
@@ -74,7 +76,10 @@ def _input(k: str, joint: Joint) -> list[str]:
     if joint.others:
         said += f" Others: {', '.join(signal.address for signal in joint.others[:NAMES])}"
     measured = ", commanded: false" if is_measured(joint.drive.signal.address) else ""
-    return [*closed, f"  u{k}: {{unit: {_si(joint.drive)}{measured}}}  # {one_line(said)}"]
+    lines = [*closed, f"  u{k}: {{unit: {_si(joint.drive)}{measured}}}  # {one_line(said)}"]
+    if joint.against is not None:
+        lines.append(f"  u{k}_2: {{unit: {_si(joint.against)}}}  # {one_line(joint.against.signal.address)}")
+    return lines
 
 
 def _si(channel: Channel) -> str:
@@ -108,15 +113,21 @@ def _servo(k: str, joint: Joint) -> list[str]:
 def _body(k: str, joint: Joint) -> list[str]:
     """Inertia and viscous friction of a joint, and the effort that one unit of its input makes."""
     position, _, effort, inertia = _units(joint)
-    size = 1.0 / abs(joint.fit.gain) if joint.trusted else 1.0
+    factor = PISTON if joint.drive and joint.drive.signal.role is Role.PRESSURE else 1.0
+    size = factor / abs(joint.fit.gain) if joint.trusted else 1.0
     damping = size * joint.fit.damping if joint.trusted and joint.fit.damping > 0.0 else 0.0
     origin = "fitted to the logs" if joint.trusted else "a guess"
-    lines = [f"  # Question: what is the inertia of q{k}? This one is {origin}."]
+    mass = "inertia" if joint.angular else "mass"
+    lines = [f"  # Question: what is the {mass} of q{k}? This one is {origin}."]
     if joint.drive is None:
         lines = [f"  # Question: which column drives q{k}? None was found.", *lines]
     if joint.drive is not None and (unit := _factor(joint)) is not None:
-        lines.append(f"  # Question: which {effort} does one {_si(joint.drive)} of u{k} make?")
-        lines.append(f"  k{k}: {{value: 1, unit: {unit}}}")
+        area = f" (the area of its piston, m^2). {PISTON:g} is a guess." if factor != 1.0 else ""
+        lines.append(f"  # Question: which {effort} does one {_si(joint.drive)} of u{k} make?{area}")
+        lines.append(f"  k{k}: {{value: {factor:g}, unit: {unit}}}")
+    if joint.against is not None:
+        lines.append("  # Question: what is the area on the other side of the piston? Fitted to the logs.")
+        lines.append(f"  k{k}_2: {_identified(factor * joint.against.scale, 'N/Pa')}")
     bounds = f"identify: true, bounds: [0, {max(10.0 * damping, size):.3g}]"
     return [
         *lines,
@@ -151,5 +162,6 @@ def _dynamics(k: str, joint: Joint) -> list[str]:
         forces = f"K{k}*(u{k} - q{k}) - D{k}*w{k} - tau{k}"
     else:
         drive = "" if joint.drive is None else f"k{k}*u{k} " if _factor(joint) else f"u{k} "
+        drive += f"- k{k}_2*u{k}_2 " if joint.against is not None else ""
         forces = f"{drive}- b{k}*w{k} - tau{k}"
     return [f"  q{k}: w{k}", f"  w{k}: ({forces})/J{k}"]
