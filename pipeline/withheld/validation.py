@@ -17,8 +17,8 @@ from unmodelled.systems.model import System
 def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
     """Return the gaps of the `reidentified` and the `augmented` model on the experiments of a log folder.
 
-    Numbers that differ between experiments are fitted to the first half of each. A gap is None where the
-    model cannot be used for new experiments, as with an effect that depends on the order of the experiments.
+    Numbers that differ between experiments are fitted to the first half of each; an effect in the order of
+    the experiments acts as in the last diagnosed one. A gap is None where the model cannot be used.
 
     Args:
         diagnosis: diagnosis of other experiments of the same system.
