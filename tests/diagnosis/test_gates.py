@@ -12,12 +12,17 @@ import pytest
 from tests.diagnosis.diagnoses import ANGLE, HELD_OUT, JOINT, TORQUE, Said, diagnosis, known, told
 from unmodelled.diagnosis.answer.augmented import FILE, write_augmented
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate
 from unmodelled.diagnosis.gates.effect_numbers import impossible_numbers
 from unmodelled.diagnosis.gates.robot_numbers import impossible_robot
 from unmodelled.diagnosis.gates.system_file import reason_against_system
 from unmodelled.diagnosis.gates.whole_runs import Errors, WholeRuns, worse
+from unmodelled.effects.added import with_numbers
+from unmodelled.effects.columns import extended
+from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales
+from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import Constant
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import Key, numbers
@@ -113,6 +118,26 @@ def test_a_number_that_no_machine_has_does_not_leave(name: str, tmp_path: Path) 
 def test_a_friction_that_drives_does_not_leave(tmp_path: Path) -> None:
     found = diagnosis(tmp_path, Said("viscous_friction", JOINT, {"d": -0.01}))
     assert impossible_numbers(found) == "d = -0.01 N m s is below its lowest possible value, 0"
+
+
+@pytest.mark.long
+def test_every_effect_of_the_library_may_leave_with_plausible_numbers(tmp_path: Path) -> None:
+    system, logs = known(tmp_path)
+    scales = Scales.measured(system, logs.period, logs.offsets, logs.t, logs.x, logs.u, logs.c)
+    tried = [(e, place) for e in effects() if not e.beside for place in e.places(system)]
+    assert len(tried) > 50
+    given = told(system, logs)
+    for effect, place in tried:
+        added = effect.add(system, place, scales)
+        if added.per_experiment:
+            continue
+        values = {n: 1.0 if n in added.shares else 0.5 * added.scales[n] for n in added.amplitudes}
+        values |= {n: grid[len(grid) // 2] for n, grid in added.shapes.items()}
+        grown = with_numbers(added.system, [added], values)
+        model = replace(given.known, system=grown, logs=prepare(grown, extended(logs, added.columns)))
+        fitted = {n: Estimate(added.units[n], np.nan, v, (0.8 * v, 1.2 * v)) for n, v in values.items()}
+        found = DiagnosedEffect(added, fitted, {}, 0.9, 0.8, (0.7, 0.9), ())
+        assert impossible_numbers(replace(given, augmented=model, effects=(found,))) == "", added.key
 
 
 def test_possible_numbers_are_no_reason(tmp_path: Path) -> None:
