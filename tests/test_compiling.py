@@ -131,8 +131,12 @@ def test_a_kept_function_that_others_could_have_changed_is_not_executed(
 @pytest.mark.long
 def test_what_is_kept_stays_where_a_group_may_write_to_new_files(program: Path, tmp_path: Path) -> None:
     chosen = tmp_path / "chosen"
+
+    def of_a_group() -> None:
+        os.umask(0o002)
+
     for hits in (0.0, 1.0):
-        found = run(program, before=lambda: os.umask(0o002) and None, NUMBA_CACHE_DIR=str(chosen))
+        found = run(program, before=of_a_group, NUMBA_CACHE_DIR=str(chosen))
         assert found == [8.0, hits]
 
 

@@ -69,7 +69,7 @@ def remove_doubtful(folder: Path, endings: tuple[str, ...]) -> None:
     """Remove files of a cache folder that another user owns or may write to, and links.
 
     Args:
-        folder: path of a folder that `check_private` accepts; who may write to it may also write to its files.
+        folder: path of a folder that `check_private` accepts; its writers may also write to its files.
         endings: ends of the names of files that are executed when they are loaded.
 
     Raises:

@@ -106,7 +106,7 @@ def replacing_folder(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise BadInput(_explained(error, path, temporary)) from error
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        _remove(temporary)
 
 
 @contextmanager
@@ -158,7 +158,7 @@ def put_folder(new: Path, path: Path) -> None:
         new.replace(path)
         return
     new.replace(old)  # a growing folder's name is free for another run
-    shutil.rmtree(old, ignore_errors=True)
+    _remove(old)
 
 
 def _put_in_two_steps(new: Path, path: Path, old: Path) -> None:
@@ -176,7 +176,14 @@ def _put_in_two_steps(new: Path, path: Path, old: Path) -> None:
         raise
     finally:
         if superseded or path.exists():
-            shutil.rmtree(old, ignore_errors=True)
+            _remove(old)
+
+
+def _remove(folder: Path) -> None:
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+    finally:  # an interruption cuts the first one off
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def hidden(path: Path, mark: str) -> Path:

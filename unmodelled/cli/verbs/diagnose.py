@@ -27,7 +27,7 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, 
             that is alone is cut into several.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
         horizon: length of the free-run windows, s; null: from the logs.
-        seed: seed of all random numbers; the same seed gives the same files.
+        seed: seed of all random numbers; the same seed gives the same files on one kind of processor.
 
     Raises:
         BadInput: when the system file, the logs, the horizon or the seed cannot be used.

@@ -32,7 +32,8 @@ def next(
             `period` (s);
             all in the units of the columns in the system file (mA, degC, %), rates per second.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        seed: seed of the search; the same seed gives the same files.
+        seed: seed of the search; the same seed gives the same files on one kind of
+            processor.
 
     Raises:
         BadInput: when the system file, the logs, the answer, the limits or the seed cannot be used, when the

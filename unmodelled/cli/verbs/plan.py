@@ -26,7 +26,8 @@ def plan(system: Path, limits: Path, inputs: Path | None, out: Path, seed: int =
         inputs: CSV file with t (s) and the inputs within the limits, or a folder with such files; null: two
             experiments of each of five families of signals.
         out: folder that is new, empty or was made by this verb; replaced as a whole.
-        seed: seed of the experiments and of the noise; the same seed gives the same files.
+        seed: seed of the experiments and of the noise; the same seed gives the same files on one kind of
+            processor.
 
     Raises:
         BadInput: when the system file, the limits or the inputs cannot be used, or no experiment keeps the
