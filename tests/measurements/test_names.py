@@ -67,6 +67,14 @@ def rostopic(path: Path) -> str:
     return "field.position[{}]"
 
 
+def columns(path: Path) -> str:
+    """As pandas flattens lists, with a column for every name and number."""
+    log = {f"name_{j}": [order(k)[j] for k in range(80)] for j in range(3)}
+    position = {f"q_{j}": [list(row(k).values())[j] for k in range(80)] for j in range(3)}
+    pd.DataFrame({"t": T, **log, **position}).to_parquet(path)
+    return "q[{}]"
+
+
 def cells(path: Path) -> str:
     log = {
         "t": T,
@@ -105,7 +113,7 @@ def bag(path: Path, publishers: Sequence[str] = ("/driver",), together: bool = F
 
 
 CHANGING = {"a.jsonl": json_lines, "a.json": things, "a.csv": rostopic, "b.csv": cells, "a.parquet": parquet}
-CHANGING |= {"a.bag": bag}
+CHANGING |= {"a.bag": bag, "b.parquet": columns}
 
 
 @pytest.mark.parametrize("file", CHANGING)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +13,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.limits import OBJECTS, check_file
 from unmodelled.logs.readers.cells import is_list, lists, numbers, times, words
 from unmodelled.logs.readers.dialect import UNIT, Dialect, dialect_of
-from unmodelled.logs.readers.names import Beside, by_name, elements
+from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Array, Reader, Table
 
 
@@ -60,31 +58,7 @@ class Delimited(Reader):
         kept = [name for name in dialect.names if name in columns or name in texts]
         aliases = {match["name"].strip(): name for name in kept if (match := UNIT.fullmatch(name))}
         table = Table("", columns, units, texts, aliases, first=dialect.skipped + 1)
-        return _by_name(table, beside)
-
-
-def _by_name(table: Table, beside: Beside) -> list[Table]:
-    """The tables of a file by the names in its cells: words of lists, and elements such as `field.name0`."""
-    for place, parts in elements(table.texts).items():
-        beside.names[place] = list(zip(*(table.texts[part] for part in parts), strict=True))
-    places = elements(table.columns)
-    labels, wrong = beside.labels(table)
-    if not any(labels):
-        return [table]
-    for name in (name for parts in places.values() for name in parts if wrong.any()):
-        table.columns[name][wrong] = np.nan  # of a row with fewer elements than the header
-    bracketed = {part: f"{place}[{k}]" for place, parts in places.items() for k, part in enumerate(parts)}
-    own = {inside: part for part, inside in bracketed.items()}
-
-    def renamed(content: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
-        return {names.get(key, key): value for key, value in content.items()}
-
-    def spelled(found: Table, names: Mapping[str, str]) -> Table:
-        aliases = {names.get(new, new): names.get(old, old) for new, old in found.aliases.items()}
-        columns, units = renamed(found.columns, names), renamed(found.units, names)
-        return replace(found, columns=columns, units=units, aliases=aliases)
-
-    return [spelled(found, own) for found in by_name(spelled(table, bracketed), labels)]
+        return by_cells(table, beside)
 
 
 def _frame(path: Path, dialect: Dialect) -> pd.DataFrame:

@@ -22,8 +22,10 @@ NAMING = re.compile(
     r".*(names?|(^|_)(ids|labels))|joints?|motors?|servos?|axis|axes|actuators?|channels?|dofs?|ids?|labels?",
     re.IGNORECASE | re.DOTALL,
 )
-#: A column that is an element of a list: `position[0]`, or `field.position0` of rostopic.
-ELEMENT = re.compile(r"(?P<place>.*?)(\[(?P<inside>\d{1,3})\]|(?P<behind>\d{1,3}))", re.ASCII | re.DOTALL)
+#: A column that is an element of a list: `position[0]`, `position_0`, or `field.position0` of rostopic.
+ELEMENT = re.compile(
+    r"(?P<place>.*?)(\[(?P<inside>\d{1,3})\]|[_.]?(?P<behind>\d{1,3}))", re.ASCII | re.DOTALL
+)
 #: What stands between the names of a topic and of a publisher, and most publishers that are told apart.
 PUBLISHER, PUBLISHERS = "@", 16
 #: Most names that the elements of the lists of a table have: what has more is a text that changes.
@@ -101,8 +103,8 @@ def elements(columns: Iterable[str]) -> dict[str, list[str]]:
         columns: names of columns.
 
     Examples:
-        >>> elements(["t", "field.name0", "field.name1", "q[0]"])
-        {'field.name': ['field.name0', 'field.name1'], 'q': ['q[0]']}
+        >>> elements(["t", "field.name0", "field.name1", "q[0]", "tau_1", "tau_2"])
+        {'field.name': ['field.name0', 'field.name1'], 'q': ['q[0]'], 'tau': ['tau_1', 'tau_2']}
     """
     found: dict[str, dict[int, str]] = {}
     for name in columns:
@@ -120,6 +122,35 @@ def _key(place: str) -> str:
 
 def _is_number(word: str) -> bool:
     return NUMBER.fullmatch(word) is not None
+
+
+def by_cells(table: Table, beside: Beside) -> list[Table]:
+    """Return the tables of a file by the names in its cells, see `by_name`.
+
+    Args:
+        table: table of the file. Its elements of lists have the names of columns that the file gives, such as
+            `field.position0`, and texts may be elements of lists of names, such as `field.name0`.
+        beside: further names, and lengths of lists, which are added to.
+    """
+    for place, parts in elements(table.texts).items():
+        beside.names.setdefault(place, list(zip(*(table.texts[part] for part in parts), strict=True)))
+    labels, wrong = beside.labels(table)
+    if not any(labels):
+        return [table]
+    places = elements(table.columns)
+    inside = {part: f"{place}[{k}]" for place, parts in places.items() for k, part in enumerate(parts)}
+    # rows whose names fit no list, as of text with fewer cells than the header, hold numbers of other columns
+    columns = {k: np.where(wrong, np.nan, v) if k in inside else v for k, v in table.columns.items()}
+    found = by_name(_respelled(replace(table, columns=columns), inside), labels)
+    return [_respelled(each, {place: part for part, place in inside.items()}) for each in found]
+
+
+def _respelled(table: Table, names: Mapping[str, str]) -> Table:
+    """The table with other names of some columns."""
+    columns = {names.get(name, name): values for name, values in table.columns.items()}
+    units = {names.get(name, name): unit for name, unit in table.units.items()}
+    aliases = {names.get(new, new): names.get(old, old) for new, old in table.aliases.items()}
+    return replace(table, columns=columns, units=units, aliases=aliases)
 
 
 def by_publisher(table: Table, labels: Sequence[Labels], publishers: Sequence[str]) -> list[Table]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json
 from unmodelled.base.limits import check_memory
-from unmodelled.logs.readers.names import Beside, by_name
+from unmodelled.logs.readers.names import Beside, by_cells
 from unmodelled.logs.readers.reader import Array, Reader, Table
 from unmodelled.logs.readers.records import ELEMENTS, STAMPS, listed
 
@@ -50,7 +50,7 @@ class Parquet(Reader):
             content.units |= dict.fromkeys(own, unit)
         known = {alias: name for alias, name in aliases.items() if name in content.columns}
         found = Table("", content.columns, content.units, content.texts, known)
-        return by_name(found, content.beside.labels(found)[0])
+        return by_cells(found, content.beside)
 
 
 def _is_of(wanted: str, name: str) -> bool:
