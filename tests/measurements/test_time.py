@@ -36,6 +36,8 @@ def read(folder: Path, time: object, **columns: object) -> Logs:
         ("elapsed_hours", None, 3600.0),
         ("time (min)", None, 60.0),
         ("timeMinutes", None, 60.0),
+        ("Zeit [Std]", None, 3600.0),
+        ("time (Min)", None, 60.0),
         ("stamp_us", None, 1e-6),
         ("time_ms", None, 1e-3),
     ],

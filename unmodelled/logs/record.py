@@ -151,7 +151,7 @@ class Record:
                 f"{len(table)}: name a column that every table has"
             )
         seconds = time.seconds if time.seconds is not None else seconds_of(found.unit or "")
-        if seconds is None and (unit := unit_of_time(found.name, t)):
+        if seconds is None and (unit := unit_of_time(f"{found.name} {found.unit or ''}", t)):
             seconds = seconds_of(unit)
             if unit != "s":
                 self.assumed.add(f"time {found.name} was read in {unit}, by its name or its numbers")

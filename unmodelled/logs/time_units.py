@@ -20,10 +20,10 @@ LOGGED = (10_957.0, 47_482.0)
 STEP = 2e-5
 #: Words at the end of the name of a column of time that are its unit.
 WORDS = {
-    "d": "datenum day days",
-    "h": "h hour hours",
-    "min": "min mins minute minutes",
-    "s": "s sec secs second seconds",
+    "d": "datenum day days tag tage",
+    "h": "h hour hours std stunde stunden",
+    "min": "min mins minute minutes minuten",
+    "s": "s sec secs second seconds sek sekunde sekunden",
     "ms": "ms msec msecs millis millisecond milliseconds",
     "us": "us µs usec usecs micros microsecond microseconds",
     "ns": "ns nsec nsecs nanos nanosecond nanoseconds",
@@ -53,7 +53,7 @@ def unit_of_time(name: str, values: Array) -> str | None:
     """Return the unit of a column of time of which the file gives none; None if nothing tells.
 
     Args:
-        name: name of the column, whose last word may be its unit.
+        name: name of the column, whose last word may be its unit, also spelt as no unit is ("Std").
         values: numbers of the column, shape (rows,). A count of days tells itself by its size and its steps.
 
     Examples:
