@@ -15,9 +15,14 @@ from unmodelled.api.plan import plan
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.plan import plan as plan_verb
 from unmodelled.design.limits import Limits, Range, read_limits
+from unmodelled.design.plan_content import _effect, _size, effects_table
 from unmodelled.design.planned import default_inputs, read_inputs
 from unmodelled.design.signals import FAMILIES
+from unmodelled.design.visible import Visible
 from unmodelled.design.written import write_experiment
+from unmodelled.effects.actuator_offset import ActuatorOffset
+from unmodelled.effects.place import Place
+from unmodelled.effects.scales import Scales, Spread
 from unmodelled.systems import units
 from unmodelled.systems.model import Logged, System
 from unmodelled.systems.reader import read_system
@@ -270,3 +275,20 @@ def test_a_plan_is_written_and_told_in_the_units_of_the_user(
     )
     assert found.content["start"] == {"T": {"value": 20.0, "unit": "degC"}}
     assert found.content["noise"] == {"T": {"value": 0.02, "unit": "degC"}}
+
+
+def test_a_size_that_shows_is_told_in_the_units_of_the_logs(tmp_path: Path) -> None:
+    """An offset of the valve in percent, and the play of a screw from stop to stop in mm."""
+    (tmp_path / "room.yaml").write_text(ROOM)
+    system = read_system(tmp_path / "room.yaml")
+    scales = Scales(
+        {"T": Spread(290.0, 300.0, 295.0), **{i.name: Spread(0.0, 1.0, 0.5) for i in system.inputs}},
+        *({"T": Spread(290.0, 300.0, 295.0)}, {"wall": 50.0}, {"wall": 0.0}, 4.0, 400.0),
+    )
+    added = ActuatorOffset().add(system, Place("actuator", "valve"), scales)
+    one = Visible(added, "u_0", 0.031, 0.1, np.zeros(1), np.zeros((0, 1)))
+    entry = _effect(one, ())
+    assert (entry["size"], entry["unit"]) == (0.031, "1") and entry["shown"]["size"] == pytest.approx(3.1)
+    row = effects_table({"effects": [entry]}).iloc[0]
+    assert (row["size"], row["unit"]) == (pytest.approx(3.1), "%")
+    assert _size(entry).replace("\xa0", " ").startswith("3.1 % (10")

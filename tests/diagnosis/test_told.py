@@ -303,7 +303,7 @@ def test_errors_are_in_the_units_of_the_columns(
     assert off.says(0.1).startswith(f"{0.5 * factor:.2g} {unit} off")
     assert Off(item.unit, 160.0, None).says(0.1).startswith(f"160 {item.unit} off")
     assert (off.unit, off.at_horizon) == (item.unit, 0.5)
-    entry = {
+    entry: dict[str, Any] = {
         "unit": item.unit,
         "known": 0.5,
         "known_whole_run": None,

@@ -58,7 +58,7 @@ class Plan:
         """Return a row per effect.
 
         Columns: effect (in words), number, size (smallest one that shows with 95 %, nan if no plausible size
-        does) and unit (SI), share (of the plausible size), looks_like (effects in words).
+        does) and unit (of the logs), share (of the plausible size), looks_like (effects in words).
         """
         return effects_table(self.content)
 

@@ -17,6 +17,8 @@ from unmodelled.design.limits import Limits, units_of
 from unmodelled.design.rivals import HALF_INTERVAL
 from unmodelled.design.runs import frame, start_of
 from unmodelled.design.sensors import BestSensor
+from unmodelled.effects.added import Added
+from unmodelled.effects.telling import scale
 from unmodelled.logs.logs import as_logged
 from unmodelled.report.numbers import number, unit_text
 from unmodelled.systems.model import Input, Output, System
@@ -32,13 +34,14 @@ TOLD, DIGITS = 0.75, 8
 def content(design: Design) -> dict[str, Any]:
     """Return the content of next.json.
 
-    It has: `named` and `alternatives`, models by label, the latter with `odds` of the proposed experiment,
-    the chirp and the random one (probability that it tells the named model from this one: the normal
-    distribution function at half of `distance`, in standard deviations); `sensor`, the further sensor that
-    would help most, with `odds` by alternative (null without alternatives); `numbers` with half 95 %
-    intervals before and after each experiment; `shows`, lowest, highest and last output by model; null for a
-    reference that keeps no limits at any amplitude. `start`, `operating_point`, `inputs` (the limits that the
-    experiment keeps) and `shows` are in the units of the system file, which stand beside the values.
+    It has: `named` and `alternatives`, models by label, the latter with `odds` of the proposed
+    experiment, the chirp and the random one (probability that it tells the named model from this one: the
+    normal distribution function at half of `distance`, in standard deviations); `sensor`, the further
+    sensor that would help most, with `odds` by alternative (null without alternatives); `numbers` with
+    half 95 % intervals before and after each experiment; `shows`, lowest, highest and last output by
+    model; null for a reference that keeps no limits at any amplitude. `start`, `operating_point`,
+    `inputs` (the limits that the experiment keeps), `shows`, and `shown` of a number are in the units of
+    the system file, which stand beside the values.
 
     Args:
         design: designed experiment.
@@ -192,10 +195,11 @@ def _sensed(found: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
-    for name, each in found["numbers"].items() if found["criterion"] == "intervals" else ():
+    for name, own in found["numbers"].items() if found["criterion"] == "intervals" else ():
+        each = {"symbol": name, **own, **own.get("shown", {})}
         after, unit = each["after"], f" {each['unit']}".rstrip()
         yield (
-            f"{what} narrows the 95 % interval of {name} = {each['value']:.4g}{unit} from "
+            f"{what} narrows the 95 % interval of {each['symbol']} = {each['value']:.4g}{unit} from "
             f"± {each['before']:.2g} to ± {after['proposed']:.2g} (chirp: {_half(after['chirp'])}, "
             f"random levels: {_half(after['random'])})"
         )
@@ -233,9 +237,10 @@ def _odds(value: Value | None, alternative: int) -> float | None:
 def _number(design: Design, values: Mapping[str, Value | None], name: str) -> dict[str, Any]:
     criterion, named = design.criterion, design.criterion.rivals[0]
     row = list(named.values).index(name)
-    units = {p.name: p.unit for p in named.fitted.hypothesis.system.parameters}
-    units |= {n: unit for e in named.fitted.hypothesis.effects for n, unit in e.units.items()}
-    return {
+    hypothesis = named.fitted.hypothesis
+    units = {p.name: p.unit for p in hypothesis.system.parameters}
+    units |= {n: unit for e in hypothesis.effects for n, unit in e.units.items()}
+    found = {
         "value": named.values[name],
         "unit": units[name],
         "before": HALF_INTERVAL * float(criterion.before[row]),
@@ -244,6 +249,18 @@ def _number(design: Design, values: Mapping[str, Value | None], name: str) -> di
             for key, value in values.items()
         },
     }
+    effect = next((e for e in hypothesis.effects if name in e.units), None)
+    return found if effect is None else {**found, **_shown(effect, name, found)}
+
+
+def _shown(effect: Added, name: str, found: Mapping[str, Any]) -> dict[str, Any]:
+    """The number as a person says it in the units of the logs, where that is another one."""
+    if (said := scale(effect, name)) is None:
+        return {}
+    symbol, unit, slope, shift = said
+    after = {key: None if width is None else abs(slope) * width for key, width in found["after"].items()}
+    about = {"symbol": symbol, "unit": unit, "value": slope * found["value"] + shift}
+    return {"shown": {**about, "before": abs(slope) * found["before"], "after": after}}
 
 
 def _shows(design: Design, y: Array) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from unmodelled.design.content import conditions, kept, rounded
 from unmodelled.design.limits import Limits
 from unmodelled.design.planned import Inputs
 from unmodelled.design.visible import ALIKE_FROM, Alike, Visible
+from unmodelled.effects.telling import said, scale
 from unmodelled.report.headline import effect_name
 from unmodelled.report.numbers import amounts
 from unmodelled.systems.model import System
@@ -67,6 +68,7 @@ def _effect(one: Visible, pairs: Sequence[Alike]) -> dict[str, Any]:
         "unit": one.added.units[one.number],
         "size": one.size,
         "share": one.share,
+        **_shown(one),
         "alike": [
             {
                 **_named(other),
@@ -78,13 +80,24 @@ def _effect(one: Visible, pairs: Sequence[Alike]) -> dict[str, Any]:
     }
 
 
+def _shown(one: Visible) -> dict[str, Any]:
+    """The size as a person says it in the units of the logs, where that is another number."""
+    if one.size is None or scale(one.added, one.number) is None:
+        return {}
+    number = said(one.added, one.number, (one.size,))
+    about = {"symbol": number.symbol, "words": number.words, "unit": number.unit}
+    return {"shown": {**about, "size": number.values[0]}}
+
+
 def _named(one: Visible) -> dict[str, Any]:
     named = {"family": one.added.family, "port": one.added.place.channel}
     return {**named, "label": effect_name(named)}
 
 
 def effects_table(content: Mapping[str, Any]) -> pd.DataFrame:
-    """Return a row per effect: effect, number, size and unit (SI), share, looks_like.
+    """Return a row per effect: effect, number, size and unit, share, looks_like.
+
+    A size is said as in the answer of a diagnosis, in the units of the logs.
 
     Args:
         content: content of plan.json.
@@ -92,9 +105,9 @@ def effects_table(content: Mapping[str, Any]) -> pd.DataFrame:
     rows = [
         {
             "effect": entry["label"],
-            "number": entry["number"],
-            "size": entry["size"],
-            "unit": entry["unit"],
+            "number": entry.get("shown", {}).get("symbol", entry["number"]),
+            "size": entry.get("shown", entry)["size"],
+            "unit": entry.get("shown", entry)["unit"],
             "share": entry["share"],
             "looks_like": "; ".join(other["label"] for other in entry["alike"]),
         }
@@ -130,11 +143,12 @@ def plan_lines(content: Mapping[str, Any]) -> list[str]:
 def _size(entry: Mapping[str, Any]) -> str:
     if entry["size"] is None:
         return "does not show"
-    (size,) = amounts([entry["size"]], entry["unit"])
-    share = entry["share"]
+    told = {"symbol": entry["number"], "words": "", **entry, **entry.get("shown", {})}
+    (size,) = amounts([told["size"]], told["unit"])
+    share, words = entry["share"], told["words"] and f", {told['words']}"
     if share is None:
-        return f"{entry['number']} = {size}"
-    return f"{size} ({100.0 * share:.2g}\u202f%)"
+        return f"{told['symbol']} = {size}{words}"
+    return f"{size}{words} ({100.0 * share:.2g}\u202f%)"
 
 
 def _short(other: Mapping[str, Any], entry: Mapping[str, Any]) -> str:

@@ -50,6 +50,22 @@ def said(added: Added, name: str, values: Sequence[float]) -> Said:
     return Said(told.symbol.format(name), told.words, shown, unit.text, whole)
 
 
+def scale(added: Added, name: str) -> tuple[str, str, float, float] | None:
+    """Return how a person says a number that the law has in SI units; None for one that is said as it is.
+
+    Args:
+        added: effect.
+        name: name of the number.
+
+    Returns:
+        Symbol and unit of the said number, and slope and shift: it is slope times the SI value plus shift.
+    """
+    number = said(added, name, (0.0, 1.0))
+    zero, one = number.values
+    plain = (number.symbol, number.unit) == (name, added.units[name])
+    return None if plain else (number.symbol, number.unit, one - zero, zero)
+
+
 def unit_of(system: System, signal: str, level: bool) -> LoggedUnit | None:
     """Return the unit in which a person writes values of a signal, or None if no column shows the signal.
 

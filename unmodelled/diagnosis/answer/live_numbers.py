@@ -9,7 +9,7 @@ import numpy as np
 
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate
 from unmodelled.effects.added import Added
-from unmodelled.effects.telling import said
+from unmodelled.effects.telling import scale
 from unmodelled.engine.machine.javascript import as_text
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -107,12 +107,10 @@ def sliders(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def _as_said(added: Added, name: str) -> dict[str, Any]:
     """How a person says the number of a slider, which itself stays in SI: symbol, unit, slope and shift."""
-    number = said(added, name, (0.0, 1.0))
-    if (number.symbol, number.unit) == (name, added.units[name]):
+    if (found := scale(added, name)) is None:
         return {}
-    zero, one = number.values
-    about = {"symbol": number.symbol.replace("*", "·"), "unit": number.unit}
-    return {"said": {**about, "slope": one - zero, "shift": zero}}
+    symbol, unit, slope, shift = found
+    return {"said": {"symbol": symbol.replace("*", "·"), "unit": unit, "slope": slope, "shift": shift}}
 
 
 def parameter_sliders(system: System) -> list[dict[str, Any]]:
