@@ -103,17 +103,19 @@ class _Content:
         if not 0 < width <= ELEMENTS:
             return
         check_memory(f"{self.path}: column {name}", 16.0 * width * len(lengths))
-        rows = np.repeat(np.arange(len(lengths)), lengths)
-        places = rows, np.arange(len(rows)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
+        filled = np.arange(width) < lengths[:, None]
         if _is_number(inner):
-            values = np.full((len(lengths), width), np.nan)
-            flat = pc.list_flatten(column)
-            values[places] = flat.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+            flat = pc.list_flatten(column).cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+            if filled.all():
+                values = flat.reshape(-1, width)
+            else:
+                values = np.full(filled.shape, np.nan)
+                values[filled] = flat
             self.columns |= listed(name, values)
             self.beside.lengths[name] = lengths.tolist()
         elif _is_text(inner):
-            words = np.full((len(lengths), width), "", object)
-            words[places] = self._words(name, pc.list_flatten(column))
+            words = np.full(filled.shape, "", object)
+            words[filled] = self._words(name, pc.list_flatten(column))
             self.beside.names[name] = [tuple(row[:n]) for row, n in zip(words.tolist(), lengths, strict=True)]
 
     def _words(self, name: str, column: Any) -> NDArray[np.object_]:
