@@ -26,6 +26,7 @@ from unmodelled.diagnosis.gates.refusal import Refusal
 from unmodelled.effects.place import Place
 from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.logs.preparation import prepare
+from unmodelled.report.robot_tables import robot_sentence
 from unmodelled.systems.robot.compile import compiled
 from unmodelled.systems.robot.numbers import numbers
 
@@ -208,6 +209,15 @@ def test_what_no_machine_has_and_what_is_worse_is_not_offered(said: Said, words:
     assert isinstance(refused, Refusal) and words in str(refused)
     assert str(refused).startswith("robot/rod.xml is not offered: ")
     assert str(refused).endswith("; keep rod.xml")
+
+
+def test_a_file_that_needs_its_supplement_says_so(tmp_path: Path) -> None:
+    file = RobotFile.of(rod(tmp_path, *ALL))
+    run = file.replay
+    alone = replace(file, replay=replace(run, patched=run.given, supplemented=run.patched))
+    assert "robot/rod.xml alone is no improvement: load it with" in str(alone)
+    assert "alone is no improvement" in robot_sentence(alone.content)
+    assert "alone" not in str(file) and "alone" not in robot_sentence(file.content)
 
 
 def test_a_file_without_another_number_is_not_offered(tmp_path: Path) -> None:

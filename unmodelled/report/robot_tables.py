@@ -75,7 +75,9 @@ def robot_sentence(robot: Mapping[str, Any]) -> str:
     gaps = f"{_short(replay['given']['gap'])} as given and {_short(replay[name]['gap'])} with {_MODELS[name]}"
     lost = [output for output, entry in replay[name]["units"].items() if entry["whole_run"] is None]
     diverges = f" In whole runs, {', '.join(lost)} diverges." if lost else ""
-    return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}"
+    worse = replay["patched"]["gap"] >= replay["given"]["gap"]
+    alone = " The patched file alone is no improvement: load it with its supplement." if worse else ""
+    return f"In MuJoCo, the gap on the held-out experiments is {gaps}.{diverges}{alone}"
 
 
 def _short(value: float) -> str:

@@ -122,6 +122,8 @@ class RobotFile:
             gaps += f", with its supplement {run.supplemented.gap:.3g}"
         lost = f"; {', '.join(final.diverged)} diverges in whole runs" if final.diverged else ""
         yield f"gap of the robot file in MuJoCo, on the same experiments: {gaps}{lost}"
+        if run.patched.gap >= run.given.gap:
+            yield f"{self.file} alone is no improvement: load it with {self.supplement}"
 
 
 def offered(diagnosis: Diagnosis) -> RobotFile | Refusal:
