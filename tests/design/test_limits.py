@@ -286,7 +286,7 @@ def test_a_size_that_shows_is_told_in_the_units_of_the_logs(tmp_path: Path) -> N
         *({"T": Spread(290.0, 300.0, 295.0)}, {"wall": 50.0}, {"wall": 0.0}, 4.0, 400.0),
     )
     added = ActuatorOffset().add(system, Place("actuator", "valve"), scales)
-    one = Visible(added, "u_0", 0.031, 0.1, np.zeros(1), np.zeros((0, 1)))
+    one = Visible(added, "u_0", 0.031, 0.1, np.zeros(1), ())
     entry = _effect(one, ())
     assert (entry["size"], entry["unit"]) == (0.031, "1") and entry["shown"]["size"] == pytest.approx(3.1)
     row = effects_table({"effects": [entry]}).iloc[0]
