@@ -182,6 +182,20 @@ def test_a_file_that_is_worse_over_whole_runs_does_not_leave(tmp_path: Path) -> 
     assert reason.endswith(" rad off with the file as given")
 
 
+def test_the_part_to_which_numbers_were_fitted_does_not_count(tmp_path: Path) -> None:
+    """A damping of its own in every experiment, that is exact as far as it was fitted."""
+    own = Said("scatter", Place("parameter", "b"), {}, own={"b_deviation": (0.0, 0.1, 0.0, -0.1)})
+    found = diagnosis(tmp_path, own)
+    model = found.augmented
+    runs = WholeRuns.of(model.system, model.logs, model.gap.substeps)
+    half = runs.off.shape[1] // 2
+    exact = replace(runs, off=np.where(np.arange(2 * half + 1)[:, None] < half, 0.0, runs.off))
+    whole, late = runs.errors(HELD_OUT)["theta"], exact.errors(HELD_OUT, since=0.5)["theta"]
+    assert whole is not None and late is not None and late > whole
+    early = exact.errors(HELD_OUT)["theta"]
+    assert early is not None and late == pytest.approx(2**0.5 * early, rel=0.02)
+
+
 def test_where_the_given_file_is_lost_too_nothing_is_compared(tmp_path: Path) -> None:
     """An inverted pendulum runs away with any numbers: the file leaves, with a note."""
     system, logs = known(tmp_path, ("- mgl*sin(theta)", "+ 60*mgl*theta"))

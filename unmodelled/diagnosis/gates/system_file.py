@@ -7,6 +7,7 @@ from pathlib import Path
 
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.data.result import Diagnosis
+from unmodelled.diagnosis.fitting.own_numbers import SEEN
 from unmodelled.diagnosis.gates.effect_numbers import impossible_numbers
 from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
 from unmodelled.diagnosis.gates.whole_runs import WholeRuns, worse
@@ -19,7 +20,8 @@ def reason_against_system(diagnosis: Diagnosis, file: Path) -> tuple[str, Sequen
     """Return why a system file of the augmented model may not leave.
 
     The file is read back, works on new logs, has possible numbers, and predicts the held-out experiments from
-    their start to their end no worse than the given system, in every output.
+    their start to their end no worse than the given system, in every output. Where experiments have numbers
+    of their own, only the part counts to which these were not fitted.
 
     Args:
         diagnosis: diagnosis with an augmented model.
@@ -42,7 +44,9 @@ def reason_against_system(diagnosis: Diagnosis, file: Path) -> tuple[str, Sequen
     before = WholeRuns.of(diagnosis.system, known.logs, known.gap.substeps, held_out)
     after = WholeRuns.of(system, prepared_for(system, diagnosis.logs), diagnosis.augmented.gap.substeps)
     units = {output.name: output.unit for output in system.outputs}
-    off = before.errors(held_out), after.errors(held_out)
+    # numbers of their own were fitted to the first part of the held-out experiments
+    since = SEEN if any(constant.identify for constant in system.operating_point) else 0.0
+    off = before.errors(held_out, since), after.errors(held_out, since)
     reason = worse(*off, before.recording, units)
     return reason, () if reason else tuple(after.divergence(file.name, held_out))
 

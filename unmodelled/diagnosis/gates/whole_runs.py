@@ -58,14 +58,17 @@ class WholeRuns:
         found = simulation(simulation.values[None, None], substeps=substeps)
         return cls(system, recording, found.errors(recording.scale))
 
-    def errors(self, runs: Sequence[int]) -> dict[str, float | None]:
-        """Return the root mean square errors over all samples of some experiments.
+    def errors(self, runs: Sequence[int], since: float = 0.0) -> dict[str, float | None]:
+        """Return the root mean square errors over the samples of some experiments.
 
         Args:
             runs: numbers of the experiments, of those that were simulated.
+            since: share of every experiment that does not count, because numbers were fitted to it; default
+                0.
         """
         mine = np.isin(self.recording.owner, runs)
-        off = self.off[mine][self.recording.counted[mine]]
+        unseen = np.arange(self.off.shape[1]) >= since * self.recording.steps[:, None]
+        off = self.off[mine][(self.recording.counted & unseen)[mine]]
         found: dict[str, float | None] = {}
         for output, column, scale in zip(self.system.outputs, off.T, self.recording.scale, strict=True):
             near = (np.abs(column) <= DIVERGED).all()
