@@ -14,7 +14,7 @@ import pytest
 from unmodelled.api.plan import plan
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.plan import plan as plan_verb
-from unmodelled.design.limits import Limits, Range, read_limits
+from unmodelled.design.limits import Limits, Range, far_from_logs, read_limits
 from unmodelled.design.plan_content import _effect, _size, effects_table
 from unmodelled.design.planned import default_inputs, read_inputs
 from unmodelled.design.signals import FAMILIES
@@ -23,6 +23,7 @@ from unmodelled.design.written import write_experiment
 from unmodelled.effects.actuator_offset import ActuatorOffset
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales, Spread
+from unmodelled.logs.logs import Logs
 from unmodelled.systems import units
 from unmodelled.systems.model import Logged, System
 from unmodelled.systems.reader import read_system
@@ -216,6 +217,17 @@ def test_zero_of_a_scale_is_where_its_signals_rest() -> None:
     celsius = LoggedUnit("degC", 1.0, 273.15)
     assert Range(-10.0, 30.0).in_si(celsius).rest == pytest.approx(273.15)
     assert Range(18.0, 22.0, 0.5).in_si(celsius) == Range(291.15, 295.15, 0.5, 291.15)
+
+
+def test_limits_in_another_unit_than_the_logs_are_a_note(tank: System, tmp_path: Path) -> None:
+    system = in_unit(tank, "degC")
+    t = 0.02 * np.arange(100)
+    frame = pd.DataFrame({"t": t, "q": 20.0 + np.sin(t), "h": 25.0 + np.cos(t)})
+    table = pd.DataFrame({"load": [2.0, 2.0]}, index=["a", "b"])
+    logs = Logs.from_frames({"a": frame, "b": frame}, system, table)
+    assert far_from_logs(read(tmp_path, system, low=18.0, high=24.0, start=20.0), system, logs) == []
+    (note,) = far_from_logs(read(tmp_path, system, low=291.0, high=297.0, start=293.0), system, logs)
+    assert "the limits of q are 291 to 297 degC, the logs have 20 to 21: check their unit" in note
 
 
 ROOM = """

@@ -71,6 +71,7 @@ def content(design: Design) -> dict[str, Any]:
         "sensor": _sensor(design.sensor),
         "numbers": {name: _number(design, values, name) for name in criterion.numbers},
         "shows": {label: _shows(design, y) for label, y in design.predictions.items()},
+        "notes": list(design.notes),
     }
     return {name: rounded(value) for name, value in found.items()}
 
@@ -164,6 +165,7 @@ def sentences(found: Mapping[str, Any]) -> list[str]:
         *_sensed(found),
         *_measured(found, what),
         f"limits that it keeps: {kept(found)}",
+        *(f"note: {note}" for note in found["notes"]),
         "log it, add the log to the folder and diagnose again",
     ]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from unmodelled.base.errors import BadInput
 from unmodelled.design.checked import check_answer
 from unmodelled.design.criterion import Criterion, Value
-from unmodelled.design.limits import read_limits
+from unmodelled.design.limits import far_from_logs, read_limits
 from unmodelled.design.rivals import HALF_INTERVAL, Entry, Rival, fitted_rival
 from unmodelled.design.search import Found, best_experiment
 from unmodelled.design.sensors import BestSensor, best_sensor
@@ -43,6 +43,7 @@ class Design:
         found: the proposed experiment.
         seed: seed of the search.
         alternatives: the alternatives of the named effects, as diagnosis.json names them.
+        notes: remarks on the limits.
     """
 
     system: System
@@ -50,6 +51,7 @@ class Design:
     found: Found
     seed: int
     alternatives: tuple[Entry, ...]
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def value(self) -> Value:
@@ -111,6 +113,7 @@ def design(
     logs = several(system, logs)
     check_answer(system, logs, answer)
     bounds = read_limits(limits, system, logs)
+    notes = tuple(far_from_logs(bounds, system, logs))
     horizon, study_seed = float(answer["gap"]["horizon"]), int(answer["seed"])
     system, logs, _ = without_copies(system, logs, horizon)
     named: list[Entry] = answer["effects"]
@@ -134,7 +137,7 @@ def design(
             f"{limits}: travel: no experiment of {bounds.duration:g} s was found in which all models stay "
             "within the limits: widen them, shorten `duration`, or change `start`"
         )
-    return Design(study.system, criterion, found, seed, tuple(other for _, other in swaps))
+    return Design(study.system, criterion, found, seed, tuple(other for _, other in swaps), notes)
 
 
 def _known(answer: Mapping[str, Any]) -> dict[str, tuple[float, float]]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, closest
 from unmodelled.logs.cells import LARGEST
-from unmodelled.logs.logs import Logs
+from unmodelled.logs.logs import Logs, as_logged
 from unmodelled.systems.document import Node, load_yaml
 from unmodelled.systems.model import Constant, System
 from unmodelled.systems.units import LoggedUnit
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 #: Fewest and most samples of an experiment. Thousands of experiments are simulated.
 FEWEST, MOST = 20, 20_000
+#: Of the range of the logs: limits that reach farther beyond it may be in another unit.
+FAR = 10.0
 SECONDS = LoggedUnit("s", 1.0, 0.0)
 
 
@@ -151,6 +153,26 @@ def read_limits(file: Path, system: System, logs: Logs | None = None) -> Limits:
             for name, node in noise.items()
         },
     )
+
+
+def far_from_logs(limits: Limits, system: System, logs: Logs) -> list[str]:
+    """Return a remark for every input whose limits reach far beyond what was logged, as in a wrong unit.
+
+    Args:
+        limits: limits of an experiment.
+        system: system with the inputs.
+        logs: measured experiments.
+    """
+    found = []
+    for k, (item, own) in enumerate(zip(system.inputs, limits.written, strict=True)):
+        u = as_logged(item, logs.u[:, k])
+        low, high, width = float(u.min()), float(u.max()), float(np.ptp(u))
+        if width and max(own.high - high, low - own.low) > FAR * width:
+            ranges = f"{own.low:g} to {own.high:g} {item.column_unit}, the logs have {low:.4g} to {high:.4g}"
+            found.append(
+                f"the limits of {item.name} are {ranges}: check their unit, it is that of the column"
+            )
+    return found
 
 
 def units_of(system: System) -> dict[str, LoggedUnit]:

@@ -256,7 +256,8 @@ def _numbers(content: Entry) -> Iterator[Compared]:
         for key, given in effect["parameters"].items():
             entry = as_said(given)
             interval = None if "values" in entry else _interval(entry)
-            yield Compared(_with_unit(f"{key} of {name}", entry), _amount(entry), interval)
+            symbol = entry.get("symbol", key)
+            yield Compared(_with_unit(f"{symbol} of {name}", entry), _amount(entry), interval)
     for key, entry in content["parameters"].items():
         yield Compared(_with_unit(f"parameter {key}", entry), _amount(entry, "identified"), _interval(entry))
 
