@@ -213,6 +213,31 @@ def test_a_set_point_of_a_level_is_no_level(tmp_path: Path) -> None:
     assert "# temp_set_degC is the set point of T: the loop is closed" in (logs / "system.yaml").read_text()
 
 
+def test_a_pack_with_its_temperature_is_electric(tmp_path: Path) -> None:
+    tables = []
+    for k in range(2):
+        current = drive(k, -2.0, 2.0)
+        voltage = filled(current, 300.0, 0.0, 20.0) + 0.03 * current
+        columns = {
+            "stack_voltage": voltage,
+            "stack_current": current,
+            "coolant_temp": 30.0 + 1e-3 * np.arange(N),
+        }
+        tables.append({"t_s": np.arange(N) * 1.0, **columns, "soc": 50.0 + voltage})
+    mapping, _ = drafted(write(tmp_path / "raw", tables))
+    found = {name: each["column"] for name, each in mapping["signals"].items()}
+    assert found == {"U": "stack_voltage", "i": "stack_current"}
+
+
+def test_a_run_that_was_broken_off_is_left_out(tmp_path: Path) -> None:
+    table = pd.DataFrame({**LOGS[0], "rep": np.append(np.repeat([1, 2, 3, 4], 370), np.full(20, 5))})
+    table.to_csv(tmp_path / "all.csv", index=False)
+    mapping, system = drafted(tmp_path)
+    logs = read_logs(tmp_path, system)
+    assert mapping["split_by"] == "rep" and logs.ids == ("1", "2", "3", "4")
+    assert any("runs of 'rep' with fewer than 50 samples, left out: 1" in note for note in logs.notes)
+
+
 @pytest.mark.parametrize(
     ("name", "numbers"),
     [("piece", [0, 1, 2]), ("rep", [1, 2, 3]), ("Versuch", [4, 9, 11]), ("lap", [1, 2, 3])],

@@ -109,8 +109,8 @@ def _inputs(k: str, balance: Balance) -> list[str]:
             f"  # {goal} is the set point of {level}{k}: the loop is closed, a controller sets its supply."
         )
     if not balance.supplies and balance.source is None:
-        lines.append(f"  # Question: which column fills or empties {_stored(k, balance)}? None was found.")
-    fills = "drives" if balance.kind.turns else "fills"
+        lines.append(f"  # Question: which column {balance.kind.verb} {_stored(k, balance)}? None was found.")
+    fills = balance.kind.verb
     inputs = [(symbol, channel) for symbol, channel, is_level in symbols_of(k, balance) if not is_level]
     for j, (symbol, channel) in enumerate(inputs):
         supply = balance.supplies[j] if j < len(balance.supplies) else None
@@ -121,7 +121,7 @@ def _inputs(k: str, balance: Balance) -> list[str]:
                 f" Others: {others}" if others else ""
             )
         elif supply is not None and not supply.certain and not balance.kind.electric:
-            said += f". Question: by the values, it empties {_stored(k, balance)}. Does it?"
+            said += f". Question: by the values, it lowers {_stored(k, balance)}. Does it?"
         elif supply is not None and balance.kind.supply is Role.CURRENT:
             said += ". By the values, a positive current " + ("discharges" if supply.outward else "charges")
         measured = (

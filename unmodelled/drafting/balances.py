@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,8 @@ MOST, SUPPLIES = 6, 3
 STILL = 0.02
 #: Share of the changes of a level that supplies must explain: for their signs and the size of the store.
 EXPLAINED = 0.1
+#: Share of squares that is rounding.
+EXACT = 1e-12
 #: Parts of a record over which changes of a level are taken.
 PARTS = 60
 #: Words of a level that surrounds others, and of what leaves a store.
@@ -149,10 +151,8 @@ def _kinds(roles: set[Role | None]) -> list[Kind]:
         return direct[:1]
     if {Role.VELOCITY, Role.CURRENT} <= roles:
         return [SPEED]
-    for kind in (CELL, CHARGE):
-        if {kind.level, kind.supply} <= roles and not roles & {Role.TEMPERATURE, Role.LEVEL} - {kind.level}:
-            return [kind]
-    return [kind for kind in INDIRECT if kind.level in roles]
+    electric = [kind for kind in (CELL, CHARGE) if {kind.level, kind.supply} <= roles]
+    return [*electric[:1], *(kind for kind in INDIRECT if kind.level in roles)]
 
 
 def _balance(
@@ -276,8 +276,8 @@ def _fitted(
     total = np.sum([-f if s.outward else f for f, s in zip(flows, supplies, strict=True)], axis=0)
     gains, share, explains = explained(changes, [over(t, total, k)], beside)
     gain, last = float(gains[0]), float(gains[-1])
-    if gain <= 0.0:
-        return supplies, NONE
+    if gain <= 0.0 or share <= EXPLAINED:
+        return tuple(replace(s, outward=_is_out(s.channel), certain=True) for s in supplies), NONE
     if kind.electric:
         drop = -last if supplies[0].outward else last
         return supplies, Fit(1.0 / gain, max(drop, 0.0), np.nan, share, explains)
@@ -289,8 +289,12 @@ def _fitted(
 
 def _supply(channel: Channel, gain: float, direct: bool, kind: Kind) -> Supply:
     """A supply with its sign: by its name, otherwise by the values."""
-    named = bool({*_OUT.split()} & {*words_of(channel.signal.address)}) and kind.supply is not Role.CURRENT
+    named = _is_out(channel) and kind.supply is not Role.CURRENT
     return Supply(channel, named or gain < 0.0, direct, not (gain < 0.0 and not named))
+
+
+def _is_out(channel: Channel) -> bool:
+    return bool({*_OUT.split()} & {*words_of(channel.signal.address)})
 
 
 def explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) -> tuple[Array, float, float]:
@@ -314,5 +318,7 @@ def explained(changes: Array, wanted: Sequence[Array], beside: Sequence[Array]) 
     without, *_ = np.linalg.lstsq(others, changes, rcond=1e-8)
     rest = float(np.sum((changes - others @ without) ** 2))
     left = float(np.sum((changes - columns / scale @ found) ** 2))
-    share = 1.0 - left / rest if rest > 0.0 else 0.0
-    return np.asarray(found / scale), share, 1.0 - left / (float(changes @ changes) or np.inf)
+    squares = float(changes @ changes)
+    # nothing is left to explain where the others are exact: current and voltage of a resistor
+    share = 1.0 - left / rest if rest > EXACT * squares else 0.0
+    return np.asarray(found / scale), share, 1.0 - left / (squares or np.inf)

@@ -30,6 +30,11 @@ class Kind:
     port: str
 
     @property
+    def verb(self) -> str:
+        """Word for the action of a supply on the level."""
+        return {"shaft": "drives", "heat": "heats"}.get(self.port, "fills")
+
+    @property
     def turns(self) -> bool:
         """Whether the level is a speed, which the effort drives."""
         return self.level is Role.VELOCITY

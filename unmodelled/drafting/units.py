@@ -85,8 +85,8 @@ def ending(name: str) -> tuple[str, bool] | None:
         Unit, and whether it counts only where the other words say such a quantity: a single letter.
 
     Examples:
-        >>> ending("P_heater_kW"), ending("theta_m"), ending("vel_rad_s"), ending("kW"), ending("ticks")
-        (('kW', False), ('m', True), ('rad/s', False), None, ('count', False))
+        >>> ending("P_heater_kW"), ending("theta_m"), ending("vel_rad_s"), ending("kW"), ending("pos")
+        (('kW', False), ('m', True), ('rad/s', False), ('kW', False), None)
     """
     words = [word for word in _WORD.findall(name) if word not in ("per", "pro")]
     if len(words) > 2 and words[-2] in _ABOVE and words[-1] in _BELOW:
@@ -94,7 +94,7 @@ def ending(name: str) -> tuple[str, bool] | None:
     words = [*words[:-1], *_apart(words[-1])] if words else []
     last = words[-1] if words else ""
     unit = known_unit(last) if last in _EXACT else _SPELLED.get(last.lower())
-    if unit is None or (len(words) < 2 and unit != "count"):
+    if unit is None or (len(words) < 2 and unit != "count" and (last not in _EXACT or last == "m")):
         return None
     return unit, len(last) == 1 and last.isalpha()
 

@@ -196,7 +196,11 @@ def _split(
             )
         cells = _texts(found)
         ends = [0, *(np.flatnonzero(cells[rows][1:] != cells[rows][:-1]) + 1), len(rows)]
-        runs = [rows[a:b] for a, b in pairwise(ends) if b > a]
+        every = [rows[a:b] for a, b in pairwise(ends) if b > a]
+        # a run that was broken off is no reason to refuse the others
+        runs = [run for run in every if len(run) >= SHORTEST_LOG] or every
+        short = f"runs of {column.name!r} with fewer than {SHORTEST_LOG} samples, left out"
+        _tell(told, short, len(every) - len(runs))
         parts = [(f"{name}-{cells[run[0]]}" if files > 1 else str(cells[run[0]]), run) for run in runs]
     again = [(label, part) for label, run in parts for part in parts_of(t, run)]
     _tell(told, "starts of time within a file, where another experiment begins", len(again) - len(parts))
