@@ -25,6 +25,7 @@ from unmodelled.diagnosis.answer.augmented import (
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.figure_tables import write_tables
 from unmodelled.diagnosis.answer.live import LIVE, write_live
+from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
@@ -191,6 +192,7 @@ def findings(
         check_windows(system, logs, horizon)
     threads = os.cpu_count() or 1 if workers is None else workers
     found = diagnose_gap(system, logs, horizon, seed, workers=threads, progress=say, faults=faults)
+    found = with_moved_lags(found)
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
