@@ -112,6 +112,9 @@ class Site:
         """Return the zero of the scale on which a quantity is measured, in SI units.
 
         It is 0 degC for a temperature, unless the quantity comes near 0 K, as the rise of a temperature does.
+
+        Args:
+            local: local name of the quantity.
         """
         absolute = self.quantities[local].dimension == TEMPERATURE and self[local].low > ABSOLUTE
         return FREEZING if absolute else 0.0

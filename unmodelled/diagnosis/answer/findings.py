@@ -29,6 +29,7 @@ from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.fitting.checks import check, check_seed, check_windows
@@ -196,6 +197,8 @@ def findings(
     place = where(found)
     if found.verdict == "check_logs":
         return Findings(found, place, exported=False)
+    if (wrong := wrong_number(found)) is not None:
+        found = replace(found, faults=(*found.faults, wrong))
     if (pushed := outside_forces(place.left)) is not None:
         found = replace(found, faults=(*found.faults, pushed))
     reason, notes = _checked(found)
