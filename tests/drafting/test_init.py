@@ -505,3 +505,15 @@ def test_columns_of_other_joints_tell_a_drive(tmp_path: Path) -> None:
     mapping, _ = drafted(arm_logs(tmp_path / "raw", ("1", "2"), header=False))
     found = {name: signal["column"] for name, signal in mapping["signals"].items()}
     assert found == {"q1": "2", "q2": "3", "w1": "4", "w2": "5", "u1": "6", "u2": "7"}
+
+
+def test_a_logged_joint_that_follows_another_one_is_an_output(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    robot, out = tmp_path / "leg.xml", tmp_path / "draft"
+    gear = '<equality><joint joint1="knee" joint2="hip" polycoef="0.1 0.5 0 0 0"/></equality></mujoco>'
+    robot.write_text(ARM.replace("</mujoco>", gear))
+    init(arm_logs(tmp_path / "raw", ("hip", "knee")), robot, None, out)
+    system = read_system(out / "system.yaml")
+    assert [item.name for item in system.inputs] == ["tau_hip"]
+    assert [item.name for item in system.outputs] == ["q_hip", "qd_hip", "q_knee", "qd_knee"]
+    assert system.port_names == ("hip",)

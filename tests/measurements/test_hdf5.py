@@ -165,7 +165,8 @@ def bad_groups(file: Any) -> dict[str, str]:
         "milliseconds": f"column t: attribute unit: 'ms' {SI} s instead of ms: 1 ms = 0.001 s{CONVERT}",
         "gap": "row 31: column t: gap of 0.0101 s, more than 5 sampling periods of 0.002 s: "
         "no part without a gap has 50 samples or more",
-        "dead": "row 1: column angle: dead output, 0.25 in every row",
+        "dead": "row 1: column angle: dead output, 0.25 in every row while its drive moves: "
+        "leave the experiment out",
         "none": "no such group",
         "other/t": "is a dataset, not a group of datasets",
     }

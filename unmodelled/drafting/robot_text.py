@@ -38,7 +38,9 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
     """
     system = _system(robot, name)
     joints = [output.name.removeprefix("q_") for output in system.outputs if output.name.startswith("q_")]
-    pairs = _pairs(joints, list(numbered(draft.joints)), robot)
+    found = list(numbered(draft.joints))
+    shown = _following(system, found)
+    pairs = _pairs(joints, [one for one in found if one not in shown.values()], robot)
     order = [joint for joint in joints if joint in pairs]
     drives = dict(zip(joints, (item.name for item in system.inputs), strict=False))
     by_name = "# Joints are those of the logs by their names."
@@ -50,6 +52,7 @@ def robot_system_text(draft: Draft, robot: Path, name: str) -> str:
         *(_input(joint, drives[joint], *pairs[joint]) for joint in order if joint in drives),
         "outputs:",
         *(line for joint in order for line in _outputs(joint, *pairs[joint])),
+        *(line for joint in shown for line in _outputs(joint, *shown[joint])),
     ]
     currents = [joint for joint in order if _is_current(pairs[joint][1])]
     parameters = [*map(_constant, currents), *_gains(system, {drives[j] for j in order if j in drives})]
@@ -95,6 +98,14 @@ def _system(robot: Path, name: str) -> System:
             return read_system(file)
         except BadInput as error:
             raise BadInput(str(error).replace(str(folder), str(robot.parent))) from None
+
+
+def _following(system: System, found: Sequence[tuple[str, Joint]]) -> dict[str, tuple[str, Joint]]:
+    """Number and signals of the logs by joint of the robot that follows another one."""
+    assert system.robot is not None
+    robot = compiled(system.robot.text, system.robot.file)
+    names = [robot.joints[k].name for k in robot.following({})]
+    return {name: one for name in names for one in found if name in one[1].position.signal.address}
 
 
 def _pairs(

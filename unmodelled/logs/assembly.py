@@ -13,6 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults
+from unmodelled.logs.alive import check_alive, check_size
 from unmodelled.logs.clock import (
     LONGEST_GAP,
     TOLERANCE,
@@ -89,6 +90,7 @@ def assembled(
         BadInput: a line for every fault, which names file, row and column.
     """
     found = Faults()
+    check_alive(system, logs, faults)
     with found.collected():
         experiments = _experiments(path, *table, system)
         with_constants(system, experiments, _places(path, experiments))
@@ -117,7 +119,7 @@ def _without_gaps(
     for row, (name, log) in enumerate(zip(experiments["id"], logs, strict=True)):
         with faults.collected():
             pieces = parts(log)
-            moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, system)]
+            moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, log, system)]
             if not moving:
                 raise BadInput(f"{log.path}: column t: gaps leave no part in which every output changes")
             found += [moving[0], *(_after(a, b) for a, b in pairwise(moving))]
@@ -143,13 +145,14 @@ def _after(before: Columns, piece: Columns) -> Columns:
     return replace(piece, since=float(piece.values["t"][0] - before.values["t"][-1]))
 
 
-def _moving(log: Columns, system: System) -> bool:
-    """Whether every output changes."""
-    return all(np.ptp(log.values[output.column]) >= SMALLEST for output in system.outputs)
+def _moving(log: Columns, whole: Columns, system: System) -> bool:
+    """Whether every output changes that changes in the whole log."""
+    columns = [output.column for output in system.outputs if np.ptp(whole.values[output.column]) > 0.0]
+    return bool(columns) and all(np.ptp(log.values[column]) >= SMALLEST for column in columns)
 
 
 def check_log(log: Columns, system: System) -> None:
-    """Refuse a log without a usable clock, or with a dead output.
+    """Refuse a log without a usable clock, or with an output that changes too little.
 
     Args:
         log: columns of one experiment.
@@ -161,22 +164,9 @@ def check_log(log: Columns, system: System) -> None:
     faults = Faults()
     with faults.collected():
         check_time(log)
-    for output in system.outputs:
-        with faults.collected():
-            _check_alive(log, output.column)
+    with faults.collected():
+        check_size(log, system)
     faults.check()
-
-
-def _check_alive(log: Columns, column: str) -> None:
-    values = log.values[column]
-    if len(values) and np.ptp(values) == 0.0:
-        place = f"{log.path}: row {log.row(0)}: column {column}"
-        raise BadInput(f"{place}: dead output, {values[0]:g} in every row")
-    if len(values) and np.ptp(values) < SMALLEST:
-        raise BadInput(
-            f"{log.path}: row {log.row(0)}: column {column}: its values differ by no more than "
-            f"{np.ptp(values):.3g}, too little to compute with: check the unit of the column"
-        )
 
 
 def _experiments(path: Path, header: list[str], rows: Rows, system: System) -> pd.DataFrame:

@@ -204,3 +204,16 @@ def test_a_joint_that_follows_a_fixed_one_stands_still() -> None:
     robot = compiled(CRANE.replace('name="lower" type="revolute"', 'name="lower" type="fixed"'), "crane")
     upper = [joint.name for joint in robot.joints].index("upper")
     assert robot.resting({})[upper] == 0.4
+
+
+def test_a_gripper_that_no_input_names_stands_still(tmp_path: Path) -> None:
+    """Logs of an arm have no column of its gripper."""
+    grip = joint("grip", "prismatic", ("d", "finger"), "0 1 0")
+    thumb = joint("thumb", "prismatic", ("d", "other"), "0 1 0", '<mimic joint="grip" multiplier="-1"/>')
+    text = CRANE.replace("</robot>", f"{link('finger', 0.1)}{link('other', 0.1)}{grip}{thumb}</robot>")
+    more = "inputs: {tau_lower: {}, tau_wrist: {}}\n"
+    system = system_of(tmp_path, text, more, "crane.urdf")
+    assert system.robot is not None and system.robot.locked == {"grip": 0.0, "thumb": 0.0}
+    assert any("grip are in no input and no output" in note for note in system.notes)
+    with pytest.raises(BadInput, match="the input 'tau_grip' of the robot is missing"):
+        system_of(tmp_path, text, f"{more}outputs: {{q_grip: {{}}}}\n", "crane.urdf")

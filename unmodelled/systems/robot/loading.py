@@ -56,6 +56,8 @@ def loaded(text: str, where: str) -> Loaded:
     import mujoco
 
     needed = Needed.of(text, where)
+    warn = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)  # MuJoCo writes its warnings to a file
     try:
         if needed.mimics:
             spec = mujoco.MjSpec.from_string(needed.text)
@@ -71,6 +73,8 @@ def loaded(text: str, where: str) -> Loaded:
         # lines are those of the part that MuJoCo gets
         said = re.sub(r",? line \d+", "", " ".join(str(error).split()))
         raise BadInput(f"{where}: MuJoCo: {said}: correct this element") from None
+    finally:
+        mujoco.set_mju_user_warning(warn)
     set_inertials(model, needed.inertials)
     return Loaded(model, needed.urdf, (*needed.notes, *_of_inertials(model, needed)))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -46,7 +47,14 @@ def with_robot(sections: Mapping[str, Node]) -> tuple[dict[str, Node], RobotMode
     path = file_beside(sections["model"], LARGEST)
     text = robot_text(path)
     robot = compiled(text, str(path))
-    locked = robot.resting(_locked(sections, robot))
+    locked = _locked(sections, robot)
+    if apart := _apart(sections, robot, locked):
+        words = "are in no input and no output: with the joints that follow them, they stand still at 0"
+        note = (
+            f"{listed([robot.joints[k].written for k in apart])} {words}; to let them move, add their inputs"
+        )
+        robot = replace(robot, notes=(*robot.notes, note))
+    locked = robot.resting({**locked, **dict.fromkeys(apart, 0.0)})
     return _Sections(dict(sections), robot, locked, text).read()
 
 
@@ -63,6 +71,28 @@ def _locked(sections: Mapping[str, Node], robot: Robot) -> dict[int, float]:
         words = "no joint moves a mass, so that nothing moves: give a link a mass and an inertia"
         raise sections["model"].wrong(words)
     return found
+
+
+def _apart(sections: Mapping[str, Node], robot: Robot, locked: Mapping[int, float]) -> list[int]:
+    """Joints that others follow, as in a gripper, and that a file which names its inputs does not name."""
+    leaders = {gear.leader for gear in robot.following(locked).values() if gear.leader is not None}
+    if robot.actuators or not ("inputs" in sections and sections["inputs"].entries()):
+        return []
+    said = {word for key, node in sections.items() if key not in KEYS for word in _texts(node)}
+    own = {k: robot.joints[k].name for k in sorted(leaders)}
+    return [k for k, name in own.items() if not any(re.search(rf"\b(\w+_)?{name}\b", text) for text in said)]
+
+
+def _texts(node: Node) -> Iterator[str]:
+    """Names and texts of a part of the system file."""
+    if isinstance(node.content, str):
+        yield node.content
+    elif isinstance(node.content, dict):
+        yield from node.content
+    parts = node.content.values() if isinstance(node.content, dict) else node.content or ()
+    for part in parts if not isinstance(node.content, str) else ():
+        assert isinstance(part, Node)
+        yield from _texts(part)
 
 
 @dataclass
