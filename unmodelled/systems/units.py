@@ -153,7 +153,7 @@ def parse_unit(text: str) -> Unit:
         >>> parse_unit("mm")
         Traceback (most recent call last):
             ...
-        ValueError: 'mm' must be in SI units, e.g. m instead of mm
+        ValueError: 'mm' must be in SI units, e.g. m instead of mm: 1 mm = 0.001 m
     """
     return Unit(text, _dimension(text))
 
