@@ -18,6 +18,7 @@ from unmodelled.cli.verbs.init import init
 from unmodelled.drafting.lines import quoted
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.mapping import read_mapping
+from unmodelled.systems.reader import read_system
 
 NAMES = (
     "a: b, {c}",
@@ -56,6 +57,28 @@ def test_any_text_is_read_back(tmp_path_factory: pytest.TempPathFactory, text: s
     mapping = read_mapping(file)
     assert mapping.files == (text,)
     assert (mapping.signals["q"].column.name, mapping.signals["q"].unit) == (text, unit)
+
+
+@pytest.mark.parametrize("quantity", ["angle", "torque", "level", "temp"])
+@pytest.mark.parametrize("unit", [*UNITS, "turn", "count", "psi", "kg", "lbf", "Hz", "dB", "%RH", "foo"])
+def test_whatever_the_unit_the_next_command_reads_the_files(tmp_path: Path, unit: str, quantity: str) -> None:
+    """A position in kilograms is none, and is refused; everything that is written is read."""
+    beside = "torque" if quantity in ("angle", "torque") else "flow"
+    for k, log in enumerate(LOGS[:2]):
+        columns = {"t": log["t"], beside: log["torque"]} | (
+            {"angle": log["angle"]} if quantity == "torque" else {}
+        )
+        columns.pop(quantity, None)
+        own = log["torque" if quantity == "torque" else "angle"]
+        pd.DataFrame({**columns, f"{quantity} [{unit}]": own}).to_parquet(tmp_path / f"{k}.parquet")
+    try:
+        init(tmp_path, None, None, None)
+    except BadInput as refused:
+        assert "no moving position and no level" in str(refused)
+        assert not (tmp_path / "mapping.yaml").exists()
+        return
+    logs = read_logs(tmp_path, read_system(tmp_path / "system.yaml"))
+    assert np.isfinite(logs.y).all() and np.isfinite(logs.u).all()
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -21,9 +21,12 @@ from unmodelled.drafting.names import FORCES, Role, meaning_of
 from unmodelled.logs.clock import SHORTEST_LOG
 from unmodelled.logs.readers.reader import Table
 from unmodelled.logs.table import is_text
+from unmodelled.systems.syntax import shown
 
 #: Parts into which a single long record is cut: as many as it allows, to hold some of them out.
 PARTS = (8, 6, 4, 3, 2)
+#: Columns that a message names.
+NAMES = 4
 #: Experiments that a diagnosis should have.
 WANTED = 12
 
@@ -115,11 +118,11 @@ def draft_of(logs: Path) -> Draft:
     joints, balances = _parts([each for each in signals.values() if each] or [[]])
     outputs = [each for each in used_by(joints, balances) if each.output]
     if not outputs:
-        names = sorted({signal.address for each in signals.values() for signal in each})[:8]
-        listed = ", ".join(map(repr, names)) or "(none)"
+        names = sorted({signal.address for each in signals.values() for signal in each})
+        listed = (", ".join(map(shown, names[:NAMES])) or "(none)") + (", ..." if len(names) > NAMES else "")
         raise BadInput(
-            f"{logs}: no moving position and no level was found among the columns {listed}: write "
-            "mapping.yaml and the system file by hand, see docs/own_data"
+            f"{logs}: no moving position and no level was found among the columns {listed}: write both "
+            "files by hand, see docs/own_data"
         )
     names = [each.channel.signal.address for each in outputs]
     kept = _usable(found, signals, names)

@@ -93,7 +93,7 @@ _UNITS = {
     Role.POWER: ("W",),
     Role.TEMPERATURE: ("K",),
     Role.CHARGE: ("C",),
-    Role.LEVEL: ("m", "m^3"),
+    Role.LEVEL: ("m", "m^3", "kg"),
 }
 _RATIOS = frozenset([Role.LEVEL, Role.CHARGE, Role.DUTY])
 #: Units of a sensor without a scale, which a word may have beside it: `position [V]`, `level_mA`.
@@ -161,7 +161,7 @@ def meaning_of(name: str, given: str | None = None) -> Meaning:
     role = next(iter([*fitting, *(strong if unit in (None, *_RAW) else [])]), None) or _by_unit(unit)
     if unit is None and role is Role.TEMPERATURE:
         unit = of_temperature(name)
-    if role is Role.POSITION and unit == "%":
+    if role is Role.POSITION and unit == "%" and any(other is Role.DUTY for _, other in told):
         role = Role.DUTY
     if role is Role.VELOCITY and unit in ("1/min", "1/min."):
         unit = "rpm"
