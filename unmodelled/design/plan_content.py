@@ -131,8 +131,7 @@ def plan_lines(content: Mapping[str, Any]) -> list[str]:
     total = sum(each["duration"] for each in content["experiments"])
     again = f", {', '.join(content['refitted'])} re-fitted" if content["refitted"] else ""
     return [
-        f"{len(content['experiments'])} experiments, {total:.4g} s in all{again}",
-        f"limits that they keep: {kept(content)}",
+        f"{len(content['experiments'])} experiments, {total:.4g} s in all{again}; limits: {kept(content)}",
         *(f"{a:<{widths[0]}}  {b:<{widths[1]}}  {c}".rstrip() for a, b, c in rows),
         "shows from: smallest size that is told from none with 95 %, and its share of a plausible size",
         "looks like: after re-fitting, the outputs change in nearly the same way "
