@@ -62,16 +62,3 @@ def quoted(text: str) -> str:
     if _PLAIN.fullmatch(text) and yaml.safe_load(text) == text:
         return text
     return str(yaml.dump(text, default_style='"', allow_unicode=True, width=sys.maxsize)).rstrip("\n")
-
-
-def printed(text: str) -> str:
-    """Return a text for a terminal, with its control characters as escapes.
-
-    Args:
-        text: any text.
-
-    Examples:
-        >>> printed("theta \\x1b]0;x\\x07")
-        'theta \\\\x1b]0;x\\\\x07'
-    """
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from unmodelled.base.errors import printable
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.draft import Draft
-from unmodelled.drafting.lines import printed
 from unmodelled.drafting.names import Role
 
 #: Rows of the table.
@@ -29,11 +29,11 @@ def table_text(draft: Draft) -> str:
         unit, likeness = used.get(address) or (parts[0].unit or "?", _unused(parts[0].role))
         rows.append(
             (
-                printed(address),
+                printable(address),
                 f"{parts[0].rate:.4g} Hz",
                 f"{low:.4g}",
                 f"{high:.4g}",
-                printed(unit),
+                printable(unit),
                 likeness,
             )
         )

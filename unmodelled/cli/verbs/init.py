@@ -6,12 +6,11 @@ import os
 import re
 from pathlib import Path
 
-from unmodelled.base.errors import BadInput
+from unmodelled.base.errors import BadInput, printable
 from unmodelled.base.files import replacing
 from unmodelled.base.ownership import Out, verb
 from unmodelled.cli.overrides import quoted
 from unmodelled.drafting.draft import draft_of
-from unmodelled.drafting.lines import printed
 from unmodelled.drafting.mapping_text import mapping_text
 from unmodelled.drafting.robot_text import robot_system_text, with_goals
 from unmodelled.drafting.system_text import system_text
@@ -67,8 +66,8 @@ def init(logs: Path, robot: Path | None, system: Path | None, out: Path | None) 
         with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
     given = mapping if (place / "experiments.csv").exists() else place
-    print(printed(f"questions: {mapping} and {file}, behind 'Question'"))
-    print(printed(f"next: unmodelled simulate {_key('system', file)} {_key('logs', given)} out=simulation"))
+    print(printable(f"questions: {mapping} and {file}, behind 'Question'"))
+    print(printable(f"next: unmodelled simulate {_key('system', file)} {_key('logs', given)} out=simulation"))
 
 
 def _key(name: str, path: Path) -> str:
