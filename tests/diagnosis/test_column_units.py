@@ -10,6 +10,8 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.test_told import BOILER, BOILER_F, PORT, SLIDE, TABLE, found, read
+from unmodelled.api.learned_laws import _errors as learned_errors
+from unmodelled.api.simulation import _errors as simulated_errors
 from unmodelled.diagnosis.answer.column_units import (
     axis_unit,
     channels_in_columns,
@@ -19,8 +21,10 @@ from unmodelled.diagnosis.answer.column_units import (
 from unmodelled.diagnosis.answer.live import _scale
 from unmodelled.diagnosis.answer.live_machine import about_machine, machine
 from unmodelled.diagnosis.answer.live_numbers import _as_said
+from unmodelled.diagnosis.data.gap import Off
 from unmodelled.effects.place import Place
 from unmodelled.logs.logs import Logs
+from unmodelled.report.headline import as_said
 
 CHANNELS = {
     "gear": {
@@ -140,3 +144,16 @@ def test_a_slider_says_its_number_as_the_sentences_do(
     said = _as_said(one.added, name)["said"]
     assert (said["symbol"], said["unit"]) == expected[:2]
     assert said["slope"] * value + said["shift"] == pytest.approx(expected[2])
+
+
+def test_pages_of_a_training_and_of_a_simulation_say_errors_in_the_units_of_the_columns(
+    tmp_path: Path,
+) -> None:
+    item = read(tmp_path, TABLE).outputs[0]
+    off = Off("rad", pi / 180, None, item.as_difference)
+    for entry in (simulated_errors(off), learned_errors(off, off)):
+        assert (entry["unit"], entry["known"]) == ("rad", pi / 180)
+        assert as_said(entry)["unit"] == "deg" and as_said(entry)["known"] == pytest.approx(1.0)
+    plain = Off("m", 0.1, 0.2, read(tmp_path, SLIDE).outputs[0].as_difference)
+    assert as_said(simulated_errors(plain)) == {"unit": "m", "known": 0.1, "known_whole_run": 0.2}
+    assert learned_errors(plain, plain)["formulas_whole_run"] == 0.2

@@ -17,6 +17,7 @@ from unmodelled.base.files import extending_folder, write_json
 from unmodelled.base.notebook import shown
 from unmodelled.base.ownership import writing
 from unmodelled.diagnosis.answer.live_machine import about_machine, simulated
+from unmodelled.diagnosis.data.gap import Off
 from unmodelled.effects.place import Place, site
 from unmodelled.effects.scales import Scales
 from unmodelled.learning.fit import Fit
@@ -170,15 +171,19 @@ class LearnedLaws:
             "parameters": table.to_dict("records"),
             "horizon": float(found.horizon),
             "gap": {"known": known.value, "formulas": found.value, "floor": found.floor},
-            "units": {
-                name: {
-                    **{"unit": off.unit, "known": known.gap.units[name].at_horizon},
-                    **{"formulas": off.at_horizon, "formulas_whole_run": off.whole_run},
-                }
-                for name, off in found.gap.units.items()
-            },
+            "units": {name: _errors(known.gap.units[name], off) for name, off in found.gap.units.items()},
             "notes": list(self.notes),
         }
+
+
+def _errors(known: Off, formulas: Off) -> dict[str, Any]:
+    """Errors of an output, and beside them those in the unit of its column where that is another one."""
+    found = {
+        **{"unit": known.unit, "known": known.at_horizon},
+        **{"formulas": formulas.at_horizon, "formulas_whole_run": formulas.whole_run},
+    }
+    shown = known.as_logged
+    return found if shown.unit == known.unit else {**found, "shown": _errors(shown, formulas.as_logged)}
 
 
 def learned_laws(fit: Fit, logs: Logs) -> LearnedLaws:

@@ -8,7 +8,7 @@ from typing import Any
 
 from unmodelled.report.diagnosis_tables import error_cell
 from unmodelled.report.formula import formula
-from unmodelled.report.headline import percent
+from unmodelled.report.headline import as_said, percent
 from unmodelled.report.numbers import amounts, number, unit_text
 from unmodelled.report.result_page import write_result_page
 from unmodelled.report.tables import Cell, Table
@@ -53,7 +53,7 @@ def _sentence(content: Mapping[str, Any]) -> str:
     learned = " and ".join(
         f"up to {amounts([law['largest']], law['unit'])[0]} at {law['port']}" for law in content["laws"]
     )
-    name, entry = next(iter(content["units"].items()))
+    name, entry = next((n, as_said(e)) for n, e in content["units"].items())
     values = [v for v in (entry["known"], entry["formulas"]) if v is not None]
     if len(values) < 2:
         return f"The networks have learned an effort of {learned}."
@@ -76,7 +76,7 @@ def _law(law: Mapping[str, Any]) -> dict[str, Any]:
 
 def _errors(content: Mapping[str, Any]) -> Table:
     rows = []
-    for name, entry in content["units"].items():
+    for name, entry in ((n, as_said(e)) for n, e in content["units"].items()):
         errors = (entry["known"], entry["formulas"], entry["formulas_whole_run"])
         unit = Cell(unit_text(entry["unit"]), entry["unit"])
         rows.append((Cell(name, name), *map(error_cell, errors), unit))
