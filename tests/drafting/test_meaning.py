@@ -57,9 +57,12 @@ from unmodelled.logs.folder import read_logs
         ("enc ticks", Role.POSITION, "count"),
         ("gear position [V]", Role.POSITION, "V"),
         ("tank_supply_A", Role.CURRENT, "A"),
+        ("motor load [N m]", Role.EFFORT, "N m"),
+        ("torque_enable", None, None),
+        ("current limit", None, None),
     ],
 )
-def test_names_are_read_by_whole_words(name: str, role: Role, unit: str | None) -> None:
+def test_names_are_read_by_whole_words(name: str, role: Role | None, unit: str | None) -> None:
     found = meaning_of(name)
     assert (found.role, found.unit) == (role, unit)
 
@@ -143,6 +146,17 @@ def test_a_set_point_alone_says_that_the_loop_is_closed(tmp_path: Path) -> None:
     mapping, _ = drafted(tmp_path)
     assert mapping["signals"]["u"] == {"column": "lift_target_mm", "unit": "mm"}
     assert "u is a set point: the loop is closed" in (tmp_path / "system.yaml").read_text()
+
+
+def test_a_supply_voltage_does_not_replace_a_set_point(tmp_path: Path) -> None:
+    for k in range(2):
+        log = servo(k)
+        supply = 12.0 + 0.05 * np.random.default_rng(k).standard_normal(len(log["t"]))
+        table = {"t": log["t"], "tilt_rad": log["q"], "tilt_target_rad": log["goal"], "supply_V": supply}
+        pd.DataFrame(table).to_csv(tmp_path / f"{k}.csv", index=False)
+    mapping, system = drafted(tmp_path)
+    assert mapping["signals"]["u"]["column"] == "tilt_target_rad"
+    assert values(system)["K"] == pytest.approx(64.0, rel=0.1)
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("min", 1.0 / 60.0), ("h", 1.0 / 3600.0)])

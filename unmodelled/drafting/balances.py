@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from unmodelled.drafting.channels import SAMPLES, Channel
+from unmodelled.drafting.channels import BARS, SAMPLES, Channel
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.kinds import CELL, CHARGE, DIRECT, INDIRECT, SPEED, Kind
 from unmodelled.drafting.motion import at, over
@@ -230,7 +230,7 @@ def level_channel(signal: Signal) -> Channel:
     usual = {
         Role.TEMPERATURE: "K" if middle > 200.0 else "degC",
         Role.LEVEL: "m",
-        Role.PRESSURE: "Pa" if most > 2000.0 else "bar",
+        Role.PRESSURE: "Pa" if most > BARS else "bar",
         Role.CHARGE: "%" if most > 1.5 else "1",
         Role.VELOCITY: "rpm" if most > 200.0 else "rad/s",
     }

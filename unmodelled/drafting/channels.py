@@ -37,6 +37,8 @@ PAIRS = (
 CLOSE = 0.15
 #: Counts of an encoder, per turn and per metre, until somebody tells; range of whole numbers that are counts.
 COUNTS, FINE, MANY = 4096, 1_000_000, 1000.0
+#: Largest pressure without a unit that is in bar.
+BARS = 2000.0
 #: Units of inputs without one.
 USUAL = {Role.CURRENT: "A", Role.VOLTAGE: "V", Role.DUTY: "1", Role.PRESSURE: "Pa", Role.FLOW: "m^3/s"}
 USUAL |= {Role.POWER: "W"}
@@ -211,6 +213,8 @@ def input_channel(signal: Signal, angular: bool) -> Channel:
     """
     effort = "N m" if angular else "N"
     unit = signal.unit or USUAL.get(signal.role or Role.OTHER, effort)
+    if signal.unit is None and signal.role is Role.PRESSURE and np.abs(signal.values).max() < BARS:
+        unit = "bar"
     return Channel(signal, "1" if unit == "count" else unit, signal.unit is not None)
 
 

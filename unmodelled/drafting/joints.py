@@ -224,17 +224,20 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
     near = _akin(position, near, [each.position for each in homes])
     # of what acts, what was measured goes before what was wanted
-    acting = sorted((s for s in near if s.role in ACTING), key=lambda s: is_command(s.address))
+    acting = [s for s in near if s.role in ACTING]
+    acting.sort(key=lambda s: (s.role is Role.PRESSURE, is_command(s.address)))
     efforts = [s for s in acting if s.role in FORCES] or acting
     goals = [s for s in near if s.role is Role.GOAL or follows(position, s)]
     goal = max(goals, key=lambda signal: correlation(position, signal), default=None)
-    if goal is not None and not efforts:
-        servo = _servo(here, goal)
-        return Joint(here, velocity, servo, True, fit_of(here, servo, True), _without(goal, goals))
+    servo = None if goal is None else _servo(here, goal)
+    loop = Drive(0.0, 0.0, 0.0) if servo is None else fit_of(here, servo, True)
     unknown = [s for s in free if s.role is None]
     drives = [input_channel(s, is_angle(here.unit)) for s in efforts or unknown]
     rated = [(fit_of(here, drive, False), drive) for drive in drives]
     best = max((fit.share for fit, _ in rated), default=0.0)
+    if servo is not None and goal is not None and (not efforts or best < min(EXPLAINED, loop.share)):
+        # what acts shows nothing of it, such as the voltage of a supply: the loop can be modelled
+        return Joint(here, velocity, servo, True, loop, (*efforts, *_without(goal, goals)))
     if not efforts and best < FOUND:
         return Joint(here, velocity, None, False, Drive(0.0, 0.0, 0.0), ())
     # of those that explain about the same: the first with a telling name, otherwise what varies most

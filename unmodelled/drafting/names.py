@@ -51,7 +51,7 @@ WORDS = {
     Role.POSITION: "pos position positions theta angle angles phi encoder travel stroke winkel weg state enc "
     "hub lage displacement deflection pitch roll yaw",
     Role.VELOCITY: "vel velocity velocities speed omega qd dq qdot dtheta drehzahl geschwindigkeit rpm",
-    Role.EFFORT: "torque torques tau effort efforts force forces moment drehmoment kraft load",
+    Role.EFFORT: "torque torques tau effort efforts force forces moment drehmoment kraft",
     Role.CURRENT: "current currents iq strom amps amperage",
     Role.VOLTAGE: "voltage voltages volt volts spannung",
     Role.DUTY: "pwm duty throttle valve pump ventil pumpe",
@@ -98,8 +98,10 @@ _UNITS = {
 _RATIOS = frozenset([Role.LEVEL, Role.CHARGE, Role.DUTY])
 #: Units of a sensor without a scale, which a word may have beside it: `position [V]`, `level_mA`.
 _RAW = ("V", "mV", "A", "mA", "count", "%")
+#: Words of switches and limits, which are no quantity: `torque_enable`.
+_FLAGS = "enable enabled enabling flag flags status fault error err mode limit valid"
 #: Words of things: a unit or a symbol beside them says which quantity of the thing it is.
-_THINGS = "load tank valve pump ventil pumpe throttle state encoder enc fill press"
+_THINGS = "tank valve pump ventil pumpe throttle state encoder enc fill press"
 
 
 @dataclass(frozen=True)
@@ -154,7 +156,7 @@ def meaning_of(name: str, given: str | None = None) -> Meaning:
         theta_m Role.POSITION None
         enc_a Role.POSITION None
     """
-    told = _told(name)
+    told = [] if {*_FLAGS.split()} & {*words_of(name)} else _told(name)
     unit = known_unit(given) or bracketed(name) or _ending(name, told)
     fitting = [role for word, role in told if unit is None or _fits(role, unit, word)]
     strong = [role for word, role in told if word not in _THINGS.split() and len(word) > 1]
