@@ -86,9 +86,7 @@ class SavedFindings:
         if not isinstance(place, str):
             raise BadInput(f"{file}: does not say where its {name} is: add {name}=<path>")
         if not os.path.exists(place):  # noqa: PTH110 - a damaged path is none
-            raise BadInput(
-                f"{file}: the {name} of the diagnosis is no longer at {place!r}: add {name}=<path>"
-            )
+            raise BadInput(f"{file}: {name}: no longer at {place!r}: add {name}=<path>")
         return Path(place)
 
     def write_tables(self, folder: Path) -> None:
