@@ -211,6 +211,12 @@ def test_what_no_machine_has_and_what_is_worse_is_not_offered(said: Said, words:
     assert str(refused).endswith("; keep rod.xml")
 
 
+def test_an_impossible_number_of_the_supplement_is_not_offered(tmp_path: Path) -> None:
+    refused = offered(rod(tmp_path, Said("inertia_error", PIN, {"dM": -0.004}), robot=URDF))
+    assert isinstance(refused, Refusal)
+    assert refused.reason == "pin.armature would be -0.004 kg m^2, which is never negative"
+
+
 def test_a_file_that_needs_its_supplement_says_so(tmp_path: Path) -> None:
     file = RobotFile.of(rod(tmp_path, *ALL))
     run = file.replay
