@@ -224,6 +224,30 @@ def test_an_answer_says_what_diagnosis_json_says(answer: um.Answer, tmp_path: Pa
     assert answer.notes == tuple(content["notes"])
 
 
+def test_an_interruption_while_figures_are_drawn_leaves_the_older_answer_whole(
+    answer: um.Answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Into a new folder the answer itself is written first, which a diagnosis of hours is worth."""
+
+    def interrupted(folder: Path) -> dict[str, Exception]:
+        raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    answer.save(out, pages=False)
+    (out / "diagnosis.json").write_text("{}")  # an older one
+    older = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
+    monkeypatch.setattr("unmodelled.api.diagnosis.write_figures", interrupted)
+    for place in (out, tmp_path / "new"):
+        with pytest.raises(KeyboardInterrupt):
+            answer.save(place)
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == older
+    assert {path.name for path in (tmp_path / "new").glob("[!.]*")} == {
+        "diagnosis.json",
+        "augmented_system.yaml",
+    }
+    assert {path.name for path in tmp_path.iterdir()} == {"out", "new"}
+
+
 def test_the_system_of_an_answer_is_the_file_that_is_saved(answer: um.Answer, tmp_path: Path) -> None:
     answer.save(tmp_path / "out", pages=False)
     read = um.read_system(tmp_path / "out" / "augmented_system.yaml")

@@ -17,9 +17,10 @@ def diagnose(system: Path, logs: Path, out: Path, horizon: float | None = None, 
     candidates), `augmented_system.yaml` (the system with the identified laws; `simulate` takes it with the
     same logs), `figures`, the `tables` of the figures, and `index.html`, a page on the whole answer in
     which the machine can be simulated. A system file that has impossible numbers or follows whole held-out
-    runs worse than the given one is not written, and the answer says why. The answer is written first; if a
-    figure cannot be drawn, a note in the answer says so. If a fault of the logs, such as a wrong unit or
-    sign, explains most of the gap, the verdict is check_logs and no effect is searched.
+    runs worse than the given one is not written, and the answer says why. Into a new folder the answer is
+    written first, an older one is replaced in the end; if a figure cannot be drawn, a note in the answer says
+    so. If a fault of the logs, such as a wrong unit or sign, explains most of the gap, the verdict is
+    check_logs and no effect is searched.
 
     Args:
         system: file of the known physics (system/1); parameters marked `identify` are refitted.
