@@ -19,6 +19,9 @@ from unmodelled.systems.units import LoggedUnit, parse_logged
 HALF = 0.5
 #: Share of gaps among the steps of an input's clock from which it has no period.
 FEW_GAPS = 0.02
+#: Samples from which on a smooth command is told from steps, and error of a spline through every other one, as
+#: a share of that of straight lines, below which a command is smooth.
+FEWEST_SMOOTH, SMOOTHER = 20, 0.5
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,8 @@ class Channel:
         turn = self._turn()
         if turn is not None and np.any(np.abs(np.diff(values)) > HALF * turn):
             values = np.unwrap(values, period=turn)
-        found = read_at(t, values, instants, "cubic" if self.kind == "cubic" else "linear")
+        curved = self.kind == "cubic" or _smooth(t, values)
+        found = read_at(t, values, instants, "cubic" if curved else "linear")
         beyond = (instants < t[0]) | (instants > t[-1])
         steps = np.diff(t)
         gaps = steps > LONGEST_GAP * np.median(steps)
@@ -126,6 +130,16 @@ class Channel:
                 "any measurement: correct the scale"
             )
         return values
+
+
+def _smooth(t: Array, values: Array) -> bool:
+    """Whether a spline through every other sample tells the rest much better than straight lines."""
+    if len(t) < FEWEST_SMOOTH:
+        return False
+    left_out = values[1:-1:2]
+    curved = read_at(t[::2], values[::2], t[1:-1:2], "cubic")
+    straight = read_at(t[::2], values[::2], t[1:-1:2], "linear")
+    return bool(np.sum((curved - left_out) ** 2) < SMOOTHER**2 * np.sum((straight - left_out) ** 2))
 
 
 def _known(unit: str | None) -> str | None:

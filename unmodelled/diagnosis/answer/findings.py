@@ -29,6 +29,7 @@ from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import summary
+from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
 from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis
@@ -207,7 +208,7 @@ def findings(
     if isinstance(robot, Refusal):
         refused, robot = [*refused, robot], None
     answer = Findings(found, place, exported=not reason, robot=robot, refused=tuple(refused))
-    return answer.with_notes(*notes, *more)
+    return answer.with_notes(*notes, *more, *shorter_windows(found))
 
 
 def _checked(found: Diagnosis) -> tuple[str, Sequence[str]]:
