@@ -19,8 +19,8 @@ from unmodelled.systems.units import LoggedUnit, parse_logged
 HALF = 0.5
 #: Share of gaps among the steps of an input's clock from which it has no period.
 FEW_GAPS = 0.02
-#: Samples from which on a smooth command is told from steps, and error of a spline through every other one, as
-#: a share of that of straight lines, below which a command is smooth.
+#: Samples from which on a smooth command is told from steps, and error of a spline through every other one,
+#: as a share of that of straight lines, below which a command is smooth.
 FEWEST_SMOOTH, SMOOTHER = 20, 0.5
 
 

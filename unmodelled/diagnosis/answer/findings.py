@@ -28,8 +28,8 @@ from unmodelled.diagnosis.answer.live import LIVE, write_live
 from unmodelled.diagnosis.answer.moved_lags import with_moved_lags
 from unmodelled.diagnosis.answer.robot_file import RobotFile, offered
 from unmodelled.diagnosis.answer.sentences import sentences
-from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.shorter_windows import shorter_windows
+from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
 from unmodelled.diagnosis.data.persistence import horizon_of
 from unmodelled.diagnosis.data.result import Diagnosis

@@ -15,8 +15,8 @@ SHORTER, FEWEST = 6.0, 8
 def shorter_windows(found: Diagnosis) -> Iterator[str]:
     """Yield a note that shorter windows may show what the answer lacks.
 
-    A ripple of 42 waves per turn is half a wave off where the simulated angle is 0.07 rad off. Over windows in
-    which the known physics errs by more, the errors do not show the ripple.
+    A ripple of 42 waves per turn is half a wave off where the simulated angle is 0.07 rad off. Over windows
+    in which the known physics errs by more, the errors do not show the ripple.
 
     Args:
         found: diagnosis with a fitted model.
@@ -27,6 +27,6 @@ def shorter_windows(found: Diagnosis) -> Iterator[str]:
         return
     if seconds >= FEWEST * found.logs.period:
         yield (
-            "most of the gap is left: what changes within a small part of the travel, such as ripple or play, "
-            f"shows in short windows only; diagnose again with horizon={seconds:.2g}"
+            "most of the gap is left: what changes within a small part of the travel, such as ripple or "
+            f"play, shows in short windows only; diagnose again with horizon={seconds:.2g}"
         )
