@@ -89,10 +89,13 @@ class Stepper:
 
 
 def defaults(system: System) -> Array:
-    """Return the constants of the operating point of a run that says nothing of them, shape (constants,), SI.
+    """Return the constants of the operating point of a run that says nothing of them.
 
     Args:
-        system: system to simulate; a constant without a value for other experiments is zero.
+        system: system to simulate.
+
+    Returns:
+        Values for other experiments, shape (constants,), SI; zero where the system has none.
     """
     return np.array([constant.other or 0.0 for constant in system.operating_point], np.float64)
 
