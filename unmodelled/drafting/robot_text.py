@@ -14,6 +14,7 @@ from unmodelled.drafting.lines import numbered, one_line, quoted, word
 from unmodelled.systems.model import System
 from unmodelled.systems.reader import read_system
 from unmodelled.systems.robot.compile import compiled
+from unmodelled.systems.robot.files import robot_text
 from unmodelled.systems.units import parse_logged
 
 #: Bounds of the torque constant of a drive, N m/A.
@@ -86,10 +87,7 @@ def _system(robot: Path, name: str) -> System:
     """The system that a robot file makes alone."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        try:
-            (folder / robot.name).write_bytes(robot.read_bytes())
-        except OSError as error:
-            raise BadInput(f"{robot}: cannot be read: {error.strerror}: check the path") from None
+        (folder / robot.name).write_text(robot_text(robot), encoding="utf-8")
         file = folder / "system.yaml"
         file.write_text(
             f"schema: system/1\nname: {word(name)}\nmodel: {quoted(robot.name)}\n", encoding="utf-8"

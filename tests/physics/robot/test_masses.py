@@ -116,6 +116,10 @@ HINGE = """<mujoco><worldbody><body name="rod"><joint name="pin" axis="0 1 0"/>
         (slider().replace('value="2"', 'value="-2"'), "link 'rod': has -2 kg: a mass must not be negative"),
         (slider().replace('<parent link="rail"/>', ""), "joint 'x': has no parent or no child"),
         (
+            slider().replace('<child link="tool"/>', '<child link="tol"/>'),
+            "the file has no link 'tol', its child",
+        ),
+        (
             slider().replace('name="x" type="prismatic"', 'name="x" type="floating"'),
             "write type fixed (the base",
         ),

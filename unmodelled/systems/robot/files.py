@@ -61,7 +61,9 @@ def robot_text(path: Path) -> str:
     except UnicodeDecodeError:
         raise BadInput(f"{path}: not UTF-8 text: save the file in UTF-8") from None
     except OSError as error:
-        raise BadInput(f"{path}: cannot be read: {error.strerror}: check its permissions") from None
+        raise BadInput(
+            f"{path}: cannot be read: {error.strerror}: check the path and its permissions"
+        ) from None
 
 
 @dataclass(frozen=True)
@@ -174,20 +176,22 @@ def _strip_urdf(root: ET.Element, where: str) -> None:
                 "has no equations here: write type fixed (the base then stands still), or hinges and slides"
             )
             raise BadInput(f"{where}: {named(joint)}: of type {kind}: {words}")
+    links = {link.get("name", "") for link in root.findall("link")}
     for joint in root.findall("joint"):
         ends = [end.get("link") for end in (joint.find("parent"), joint.find("child")) if end is not None]
         if len(ends) < 2 or None in ends:
-            raise BadInput(
-                f"{where}: {named(joint)}: has no parent or no child: name both links, or remove it"
-            )
+            words = "has no parent or no child: name both links, or remove it"
+            raise BadInput(f"{where}: {named(joint)}: {words}")
+        if ends[1] not in links:
+            words = f"the file has no link {str(ends[1])[:40]!r}, its child: correct the name"
+            raise BadInput(f"{where}: {named(joint)}: {words}")
     for element in [*root]:
         if element.tag not in ("link", "joint"):
             root.remove(element)
-    links = {link.get("name") for link in root.iter("link")}
-    for parent in root.findall("joint/parent"):
-        if parent.get("link") not in links:  # often that of the world
-            links.add(parent.get("link"))
-            ET.SubElement(root, "link", name=str(parent.get("link")))
+    for name in (parent.get("link", "") for parent in root.findall("joint/parent")):
+        if name not in links:  # often that of the world
+            links.add(name)
+            ET.SubElement(root, "link", name=name)
     for link in root.iter("link"):
         for element in [*link]:
             if element.tag != "inertial":
