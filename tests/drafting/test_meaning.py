@@ -159,6 +159,24 @@ def test_a_supply_voltage_does_not_replace_a_set_point(tmp_path: Path) -> None:
     assert values(system)["K"] == pytest.approx(64.0, rel=0.1)
 
 
+def test_the_drives_of_all_joints_are_of_one_kind(tmp_path: Path) -> None:
+    """The measured torque of the second joint is noisy, which is no reason to mix it with a command."""
+    for k in range(3):
+        one, other = LOGS[k], LOGS[(k + 1) % 3]
+        noise = 0.3 * np.random.default_rng(k).standard_normal(len(one["t"]))
+        joints = {"pos1": one["angle"], "pos2": other["angle"]}
+        measured = {"tau_meas1": one["torque"] + 0.05 * noise, "tau_meas2": other["torque"] + noise}
+        wanted = {"tau_cmd1": one["torque"], "tau_cmd2": other["torque"]}
+        pd.DataFrame({"t": one["t"], **joints, **measured, **wanted}).to_csv(
+            tmp_path / f"{k}.csv", index=False
+        )
+    signals = drafted(tmp_path)[0]["signals"]
+    assert [signals[name]["column"] for name in ("u1", "u2")] in (
+        ["tau_meas1", "tau_meas2"],
+        ["tau_cmd1", "tau_cmd2"],
+    )
+
+
 @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("min", 1.0 / 60.0), ("h", 1.0 / 3600.0)])
 def test_clocks_in_other_units(tmp_path: Path, unit: str, factor: float) -> None:
     logs = write(tmp_path / "raw", {f"time_{unit}": "t", "angle": "angle", "torque": "torque"}, t=factor)

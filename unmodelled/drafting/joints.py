@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,7 +110,33 @@ def joints_of(experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
     moving = [home for home in homes.values() if home.moves(STILL * most if named else 0.0)]
     kept = _distinct(moving)[:MOST]
     found = [_joint(home, kept) for home in kept]
-    return [_fitted(joint, experiments) for joint in _completed(found, kept)]
+    alike = _of_one_kind(_completed(found, kept))
+    return [_fitted(joint, experiments) for joint in alike]
+
+
+def _of_one_kind(joints: Sequence[Joint]) -> list[Joint]:
+    """Joints whose drives are of one kind by their names, such as measured, where all have such a one."""
+    kinds: list[dict[str, Channel]] = []
+    for joint in joints:
+        drives = [joint.drive] if joint.drive is not None and not joint.servo else []
+        drives += [input_channel(s, joint.angular) for s in joint.others] if drives else []
+        kinds.append({_without_number(each.signal.address): each for each in drives})
+    common = [name for name in kinds[0] if all(name in kind for kind in kinds)] if kinds else []
+    if len({_without_number(j.drive.signal.address) for j in joints if j.drive}) < 2 or not common:
+        return list(joints)
+    fits = {
+        name: [fit_of(j.position, kind[name], False) for j, kind in zip(joints, kinds, strict=True)]
+        for name in common
+    }
+    shares = {name: float(np.mean([fit.share for fit in found])) for name, found in fits.items()}
+    usable = [name for name in common if shares[name] > max(shares.values()) - ALIKE]
+    best = min(usable, key=is_command)
+    chosen = zip(joints, kinds, fits[best], strict=True)
+    return [replace(j, drive=kind[best], fit=fit, others=_others(kind, best)) for j, kind, fit in chosen]
+
+
+def _others(drives: Mapping[str, Channel], name: str) -> tuple[Signal, ...]:
+    return tuple(drive.signal for other, drive in drives.items() if other != name)
 
 
 def _completed(joints: Sequence[Joint], homes: Sequence[_Home]) -> list[Joint]:
