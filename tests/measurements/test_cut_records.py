@@ -12,13 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.diagnosis.run_folder import write_runs
+from unmodelled import diagnose
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.simulation import Simulation
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare, several
-from unmodelled.systems.model import System
+from unmodelled.systems.model import Port, System, symbol
 from unmodelled.systems.reader import read_system
 
 Array = NDArray[np.float64]
@@ -146,6 +147,22 @@ def test_a_cut_record_has_the_gap_of_the_whole_one(name: str, tmp_path: Path) ->
         assert found.value < 1.5 * found.floor
     anew = prepare(system, replace(cut, continues=()))
     assert free_runs(system, anew, machine.horizon).value > 3.0 * known.value
+
+
+@pytest.mark.long
+def test_a_complete_model_of_a_cut_record_has_no_gap(tmp_path: Path) -> None:
+    """Where its core started anew in every part, a conductance of the plate drifted from part to part."""
+    system, logs = read(tmp_path, PLATE, "cut: 600 s\n")
+    conductance = replace(system.parameters[3], identify=True, bounds=(0.1, 3.0))
+    surface = Port("wall", "q", "W", position="surface")
+    rates = (system.dynamics[0] - symbol("q") / symbol("C"), system.dynamics[1])
+    free = replace(
+        system,
+        parameters=(*system.parameters[:3], conductance, *system.parameters[4:]),
+        ports=(surface,),
+        dynamics=rates,
+    )
+    assert diagnose(free, logs).verdict == "no_gap"
 
 
 def test_hidden_states_go_on_over_a_gap(tmp_path: Path) -> None:
