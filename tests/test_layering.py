@@ -27,7 +27,7 @@ def test_nothing_in_the_packages_evaluates_text() -> None:
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call):
                 name = getattr(node.func, "id", getattr(node.func, "attr", ""))
-                # of a network in evaluation mode, a regular expression, a compiled function, a robot in MuJoCo
+                # of a network in evaluation mode, a regular expression, a compiled function, a robot
                 harmless = {"model.eval", "re.compile", "compiled.compile", "spec.compile"}
                 assert name not in FORBIDDEN or ast.unparse(node.func) in harmless, (path, node.lineno)
                 if name == "load" and ast.unparse(node.func) == "torch.load":
