@@ -152,6 +152,7 @@ def test_a_locked_joint_follows_no_other_and_is_followed(tmp_path: Path, locked:
     assert system.dynamics == free.dynamics
 
 
+@pytest.mark.long
 def test_mujoco_runs_a_robot_with_followers_as_the_equations_do(tmp_path: Path) -> None:
     """The replay of an answer, of a patched file that keeps its gears."""
     system = system_of(tmp_path, CRANE, "identify: ['d.mass']\n", "crane.urdf")
