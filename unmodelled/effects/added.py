@@ -50,7 +50,7 @@ class Added:
             default none.
         robot: new values of numbers of a robot file that hold the law, as in `Law`, in names of `system`;
             default none.
-        told: what the trade says instead of numbers of the law, as in `Law`, in names of `system`; default
+        told: words of the trade instead of numbers of the law, as in `Law`, in names of `system`; default
             none.
         phrase: the effect in a few words, as in `Law`, in names of `system`; default "".
         signals: name of the signal whose unit a number has, by name of the number; default none.

@@ -21,7 +21,7 @@ class BodyBehind(PortEffect):
 
     Attributes:
         pushed: acceleration of the body, from x, v, x_b, v_b and the numbers of the connection.
-        told: what the trade says of the numbers of the connection, see `Told`.
+        told: words of the trade for the numbers of the connection, see `Told`.
         phrase: the connection in a few words, see `Law`.
         behind: the mass of the body in words.
     """

@@ -131,10 +131,10 @@ class Fixed:
 
 @dataclass(frozen=True)
 class Told:
-    """What the trade says instead of a number of a law, such as the play from stop to stop for half of it.
+    """Words of the trade instead of a number of a law, such as the play from stop to stop for half of it.
 
     Attributes:
-        words: what is said, such as "play from stop to stop"; default "": the number itself.
+        words: words, such as "play from stop to stop"; default "": the number itself.
         symbol: the said number in terms of {0}, the name of the law's number; default that name.
         factor: said value per value in SI units; default 1.
         unit: unit of the said value; default "": that of the number, or of the column of the signal that the
@@ -201,7 +201,7 @@ class Law:
         robot: numbers of a robot file that hold the law: new value of a number of the joint or actuator by
             its name (see `systems.robot.numbers`), in terms of these numbers and those of the law. What an
             amplitude adds that is in no value becomes a force of the supplement; default none.
-        told: what the trade says instead of numbers of the law, by name; default: the numbers.
+        told: words of the trade instead of numbers of the law, by name; default: the numbers.
         phrase: the effect in a few words with its numbers, by their names in braces; default "": the first
             number and the name of the family.
     """

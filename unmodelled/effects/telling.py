@@ -19,7 +19,7 @@ class Said:
 
     Attributes:
         symbol: the said number in terms of the law's, such as "2*delta".
-        words: what it is, such as "play from stop to stop"; "" where the symbol says all.
+        words: name of the trade, such as "play from stop to stop"; "" where the symbol says all.
         values: said values, in `unit`.
         unit: unit of the said values.
         whole: value of which the said one is a part, in `unit`; None if there is none.
