@@ -26,6 +26,8 @@ class Machine:
         period: sampling period, s.
         logged: function of states (states, runs, samples) and random generator to columns (runs, samples).
         drive: name of the column of the input.
+        start: first state at the beginning of the runs, default 0.
+        inputs: function of the inputs (runs, samples) to those that are used, default the same.
     """
 
     system: str
@@ -35,11 +37,13 @@ class Machine:
     period: float
     logged: Callable[[Array, np.random.Generator], dict[str, Array]]
     drive: str
+    start: float = 0.0
+    inputs: Callable[[Array], Array] = lambda u: u
 
     def frames(self, seed: int = 0, runs: int = 4, samples: int = 1200) -> dict[str, pd.DataFrame]:
         """Return faultless logs of runs with inputs of several sines."""
         rng, t = np.random.default_rng(seed), self.period * np.arange(samples)
-        u = self.force * np.array([_sines(t, rng) for _ in range(runs)])
+        u = self.inputs(self.force * np.array([_sines(t, rng) for _ in range(runs)]))
         columns = self.logged(integrated(self, u), rng)
         return {
             f"run{k + 1}": pd.DataFrame(
@@ -52,6 +56,7 @@ class Machine:
 def integrated(machine: Machine, u: Array) -> Array:
     """Return states (states, runs, samples) for inputs (runs, samples) by the midpoint rule."""
     x = np.zeros((machine.states, len(u)))
+    x[0] = machine.start * np.linspace(0.5, 1.0, len(u))
     path, h = [x], machine.period / SUBSTEPS
     for a, b in zip(u.T[:-1], u.T[1:], strict=True):
         for k in range(SUBSTEPS):

@@ -98,11 +98,10 @@ def assembled(
         faults.check()
     found.check()
     logs, looked = inspected(system, list(experiments["id"]), logs)
-    told = sentences([each for each in looked if each.cured])
     experiments, logs, cuts = _without_gaps(system, experiments, logs)
     experiments, notes = with_constants(system, experiments, _places(path, experiments))
     experiments, period = experiments.reset_index(drop=True), common_period(logs)
-    notes = [*notes, *told, *cuts]
+    notes = [*notes, *sentences(looked), *cuts]
     return prepare(system, _measurements(system, experiments, logs, period, notes, provenance))
 
 

@@ -26,12 +26,16 @@ class Correction:
         offset: summands, shape (experiments, outputs), in the unit of the corrected output.
         drive: factors, shape (experiments, inputs), of the inputs.
         clock: factors, shape (experiments,), of time.
+        inputs: inputs that replace the logged ones, shape (samples, inputs), nan where these stay; none.
+        owner: number of the experiment of every sample of `inputs`, shape (samples,).
     """
 
     gain: Array
     offset: Array
     drive: Array
     clock: Array
+    inputs: Array | None = None
+    owner: NDArray[np.int64] | None = None
 
     @classmethod
     def none(cls, logs: Logs) -> Correction:
@@ -42,6 +46,16 @@ class Correction:
         """
         outputs, inputs = (len(logs), len(logs.outputs)), (len(logs), len(logs.inputs))
         return cls(np.ones(outputs), np.zeros(outputs), np.ones(inputs), np.ones(len(logs)))
+
+    @classmethod
+    def replaced(cls, logs: Logs, inputs: Array) -> Correction:
+        """Return the correction that replaces all inputs.
+
+        Args:
+            logs: logs of all experiments.
+            inputs: inputs after their delays, shape (samples, inputs).
+        """
+        return replace(cls.none(logs), inputs=inputs, owner=logs.owner)
 
     def only(self, runs: Mask) -> Correction:
         """Restrict the correction to some experiments.
@@ -56,13 +70,17 @@ class Correction:
             offset=np.where(mine, self.offset, 0.0),
             drive=np.where(mine, self.drive, 1.0),
             clock=np.where(runs, self.clock, 1.0),
+            inputs=None if self.inputs is None else np.where(runs[self.owner][:, None], self.inputs, np.nan),
         )
 
     @property
     def corrected(self) -> Mask:
         """Return the mask, shape (experiments,), of changed experiments."""
         changed = (self.gain != 1.0) | (self.offset != 0.0)
-        return np.asarray(changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0))
+        changed = changed.any(axis=1) | (self.drive != 1.0).any(axis=1) | (self.clock != 1.0)
+        if self.inputs is not None and self.owner is not None:
+            changed[self.owner[np.isfinite(self.inputs).any(axis=1)]] = True
+        return np.asarray(changed)
 
     @property
     def common(self) -> float:
@@ -81,8 +99,9 @@ class Correction:
         period = common * logs.period
         # the delays of the inputs were applied on the clock of the file
         late = tuple(common * delay for delay in logs.delays)
+        u = logs.u if self.inputs is None else np.where(np.isnan(self.inputs), logs.u, self.inputs)
         corrected = replace(
-            logs, y=y, u=self.drive[logs.owner] * logs.u, t=common * logs.t, period=period, delays=late
+            logs, y=y, u=self.drive[logs.owner] * u, t=common * logs.t, period=period, delays=late
         )
         corrected = with_delays(system, corrected)
         if (self.clock == common).all():

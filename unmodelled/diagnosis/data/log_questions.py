@@ -10,6 +10,7 @@ import numpy as np
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.result import LogFault
+from unmodelled.logs.inspection.pairs import multiples
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -17,6 +18,11 @@ from unmodelled.systems.model import System
 TIME_CHANNEL = "t"
 #: Base units whose channels a logger writes in the same unit: all angles and speeds in degrees, say.
 BASES = "rad", "m"
+#: Parts of a run whose first and last one are compared; ratio of their standard deviations above which a
+#: motion lasts, and fewest crossings of the mean in the last part.
+THIRDS, LASTING, CROSSINGS = 3, 0.7, 4
+#: Relative difference up to which a multiple of a slope is another unit.
+NEAR = 0.02
 
 
 @dataclass(frozen=True)
@@ -55,6 +61,11 @@ PROBLEMS = (
     LogProblem("milli", 1e-3, "", "like thousandths of its unit", "multiplied by 1e-3", _CONVERT),
     LogProblem("kilo", 1e3, "", "like thousands of its unit", "multiplied by 1e3", _CONVERT),
 )
+#: Factors with which outputs and inputs are far off: no prediction by the known physics is of any use.
+EXTREMES = tuple(
+    LogProblem(*(name, 10.0**power, "", f"like 1e{power} of its unit", f"multiplied by 1e{power}", _CONVERT))
+    for name, power in (("micro", -6), ("nano", -9), ("mega", 6), ("giga", 9))
+)
 NO_EFFECT = LogProblem(
     *("no_effect", 0.0, "", "as if it had no effect", "replaced by zero"),
     "Check that the column is the input that drove the machine",
@@ -62,6 +73,8 @@ NO_EFFECT = LogProblem(
 CLOCKS = (
     LogProblem("milliseconds", 1e-3, "", "like milliseconds", "multiplied by 1e-3", _CONVERT),
     LogProblem("microseconds", 1e-6, "", "like microseconds", "multiplied by 1e-6", _CONVERT),
+    LogProblem("kiloseconds", 1e3, "", "like thousands of seconds", "multiplied by 1e3", _CONVERT),
+    LogProblem("megaseconds", 1e6, "", "like millions of seconds", "multiplied by 1e6", _CONVERT),
 )
 
 
@@ -80,7 +93,7 @@ class Question:
     correction: Correction
 
 
-def questions(system: System, logs: Logs) -> Iterator[Question]:
+def questions(system: System, logs: Logs, useless: bool = True) -> Iterator[Question]:
     """Yield a question for every factor and every group of channels, the simplest ones first.
 
     Inputs without effect come first: a thousandth of an input has hardly any effect either. Inputs come
@@ -89,15 +102,29 @@ def questions(system: System, logs: Logs) -> Iterator[Question]:
     Args:
         system: the known physics.
         logs: logs of all experiments.
+        useless: whether the known physics is of no use, so that units may be far off; default True.
     """
     units = {item.name: item.unit for item in system.inputs}
     units |= {item.name: item.unit for item in system.outputs}
+    yield from _multiples(system, logs)
     for name in logs.inputs:
         yield _scaled(NO_EFFECT, (name,), logs)
     for channels in _groups(system):
-        for problem in PROBLEMS:
+        for problem in (*PROBLEMS, *(EXTREMES if useless else ())):
             if not problem.base or {problem.base} == {_base(units[name]) for name in channels}:
                 yield _scaled(problem, channels, logs)
+
+
+def _multiples(system: System, logs: Logs) -> Iterator[Question]:
+    """Yield a question for every speed that is a multiple of the slope of its position."""
+    known = [abs(problem.factor) for problem in PROBLEMS if problem.factor != -1.0]
+    for found in multiples(system, logs.y, logs.offsets, logs.period):
+        if any(abs(found.factor * factor - 1.0) < NEAR for factor in known):
+            continue  # a unit, which the next questions name
+        looks = f"like {found.factor:.3g} times the slope of {logs.outputs[found.position]}"
+        cure = "Convert the column (an electrical speed is that of the shaft times the pole pairs)"
+        problem = LogProblem("slope", 1.0 / found.factor, "", looks, f"divided by {found.factor:.4g}", cure)
+        yield _scaled(problem, (logs.outputs[found.speed],), logs)
 
 
 def clocks(system: System, logs: Logs) -> Iterator[Question]:
@@ -130,6 +157,27 @@ def constants(logs: Logs) -> Iterator[LogFault]:
                 "its effect. Check that the column is the input that drove the machine.",
                 decides=False,
             )
+
+
+def moves_without_input(logs: Logs) -> bool:
+    """Return whether all inputs are zero, and the outputs keep on swinging all the same.
+
+    Free motion dies out: a machine that swings as much at the end of its runs as at their beginning is driven
+    by something that the logs do not show.
+
+    Args:
+        logs: logs of all experiments.
+    """
+    if not logs.inputs or np.any(logs.u != 0.0):
+        return False
+    ratios, crossings = [], []
+    for i in range(len(logs)):
+        first, *_, last = np.array_split(logs.y[logs.rows(i)], THIRDS)
+        ratios.append(last.std(axis=0) / np.maximum(first.std(axis=0), 1e-300))
+        above = last > last.mean(axis=0)
+        crossings.append(np.count_nonzero(above[1:] != above[:-1], axis=0))
+    swings = (np.median(ratios, axis=0) > LASTING) & (np.median(crossings, axis=0) >= CROSSINGS)
+    return bool(swings.all())
 
 
 def _groups(system: System) -> list[tuple[str, ...]]:

@@ -85,6 +85,7 @@ class Thresholds:
         combined_ratio: change of a number in such a combination against its change alone, at least.
         fault_share: share that a fault explains at least, if it decides the verdict check_logs.
         fault_share_some: share that a fault in some experiments explains at least.
+        slow_input_share: share that an input explains that is logged rarely and read straight, at least.
         suspect_share: share that a correction explains before parameters are fitted to it.
         fault_error_ratio: squared error of the corrected model against that of a prediction without a model,
             at most.
@@ -245,6 +246,12 @@ class Thresholds:
         "share of the squared error",
         _ALARMS,
         "half: none of 17 logs; twice (all of it): 7 faults of one experiment are missed",
+    )
+    slow_input_share: float = _threshold(
+        0.75,
+        "share of the squared error",
+        "commands of a drone logged at a twenty-fifth of the gyro's rate: 0.90; held commands: below zero",
+        "not measured: the 17 logs of decision 10 have no such input",
     )
     suspect_share: float = _threshold(0.25, "share of the squared error", _ALARMS, _NO_FAULT)
     fault_error_ratio: float = _threshold(0.5, "share of a prediction's squared error", _ALARMS, _NO_FAULT)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 
 #: Name of the problem that an output is computed from another one.
 COPY = "copy"
+#: Name of the problem that an output is an input.
+COMMAND = "command"
 #: Largest numbers of samples before and after that a filter reads: a low-pass remembers longer than a
 #: smoothing filter looks ahead. Neither is more than this share of the shortest experiment.
 BEFORE, AFTER, LONGEST_SHARE = 60, 20, 0.2
@@ -142,6 +144,21 @@ def notes(logs: Logs, found: tuple[Copy, ...]) -> Iterator[LogFault]:
             "out of the outputs.",
             decides=False,
         )
+
+
+def command_notes(logs: Logs, found: Mapping[int, int], alone: bool) -> Iterator[LogFault]:
+    """Yield a fault for every output that is an input; it decides where no other output is left.
+
+    Args:
+        logs: logs of all experiments.
+        found: numbers of the inputs, by the number of the output.
+        alone: whether there are no other outputs.
+    """
+    rest = "Name the column with the measurement, then diagnose again." if alone else "It was left out."
+    for output, command in found.items():
+        name, of = logs.outputs[output], logs.inputs[command]
+        said = f"{name} is the input {of} in all samples, times and plus constants, and no measurement."
+        yield LogFault((name,), COMMAND, None, (), sentence=f"{said} {rest}", decides=alone)
 
 
 def _how(copy: Copy) -> str:

@@ -14,20 +14,30 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.duplicates import different, duplicates
 from unmodelled.diagnosis.data.gap import steps_of
-from unmodelled.diagnosis.data.log_questions import NO_EFFECT, Question, clocks, constants, questions
+from unmodelled.diagnosis.data.log_questions import (
+    NO_EFFECT,
+    Question,
+    clocks,
+    constants,
+    moves_without_input,
+    questions,
+)
 from unmodelled.diagnosis.data.persistence import default_horizon
+from unmodelled.diagnosis.data.replaced_inputs import SLOW, slow_inputs
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.search.log_copies import copies, notes
+from unmodelled.diagnosis.search.log_copies import command_notes, copies, notes
 from unmodelled.diagnosis.search.log_fits import (
     CLOCK_PROBLEM,
     fitted,
+    swapped,
     with_friction,
     with_inertia,
     with_springs,
 )
 from unmodelled.diagnosis.search.log_trials import QUESTION_SAMPLES, Trials
+from unmodelled.logs.inspection.pairs import commands_as_outputs
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import System
@@ -40,6 +50,9 @@ Mask = NDArray[np.bool_]
 HORIZON_FACTORS = 1.0, 4.0
 #: Corrections that are re-identified, the most promising ones (a budget).
 REIDENTIFIED = 3
+#: Squared error, in that of persistence, from which the known physics is of no use: units and inputs may be
+#: far off. With steps that are a thousand times too short, it is a prediction that keeps the speed.
+USELESS = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,8 +90,10 @@ class _Suspect:
 
     def is_enough(self, limits: Thresholds) -> bool:
         """Return whether the fault explains most of the error of its experiments, and enough of all error."""
-        least = limits.fault_share if self.everywhere else limits.fault_share_some
-        return self.explains_where_it_is >= limits.fault_share and self.explains >= least
+        # of an input that is logged rarely, the correction only guesses what it does between its samples
+        share = limits.slow_input_share if self.question.problem.name == SLOW else limits.fault_share
+        least = share if self.everywhere else limits.fault_share_some
+        return self.explains_where_it_is >= share and self.explains >= least
 
 
 def without_copies(
@@ -96,9 +111,13 @@ def without_copies(
         thresholds: thresholds of the decisions.
     """
     found = copies(different(logs), thresholds)
-    said = tuple(notes(logs, found))
-    if found:
-        kept = sorted({*range(len(logs.outputs))} - {copy.target for copy in found})
+    commands = commands_as_outputs(system, logs.y, logs.u, logs.offsets)
+    alone = len(commands) == len(logs.outputs)
+    said = (*notes(logs, found), *command_notes(logs, commands, alone))
+    if alone:
+        return system, logs, said
+    if found or commands:
+        kept = sorted({*range(len(logs.outputs))} - {copy.target for copy in found} - {*commands})
         system = replace(system, outputs=tuple(system.outputs[k] for k in kept))
         shown = tuple(logs.outputs[k] for k in kept)
         logs = prepare(system, replace(logs, outputs=shown, y=logs.y[:, kept]))
@@ -136,7 +155,17 @@ def log_faults(
         for note in constants(found)
         if not answer or (note.problem, note.channels) != (answer[0].problem, answer[0].channels)
     ]
+    if not answer and said and moves_without_input(found) and _far_off(system, found, horizon, thresholds):
+        said = [replace(note, decides=True) for note in said]
     return *duplicates(logs), *said, *answer
+
+
+def _far_off(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> bool:
+    """Return whether the known physics, refitted, is hardly better than no model."""
+    trials = Trials(system, logs, horizon, Sensors(logs), thresholds)
+    steps = trials.steps(trials.none)
+    left, nothing = trials.identified(trials.none, steps), trials.persistence(steps)
+    return float(left.sum()) > (1.0 - thresholds.fault_share) * float(nothing.sum())
 
 
 def _answer(system: System, logs: Logs, horizon: float, thresholds: Thresholds) -> tuple[LogFault, ...]:
@@ -159,20 +188,27 @@ def _suspects(trials: Trials) -> Iterator[_Suspect]:
     before = trials.square(trials.none, steps)
     if before.max() < trials.thresholds.material_error**2:
         return
-    for question in questions(trials.system, logs):
+    nothing = trials.persistence(steps)
+    for question in questions(trials.system, logs, before.sum() > USELESS * nothing.sum()):
         after = trials.square(question.correction, steps)
         for runs in _where(before, after, trials.thresholds):
             suspect = _only(question, runs, steps, before, after)
             if suspect.explains > trials.thresholds.suspect_share and _possible(trials, suspect):
                 yield suspect
-    if before.sum() > trials.persistence(steps).sum():  # else its clock cannot be a thousand times off
-        # a right clock, a thousand times faster, would make one window of every experiment; the number of
-        # samples of the default horizon does not depend on the clock
-        most = min(steps_of(default_horizon(logs, trials.sensors), logs), QUESTION_SAMPLES // len(logs))
-        for question in clocks(trials.system, logs):
-            steps = min(trials.steps(question.correction), max(1, most))
-            before, after = (trials.square(c, steps) for c in (trials.none, question.correction))
-            yield _Suspect(question, np.ones(len(logs), np.bool_), steps, before, after)
+    exchanged = swapped(trials, steps, before) if np.any(before > USELESS * nothing) else ()
+    for question in (*slow_inputs(logs), *exchanged):
+        after = trials.square(question.correction, steps)
+        yield _only(question, question.correction.corrected, steps, before, after)
+    # a right clock, a thousand times faster, would make one window of every experiment; the number of
+    # samples of the default horizon does not depend on the clock
+    most = max(1, min(steps_of(default_horizon(logs, trials.sensors), logs), QUESTION_SAMPLES // len(logs)))
+    for question in clocks(trials.system, logs):
+        fast = question.problem.factor < 1.0
+        if before.sum() <= (1.0 if fast else USELESS) * nothing.sum():
+            continue  # its clock cannot be a thousand times off
+        steps = min(trials.steps(question.correction), most) if fast else most
+        old, new = (trials.square(c, steps) for c in (trials.none, question.correction))
+        yield _Suspect(question, np.ones(len(logs), np.bool_), steps, old, new)
 
 
 def _fits(trials: Trials) -> Iterator[_Suspect]:

@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from unmodelled.diagnosis.data.corrected_logs import Correction
 from unmodelled.diagnosis.data.log_questions import TIME_CHANNEL, LogProblem, Question
+from unmodelled.diagnosis.data.replaced_inputs import inputs_of_other_runs, other_run
 from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.effects.coulomb_friction import CoulombFriction
 from unmodelled.effects.effect import PortEffect
@@ -25,6 +26,8 @@ Array = NDArray[np.float64]
 CLOCK_PROBLEM = "clock"
 #: Offsets around the difference of the means that are tried, in standard deviations within a run.
 OFFSETS = np.linspace(-3.0, 3.0, 13)
+#: Largest number of runs whose inputs are tried in each other.
+MOST_RUNS = 12
 #: Turn of a shaft, rad.
 TURN = 2.0 * np.pi
 #: Logarithms of the factors of time that are tried: from 0.47 to 2.1.
@@ -61,6 +64,29 @@ def fitted(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
     if (moved := _offset(trials, alone, steps, worst)) is not None:
         yield moved
     yield _of_time(trials, _factor(alone, steps), ~others)
+
+
+def swapped(trials: Trials, steps: int, before: Array) -> Iterator[Question]:
+    """Yield a question whether runs have the inputs of other runs, where these leave far smaller errors.
+
+    Args:
+        trials: free runs of the system under corrected logs.
+        steps: number of samples of a window.
+        before: mean square errors of the logs as read, shape (experiments,).
+    """
+    logs, limits = trials.logs, trials.thresholds
+    if not logs.inputs or not 1 < len(logs) <= MOST_RUNS:
+        return
+    tried = np.arange(1, len(logs))
+    squares = np.array(
+        [
+            trials.square(Correction.replaced(logs, inputs_of_other_runs(logs, k)), steps)
+            for k in tried.tolist()
+        ]
+    )
+    better = squares.min(axis=0) < (1.0 - limits.fault_share) * before
+    if better.any():
+        yield other_run(logs, np.where(better, tried[np.argmin(squares, axis=0)], 0))
 
 
 def _factor(trials: Trials, steps: int) -> float:

@@ -44,8 +44,11 @@ def sentences(findings: Sequence[Finding]) -> Iterator[str]:
         >>> list(sentences([Finding("spikes", "x", run, count, 0.25, *words) for run, count in found]))
         ['x has 3 spikes in run1 and run2 (the first one at t = 0.25 s of run1): left out']
     """
-    ordered = sorted(findings, key=lambda each: (each.channel, each.kind))
-    for _, group in groupby(ordered, key=lambda each: (each.channel, each.kind)):
+
+    def key(each: Finding) -> tuple[str, str, bool]:
+        return each.channel, each.kind, not each.cured
+
+    for _, group in groupby(sorted(findings, key=key), key=key):
         same = list(group)
         runs = list(dict.fromkeys(each.run for each in same))
         count, first = sum(each.count for each in same), same[0]

@@ -34,7 +34,7 @@ class Signal:
         name: name in the system file.
         column: column of the log.
         unit: SI unit.
-        role: what the channel is.
+        role: kind of the channel, see `Role`.
     """
 
     name: str
