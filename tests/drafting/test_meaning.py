@@ -85,6 +85,14 @@ def test_a_speed_beside_counts_gives_their_scale(tmp_path: Path) -> None:
     assert values(system)["J"] == pytest.approx(INERTIA, rel=0.05)
 
 
+def test_counts_that_a_force_drives_are_lengths(tmp_path: Path) -> None:
+    logs = write(tmp_path / "raw", {"t": "t", "slide cnt": "angle", "push (N)": "torque"}, angle=1e5)
+    mapping, system = drafted(logs)
+    assert mapping["signals"]["q"] == {"column": "slide cnt", "unit": "m", "scale": "1/1000000"}
+    assert "# Question: how many counts a metre? 1000000 is a guess." in (logs / "mapping.yaml").read_text()
+    assert system.outputs[0].unit == "m"
+
+
 def test_a_sensor_in_volts_is_scaled_with_a_question(tmp_path: Path) -> None:
     logs = write(tmp_path / "raw", {"t": "t", "potentiometer angle [V]": "angle", "torque": "torque"})
     mapping, system = drafted(logs)

@@ -42,7 +42,7 @@ BARS = 2000.0
 #: Units of inputs without one.
 USUAL = {Role.CURRENT: "A", Role.VOLTAGE: "V", Role.DUTY: "1", Role.PRESSURE: "Pa", Role.FLOW: "m^3/s"}
 USUAL |= {Role.POWER: "W"}
-_LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x"])
+_LENGTHS = frozenset(["travel", "stroke", "weg", "hub", "x", "y", "z"])
 
 
 @dataclass(frozen=True)
@@ -123,19 +123,22 @@ def follows(position: Signal, other: Signal) -> bool:
     return bool(np.std(wanted - q) < NEAR * np.std(q))
 
 
-def position_channel(position: Signal, velocity: Signal | None, widest: float) -> Channel:
+def position_channel(
+    position: Signal, velocity: Signal | None, widest: float, pushed: bool = False
+) -> Channel:
     """Return a position in its unit.
 
     Args:
         position: position.
         velocity: its speed; None: unknown.
         widest: largest motion of positions like it.
+        pushed: whether a force in N drives it; default: that is not known.
     """
     given, whole = position.unit, bool(np.all(position.values == np.round(position.values)))
     if given is not None and is_position(given):
         return Channel(position, given, True)
     if given is not None or (whole and widest > MANY):
-        return _scaled(position, velocity)
+        return _scaled(position, velocity, pushed)
     if velocity is not None and (own := _by_speed(position, velocity, widest)) is not None:
         return Channel(position, own, velocity.unit is not None)
     if _LENGTHS & set(words_of(position.address)):
@@ -165,9 +168,9 @@ def _close(value: float, wanted: float) -> bool:
     return bool(abs(np.log(max(value, 1e-12) / wanted)) < CLOSE)
 
 
-def _scaled(position: Signal, velocity: Signal | None) -> Channel:
+def _scaled(position: Signal, velocity: Signal | None, pushed: bool) -> Channel:
     """A position in counts, or in the unit of a sensor: its scale follows from a speed, or is asked."""
-    linear, scale, by = bool(_LENGTHS & set(words_of(position.address))), 0.0, "a guess"
+    linear, scale, by = pushed or bool(_LENGTHS & set(words_of(position.address))), 0.0, "a guess"
     if velocity is not None and velocity.unit is not None and is_speed(velocity.unit):
         linear = dimension_of(velocity.unit) == dimension_of("m/s")
         scale = abs(slope(position, velocity).ratio) * _size(velocity.unit)
@@ -175,7 +178,7 @@ def _scaled(position: Signal, velocity: Signal | None) -> Channel:
     if position.unit in (None, "count"):
         unit, whole, usual = ("m", "metre", FINE) if linear else ("turn", "turn", COUNTS)
         counts = _size(unit) / scale if scale else usual
-        asked = f"how many counts a {whole}? {counts:.6g} is {by}."
+        asked = f"how many counts a {whole}? {counts:.0f} is {by}."
         return Channel(position, unit, False, 1.0 / counts, asked)
     unit = "m" if linear else "rad"
     asked = f"which {unit} is one {position.unit}? {scale or 1.0:.4g} is {by}."

@@ -22,7 +22,7 @@ from unmodelled.drafting.channels import (
 from unmodelled.drafting.columns import Signal
 from unmodelled.drafting.motion import Drive
 from unmodelled.drafting.names import ACTING, FORCES, Role, is_command, is_measured, number_of, words_of
-from unmodelled.drafting.units import is_angle, is_position
+from unmodelled.drafting.units import dimension_of, is_angle, is_position
 
 #: Joints of a first model.
 MOST = 6
@@ -245,7 +245,8 @@ def _joint(home: _Home, homes: Sequence[_Home]) -> Joint:
     # elements of one list have one unit
     name = _without_number(position.address)
     widest = max(each.motion for each in homes if _without_number(each.position.address) == name)
-    here = position_channel(position, speed, widest)
+    pushed = any(s.unit is not None and dimension_of(s.unit) == dimension_of("N") for s in free)
+    here = position_channel(position, speed, widest, pushed)
     velocity = None if speed is None else velocity_channel(here, speed)
     near = [s for s in free if not many or not number_of(s.address) or _same(position, s)]
     near = _akin(position, near, [each.position for each in homes])

@@ -67,7 +67,7 @@ def _time(draft: Draft) -> list[str]:
 def _signal(name: str, channel: Channel, against: bool = False) -> str:
     sign = ", sign: -1" if against else ""
     scale = f", scale: {_factor(channel.scale)}" if channel.scale != 1.0 or channel.question else ""
-    unsure = channel.question or ("" if channel.certain else f"is it in {channel.unit}?")
+    unsure = channel.question or ("" if channel.certain else _unsure(channel.unit))
     questions = [unsure] if unsure else []
     questions += ["is it logged with the other sign? The position accelerates against it."] if against else []
     asked = f"  # Question: {' '.join(questions)}" if questions else ""
@@ -75,9 +75,13 @@ def _signal(name: str, channel: Channel, against: bool = False) -> str:
     return f"  {name}: {{column: {column}, unit: {unit}{scale}{sign}}}{asked}"
 
 
+def _unsure(unit: str) -> str:
+    return "in which unit is it? None is given." if unit == "1" else f"is it in {unit}?"
+
+
 def _factor(scale: float) -> str:
     """A factor as one answers the question of it: counts are a number below 1."""
-    return f"1/{1.0 / scale:.6g}" if scale < 0.01 else f"{scale:.6g}"
+    return f"1/{1.0 / scale:.{1 if scale > 1e-3 else 0}f}" if scale < 0.01 else f"{scale:.6g}"
 
 
 def _copies(draft: Draft, joint: Joint) -> list[str]:

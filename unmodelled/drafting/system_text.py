@@ -123,7 +123,9 @@ def _body(k: str, joint: Joint) -> list[str]:
         lines = [f"  # Question: which column drives q{k}? None was found.", *lines]
     if joint.drive is not None and (unit := _factor(joint)) is not None:
         area = f" (the area of its piston, m^2). {PISTON:g} is a guess." if factor != 1.0 else ""
-        lines.append(f"  # Question: which {effort} does one {_si(joint.drive)} of u{k} make?{area}")
+        own = _si(joint.drive)
+        one = f"u{k} = 1" if own == "1" else f"one {own} of u{k}"
+        lines.append(f"  # Question: which {effort} does {one} make?{area}")
         lines.append(f"  k{k}: {{value: {factor:g}, unit: {unit}}}")
     if joint.against is not None:
         lines.append("  # Question: what is the area on the other side of the piston? Fitted to the logs.")
