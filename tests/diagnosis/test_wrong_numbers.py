@@ -12,6 +12,7 @@ import pytest
 from tests.diagnosis.diagnoses import told
 from tests.diagnosis.run_folder import write_runs
 from unmodelled.diagnosis.answer.wrong_numbers import wrong_number
+from unmodelled.diagnosis.gates.effect_numbers import impossible_numbers
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
 
@@ -99,6 +100,9 @@ def test_a_number_in_a_wrong_unit_is_told(
     if warning is not None:
         assert (warning.channels, warning.decides) == ((name,), False)
         assert said in warning.sentence and len(warning.sentence) < 300
+        around = impossible_numbers(replace(answer, faults=(warning,)))
+        assert around == f"its effects were fitted around {name}, a wrong number of the given file"
+    assert impossible_numbers(answer) == ""
 
 
 def test_what_has_no_gap_has_no_wrong_number(tmp_path: Path) -> None:

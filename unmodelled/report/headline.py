@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from unmodelled.base.wording import PLACES, law_name, level_name, place_name
+from unmodelled.base.wording import FILE_NUMBER, PLACES, law_name, level_name, place_name
 from unmodelled.report.numbers import amounts, number
 
 #: Places from which on an effect is told once for all of them.
@@ -18,6 +18,8 @@ def headline(content: Mapping[str, Any]) -> str:
     Args:
         content: content of diagnosis.json.
     """
+    if wrong := _wrong_number(content):
+        return f"Check {wrong} of the system file first."
     names = _each(content["effects"], effect_name)
     together, shrink = " and ".join(names), percent(content["gap"]["shrink"])
     if content["verdict"] == "check_logs":
@@ -41,7 +43,7 @@ def outcome(content: Mapping[str, Any]) -> str:
         content: content of diagnosis.json.
     """
     gap, shown = content["gap"], fallen(content)
-    if not content["effects"] or not shown:
+    if not content["effects"] or not shown or _wrong_number(content):
         return headline(content)
     *others, last = _each(content["effects"], _amount_of)
     together = f"{', '.join(others)} and {last}" if others else last
@@ -52,6 +54,11 @@ def outcome(content: Mapping[str, Any]) -> str:
         f"{together[:1].upper()}{together[1:]}: the error{of} after {late} falls from {before} to {after} "
         "on experiments that took no part in the fit."
     )
+
+
+def _wrong_number(content: Mapping[str, Any]) -> str:
+    """Return the name of a number of the system file that explains the gap alone, empty if there is none."""
+    return next((row["channel"] for row in content.get("logs", ()) if row["problem"] == FILE_NUMBER), "")
 
 
 def fallen(content: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:

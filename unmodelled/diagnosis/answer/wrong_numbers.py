@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput
+from unmodelled.base.wording import FILE_NUMBER
 from unmodelled.diagnosis.data.gap import LARGEST_ERROR
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.remark import quantity
@@ -139,4 +140,4 @@ def _warning(system: System, name: str, factor: float, errors: Array) -> LogFaul
         "without any effect. Check this number first, then diagnose again."
     )
     share = 1.0 - float((errors[1] / errors[0]) ** 2)
-    return LogFault((name,), "number of the file", share, (), sentence, False)
+    return LogFault((name,), FILE_NUMBER, share, (), sentence, False)
