@@ -142,7 +142,7 @@ def _cache(root: Path) -> Iterator[str]:
     with ThreadPoolExecutor() as pool:
         sizes = track(pool.map(_damaged_size, objects), len(objects), "checking the cache of DVC")
         damaged = {path: size for path, size in zip(objects, sizes, strict=True) if size is not None}
-    for path in (path for name in RESULTS for path in (root / name).rglob("*") if damaged):
+    for path in _results(root) if damaged else ():
         # it may be a link to what is damaged, or a copy of it: a new time makes DVC look
         with suppress(FileNotFoundError):
             if path.is_file() and path.stat().st_size in damaged.values():
@@ -150,6 +150,13 @@ def _cache(root: Path) -> Iterator[str]:
     for path in damaged:
         if _removed_if_damaged(path):
             yield f"{path}: was damaged and is removed; what needs it is made again"
+
+
+def _results(root: Path) -> Iterator[Path]:
+    """Yield files and folders of the results, but for those that another run removes meanwhile."""
+    for top in RESULTS:
+        for place, folders, files in os.walk(root / top):
+            yield from (Path(place, name) for name in (*folders, *files))
 
 
 def _removed_if_damaged(path: Path) -> bool:
@@ -183,7 +190,7 @@ def _name(path: Path) -> str:
 
 
 def _leftovers(root: Path) -> Iterator[str]:
-    for path in (path for folder in RESULTS for path in (root / folder).rglob(".*.tmp")):
+    for path in _results(root):
         if ON_ITS_WAY.fullmatch(path.name) and remove_abandoned(path):
             yield f"{path}: was left by a run that was killed and is removed"
 

@@ -74,7 +74,8 @@ def test_a_diverging_system_has_a_bounded_gap(tmp_path: Path) -> None:
     assert 5.0 < found.value <= LARGEST_ERROR
     assert np.isfinite(found.run.y).all()
     assert any(note.startswith("x: ") and "diverged" in note for note in found.notes)
-    assert any("has not converged" in note for note in found.notes)
+    # no step is fine enough where a window diverges at any step
+    assert not any("has not converged" in note for note in found.notes)
 
 
 def test_an_output_without_a_value_counts_as_a_large_error(tmp_path: Path) -> None:

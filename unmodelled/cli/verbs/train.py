@@ -9,7 +9,6 @@ from typing import Any
 from unmodelled.base.files import replacing_folder
 from unmodelled.base.ownership import verb
 from unmodelled.learning.recipe import Recipe
-from unmodelled.learning.resume import checkpoint_beside
 from unmodelled.learning.splits import Split
 
 #: What to do with the result (`unmodelled.cli.written`).
@@ -68,4 +67,6 @@ def train(
         print(found)
         if found.laws:
             found.save(new)
+    from unmodelled.learning.resume import checkpoint_beside  # loads torch
+
     checkpoint_beside(out).unlink(missing_ok=True)

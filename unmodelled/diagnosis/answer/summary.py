@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from unmodelled.diagnosis.answer.robot_file import RobotFile
 from unmodelled.diagnosis.answer.told import phrase, shown
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import Compared, DiagnosedEffect, Diagnosis, Estimate, LogFault
@@ -17,6 +16,9 @@ from unmodelled.diagnosis.where.effect_channels import channel_of
 from unmodelled.diagnosis.where.where import Where
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
+
+if TYPE_CHECKING:  # loads all laws, of which the list of answers needs none
+    from unmodelled.diagnosis.answer.robot_file import RobotFile
 
 Ports = Mapping[Place, str]
 

@@ -66,7 +66,7 @@ def wrong_number(found: Diagnosis) -> LogFault | None:
     if not names:
         return None
     trials = [(name, factor) for name in names for m in MISTAKES for factor in (m, 1.0 / m)]
-    logs = found.logs
+    logs = found.reidentified.logs  # with the constants of numbers that differ between experiments
     sensors = Sensors(logs)
     latest = max(output.delay for output in found.augmented.system.outputs)
     recording = Recording.of(logs, found.horizon, latest=latest, sensors=sensors)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from numbers import Real
 from typing import Any
 
@@ -60,8 +60,10 @@ class Records:
 
     def __init__(self, name: str, fields: Fields = _mapping) -> None:
         self._name, self._fields = name, fields
-        self._numbers: dict[str, tuple[array[int], array[float]]] = {}  # rows of a column, and its values
-        self._texts: dict[str, tuple[array[int], list[str]]] = {}
+        self._numbers: dict[
+            str, tuple[MutableSequence[int], MutableSequence[float]]
+        ] = {}  # rows of a column, and its values
+        self._texts: dict[str, tuple[MutableSequence[int], list[str]]] = {}
         self._clock: list[float] = []
         self._labels: list[Labels] = []
         self._publishers: list[str] = []
