@@ -121,7 +121,7 @@ def extending_folder(path: Path) -> Iterator[Path]:
         Path of the temporary folder.
 
     Raises:
-        BadInput: as `replacing_folder`.
+        BadInput: if `replacing_folder` would refuse.
     """
     with replacing_folder(path) as new:
         if path.is_dir():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from unmodelled.drafting.balances import Balance, symbols_of
-from unmodelled.drafting.lines import numbered, one_line, word
+from unmodelled.drafting.lines import identified, numbered, one_line, quoted, word
 from unmodelled.drafting.names import Role, is_measured
 from unmodelled.systems.units import SECOND, describe, parse_logged, parse_unit, power, times
 
@@ -155,11 +155,11 @@ def _parameters(k: str, balance: Balance) -> list[str]:
             )
             lines.append(f"  # Question: which {effort} does {one} make? {store}{k} goes with it.")
             lines.append(f"  k_{name}: {{value: 1, unit: {over_unit(effort, own)}}}")
-    lines.append(f"  {store}{k}: {_identified(size, _ratio(effort, level, 1))}")
+    lines.append(f"  {store}{k}: {identified(size, _ratio(effort, level, 1))}")
     if balance.source is not None:
         guess = balance.exchange or size / balance.seconds
         lines.append(f"  # Question: does {_stored(k, balance)} exchange with another store in this way?")
-        lines.append(f"  g{k}: {_identified(guess, _ratio(effort, level))}")
+        lines.append(f"  g{k}: {identified(guess, _ratio(effort, level))}")
     if kind.electric:
         drop = balance.fit.loss or RESISTANCE
         return [*lines, f"  R{k}: {_within(drop, 'ohm', 10.0 * drop)}"] if balance.supplies else lines
@@ -183,17 +183,8 @@ def _surroundings(balance: Balance) -> list[str]:
     ]
 
 
-def _identified(value: float, unit: str) -> str:
-    low, high = value / 10.0, 10.0 * value
-    return f"{{value: {value:.3g}, unit: {_plain(unit)}, identify: true, bounds: [{low:.3g}, {high:.3g}]}}"
-
-
 def _within(value: float, unit: str, high: float) -> str:
-    return f"{{value: {value:.3g}, unit: {_plain(unit)}, identify: true, bounds: [0, {high:.3g}]}}"
-
-
-def _plain(unit: str) -> str:
-    return f'"{unit}"' if unit == "1" else unit
+    return f"{{value: {value:.3g}, unit: {quoted(unit)}, identify: true, bounds: [0, {high:.3g}]}}"
 
 
 def _port(k: str, balance: Balance) -> str:

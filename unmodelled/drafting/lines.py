@@ -62,3 +62,18 @@ def quoted(text: str) -> str:
     if _PLAIN.fullmatch(text) and yaml.safe_load(text) == text:
         return text
     return str(yaml.dump(text, default_style='"', allow_unicode=True, width=sys.maxsize)).rstrip("\n")
+
+
+def identified(value: float, unit: str) -> str:
+    """Return an entry of an uncertain parameter between a tenth of a value and ten times it.
+
+    Args:
+        value: first value, SI.
+        unit: unit of the value.
+
+    Examples:
+        >>> identified(0.02, "kg m^2")
+        '{value: 0.02, unit: kg m^2, identify: true, bounds: [0.002, 0.2]}'
+    """
+    low, high = value / 10.0, 10.0 * value
+    return f"{{value: {value:.3g}, unit: {quoted(unit)}, identify: true, bounds: [{low:.3g}, {high:.3g}]}}"

@@ -8,7 +8,7 @@ from unmodelled.drafting.balance_text import balance_text, over_unit
 from unmodelled.drafting.channels import Channel
 from unmodelled.drafting.draft import Draft
 from unmodelled.drafting.joints import Joint
-from unmodelled.drafting.lines import numbered, one_line, word
+from unmodelled.drafting.lines import identified, numbered, one_line, word
 from unmodelled.drafting.names import Role, is_measured
 from unmodelled.systems.units import describe, parse_logged, parse_unit
 
@@ -105,8 +105,8 @@ def _servo(k: str, joint: Joint) -> list[str]:
         f"  # u{k} is a set point: the loop is closed, and K{k} and D{k} stand for its controller.",
         f"  # Question: what is the inertia of q{k}? Positions give no torques: K{k} and D{k} go with it.",
         f"  J{k}: {{value: 1, unit: {inertia}}}",
-        f"  K{k}: {_identified(stiffness, f'{effort}/{position}')}",
-        f"  D{k}: {_identified(damping, f'{effort} s/{position}')}",
+        f"  K{k}: {identified(stiffness, f'{effort}/{position}')}",
+        f"  D{k}: {identified(damping, f'{effort} s/{position}')}",
     ]
 
 
@@ -129,18 +129,13 @@ def _body(k: str, joint: Joint) -> list[str]:
         lines.append(f"  k{k}: {{value: {factor:g}, unit: {unit}}}")
     if joint.against is not None:
         lines.append("  # Question: what is the area on the other side of the piston? Fitted to the logs.")
-        lines.append(f"  k{k}_2: {_identified(factor * joint.against.scale, 'N/Pa')}")
+        lines.append(f"  k{k}_2: {identified(factor * joint.against.scale, 'N/Pa')}")
     bounds = f"identify: true, bounds: [0, {max(10.0 * damping, size):.3g}]"
     return [
         *lines,
-        f"  J{k}: {_identified(size, inertia)}",
+        f"  J{k}: {identified(size, inertia)}",
         f"  b{k}: {{value: {damping:.3g}, unit: {effort} s/{position}, {bounds}}}",
     ]
-
-
-def _identified(value: float, unit: str) -> str:
-    low, high = value / 10.0, 10.0 * value
-    return f"{{value: {value:.3g}, unit: {unit}, identify: true, bounds: [{low:.3g}, {high:.3g}]}}"
 
 
 def _factor(joint: Joint) -> str | None:
