@@ -12,6 +12,8 @@ import unmodelled as um
 from tests.inspection import faults
 from tests.inspection.faults import Frames
 from tests.inspection.machines import MACHINES, PENDULUM, SCREW
+from unmodelled.logs.inspection.inspect import inspect
+from unmodelled.logs.inspection.signal import Run, Signal, signals_of
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
 
@@ -99,11 +101,25 @@ def test_channels_of_other_units_have_the_same_faults(systems: dict[str, System]
 
 
 def test_looks_take_less_than_a_second(systems: dict[str, System]) -> None:
-    from unmodelled.logs.inspection.inspect import inspect
-    from unmodelled.logs.inspection.signal import Run, signals_of
-
     frames, signals = PENDULUM.frames(samples=1200), signals_of(systems["swing"])
     values = {name: np.tile(frames["run1"][name], 50) for name in ("phi", "tacho", "torque")}
     start = time.perf_counter()
     inspect(Run("long", 0.005 * np.arange(60_000), values, signals, dict.fromkeys(values, 1.0)))
     assert time.perf_counter() - start < 1.0
+
+
+def test_a_servo_that_is_logged_rarely_may_be_quick_where_its_goal_jumps() -> None:
+    """Out and back within three samples of 20 ms: a spike away from the goal's jumps, and motion at them."""
+    t = 0.02 * np.arange(400)
+    s = 0.1 * np.sin(0.8 * t)
+    s[200:202] -= 0.03
+    for jumps, spikes in ((198, 0), (300, 1)):
+        goal = 0.1 * np.sin(0.8 * t)
+        goal[jumps : jumps + 2] -= 0.06
+        values = {"s": s, "goal": goal}
+        signals = (
+            Signal("s", "s", "m", "position"),
+            Signal("goal", "goal", "m", "input"),
+        )
+        found = inspect(Run("run1", t, values, signals, dict.fromkeys(values, 0.2)))[1]
+        assert len([each for each in found if each.channel == "s"]) == spikes

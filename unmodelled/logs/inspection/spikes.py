@@ -63,11 +63,11 @@ def _spikes(run: Run) -> Iterator[tuple[Signal, Mask]]:
         if signal.unit.strip() == "rad":
             height = np.minimum(height, np.abs(height - TURN))
         tall = height > LEAST * run.spans[signal.column]
-        if signal.role == "position":
-            bad = tall & (height > HEIGHT * course.steps)
+        far, driven = _far(course, signal), _driven(run, signal)
+        if signal.role == "position":  # of a servo that is logged rarely, quick where its goal jumps
+            bad = tall & (height > HEIGHT * course.steps) & (far | ~driven)
         else:
-            bad = tall & (height > HEIGHT_GARBAGE * course.steps) & _far(course, signal)
-            bad &= ~_driven(run, signal)
+            bad = tall & (height > HEIGHT_GARBAGE * course.steps) & far & ~driven
         if bad.any() and bad.mean() <= MOST:
             bad &= _stands_off(course.values, bad)[0] > HEIGHT
         if signal.role != "other":
@@ -79,7 +79,7 @@ def _spikes(run: Run) -> Iterator[tuple[Signal, Mask]]:
 def _far(course: Course, signal: Signal) -> Mask:
     """Return the samples, shape (samples,), that are far beyond all others."""
     low, high = float(course.smooth.min()), float(course.smooth.max())
-    far = (FAR if signal.role == "state" else FAR_OTHERS) * (high - low)
+    far = (FAR if signal.role in ("position", "state") else FAR_OTHERS) * (high - low)
     return np.asarray((course.values < low - far) | (course.values > high + far))
 
 
