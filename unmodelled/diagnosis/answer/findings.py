@@ -150,10 +150,9 @@ class Findings:
 
     def _with_parts(self, folder: Path, drawn: Mapping[str, Part]) -> Findings:
         found = self
-        tables: Part = lambda into: self.write_tables(into)  # noqa: E731
         machine: Part = lambda into: write_live(self.diagnosis, into)  # noqa: E731
         shown = drawn and self.diagnosis.verdict != "check_logs"
-        for name, write in {TABLES: tables, **({LIVE: machine} if shown else {}), **drawn}.items():
+        for name, write in {TABLES: self.write_tables, **({LIVE: machine} if shown else {}), **drawn}.items():
             try:
                 faults = write(folder) or {}
             except Exception as fault:
