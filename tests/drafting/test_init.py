@@ -329,6 +329,42 @@ def test_groups_in_which_nothing_moves_are_left_out(tmp_path: Path) -> None:
     assert read_logs(tmp_path, system).ids == ("run_0", "run_2")
 
 
+def arm_of_servos(rests: Mapping[str, bool], seed: int) -> pd.DataFrame:
+    """Columns of joints, of which some rest."""
+    table = dict[str, Array]()
+    for k, (joint, still) in enumerate(rests.items()):
+        moved = servo(seed + 10 * k)
+        for column, own in {f"pos_{joint}": "q", f"goal_{joint}": "goal"}.items():
+            table[column] = np.full_like(moved["t"], 0.2) if still else moved[own]
+    return pd.DataFrame({"t": moved["t"]} | table)
+
+
+def test_recordings_in_which_joints_rest_stay_and_so_do_the_joints(tmp_path: Path) -> None:
+    """Knee and toe move in one of four recordings, and in the last one, none does."""
+    logs = tmp_path / "raw"
+    logs.mkdir()
+    moving = [{"hip", "knee"}, {"hip", "toe"}, {"hip"}, set[str]()]
+    for k, here in enumerate(moving):
+        rests = {joint: joint not in here for joint in ("hip", "knee", "toe")}
+        arm_of_servos(rests, k).to_csv(logs / f"run {k}.csv", index=False)
+    mapping, system = drafted(logs)
+    assert mapping["files"] == ["run 0.csv", "run 1.csv", "run 2.csv"]
+    text = (logs / "mapping.yaml").read_text()
+    assert "# left out: run 3.csv (pos_hip, pos_knee, pos_toe do not change while time increases)" in text
+    assert [mapping["signals"][f"q{k}"]["column"] for k in (1, 2, 3)] == ["pos_hip", "pos_knee", "pos_toe"]
+    assert np.isfinite(simulate(system, read_logs(logs, system)).gap.value)
+
+
+def test_a_record_in_which_joints_move_one_after_the_other_is_cut(tmp_path: Path) -> None:
+    first, then = (arm_of_servos({"hip": not hip, "knee": hip}, 0) for hip in (True, False))
+    then["t"] += 2.0 * first["t"].iloc[-1] - first["t"].iloc[-2]
+    (tmp_path / "raw").mkdir()
+    pd.concat([first, then]).to_csv(tmp_path / "raw" / "run.csv", index=False)
+    mapping, system = drafted(tmp_path / "raw")
+    assert float(mapping["cut"].removesuffix(" s")) < first["t"].iloc[-1]
+    assert np.isfinite(simulate(system, read_logs(tmp_path / "raw", system)).gap.value)
+
+
 def test_elements_of_a_list_have_one_unit(tmp_path: Path) -> None:
     logs = tmp_path / "raw"
     logs.mkdir()

@@ -70,3 +70,13 @@ def test_a_joint_that_never_moves_is_to_be_locked(tmp_path: Path) -> None:
         "a.csv: row 2: column two: dead output, 0.4 in every row: lock the joint (locked: {two: 0.4})"
         in message
     )
+
+
+def test_parts_of_a_log_with_gaps_stay_in_which_a_joint_rests(tmp_path: Path) -> None:
+    """A part in which the drive of a resting joint moves is left out: its sensor is dead there."""
+    part, swing = np.arange(len(T)) // 50, np.sin(4.0 * np.pi * T)  # two swings in every part of 50 samples
+    held = {"two": 0.4 + np.where(part % 2 == 1, 0.0, swing), "tau_two": np.where(part == 1, 0.0, swing)}
+    file = logs_of(tmp_path, {"a": held | {"t": T + part}, "b": {}})
+    found = read_logs(tmp_path / "logs", read_system(file))
+    assert found.ids == ("a.part1", "a.part2", "a.part3", "b")
+    np.testing.assert_allclose(found.y[found.rows(1), 1], 0.4)

@@ -115,27 +115,28 @@ def _likeness(table: Table, name: str) -> float:
     return named + even + first if named or even else 0.0
 
 
-def signals_in(tables: Sequence[Table], timing: Timing) -> list[Signal]:
+def signals_in(tables: Sequence[Table], timing: Timing, values: int = VALUES) -> list[Signal]:
     """Return the columns of an experiment that change and are no clock.
 
     Args:
         tables: tables of the experiment.
         timing: clock of the tables.
+        values: fewest different values of a column, default 2; 1: columns that do not change, too.
     """
     found = []
     for table in (table for table in tables if len(table) >= ROWS):
         t = _clock(table, tables, timing)
         elements = {own: other for other, own in table.aliases.items() if _is_named(other)}
-        for name, values in table.columns.items():
-            rows = np.flatnonzero(np.isfinite(values) & np.isfinite(t))
-            if name == timing.column or len(np.unique(values[rows])) < VALUES:
+        for name, column in table.columns.items():
+            rows = np.flatnonzero(np.isfinite(column) & np.isfinite(t))
+            if name == timing.column or len(np.unique(column[rows])) < values:
                 continue
             rows = rows[np.argsort(t[rows], kind="stable")]
             rows = rows[np.concatenate([[True], np.diff(t[rows]) > 0.0])]
             address = table.address(elements.get(name, name))
             meant = meaning_of(address, table.units.get(name))
             if len(rows) >= ROWS and meant.role is not Role.TIME:
-                found.append(Signal(address, t[rows], values[rows], meant.unit, meant.role))
+                found.append(Signal(address, t[rows], column[rows], meant.unit, meant.role))
     return found
 
 

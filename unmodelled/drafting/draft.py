@@ -125,7 +125,8 @@ def draft_of(logs: Path) -> Draft:
             "files by hand, see docs/own_data"
         )
     names = [each.channel.signal.address for each in outputs]
-    kept = _usable(found, signals, names)
+    moved = [joint.position.signal.address for joint in joints] or names
+    kept = _usable(found, signals, timing, names, moved)
     first, here = found.read[next(iter(kept.read))], signals[next(iter(kept.read))]
     used = {each.channel.signal.address for each in used_by(joints, balances)}
     split_by = _split_by([_table_of(tables, names[0]) for tables in kept.read.values()], used)
@@ -136,7 +137,7 @@ def draft_of(logs: Path) -> Draft:
         tuple(joints),
         tuple(balances),
         split_by,
-        _cut(here, names) if len(kept.read) == 1 and split_by is None else None,
+        _cut(here, moved) if len(kept.read) == 1 and split_by is None else None,
         tuple(table.address(name) for table in first if len(table) == 1 for name in table.columns),
     )
 
@@ -148,32 +149,32 @@ def _parts(experiments: Sequence[Sequence[Signal]]) -> tuple[list[Joint], list[B
         Role.DUTY
     }
     balances = coupled(balances_of(experiments), experiments) if filled or Role.POSITION not in roles else []
-    joints = [] if balances else _mostly_moving(joints_of(experiments), experiments)
-    return joints, balances
+    return [] if balances else joints_of(experiments), balances
 
 
-def _outputs(joints: Sequence[Joint]) -> set[str]:
-    channels = [each for j in joints for each in (j.position, j.velocity) if each]
-    return {channel.signal.address for channel in channels}
-
-
-def _mostly_moving(joints: list[Joint], experiments: Sequence[Sequence[Signal]]) -> list[Joint]:
-    """The joints that move in at least half of the experiments; all if none does."""
-    names = [{signal.address for signal in signals} for signals in experiments]
-    kept = [j for j in joints if 2 * sum(_outputs([j]) <= each for each in names) >= len(names)]
-    return kept or joints[:1]
-
-
-def _usable(found: Survey, signals: dict[Path, list[Signal]], outputs: Sequence[str]) -> Survey:
-    """The experiments in which all outputs change."""
+def _usable(
+    found: Survey,
+    signals: dict[Path, list[Signal]],
+    timing: Timing,
+    outputs: Sequence[str],
+    moved: Sequence[str],
+) -> Survey:
+    """The experiments that have all outputs, and in which a position or level changes; others may rest."""
     left_out, read = dict(found.left_out), {}
     for place, each in signals.items():
         here = {signal.address: signal for signal in each}
+        missing = {*outputs} - here.keys()
+        if missing:
+            missing -= {signal.address for signal in signals_in(found.read[place], timing, values=1)}
+        moving = [here[name] for name in moved if name in here]
         if not is_text(place.resolve().name):
             left_out[place] = "its name has a control character: rename it"
-        elif still := sorted({*outputs} - here.keys()):
-            left_out[place] = f"{still[0]} does not change while time increases"
-        elif len(here[outputs[0]].t) < SHORTEST_LOG:
+        elif missing:
+            left_out[place] = f"{min(missing)} has no values while time increases"
+        elif not moving:
+            verb = "does" if len(moved) == 1 else "do"
+            left_out[place] = f"{', '.join(moved[:NAMES])} {verb} not change while time increases"
+        elif len(moving[0].t) < SHORTEST_LOG:
             left_out[place] = f"fewer than {SHORTEST_LOG} samples"
         else:
             read[place] = found.read[place]
@@ -224,15 +225,17 @@ def _stretches(values: np.ndarray) -> int:
 
 
 def _cut(signals: Sequence[Signal], names: Sequence[str]) -> float | None:
-    """Length of parts of a record in which all outputs change, s; None if there are none."""
-    outputs = [signal for signal in signals if signal.address in names]
-    t = next(signal.t for signal in outputs if signal.address == names[0])
-    for parts in PARTS:
-        length = float(f"{(t[-1] - t[0]) / parts:.2g}")
-        starts = t[0] + length * np.arange(round((t[-1] - t[0]) / length))
-        inside = [[s.values[(s.t >= a) & (s.t < a + length)] for a in starts] for s in outputs]
-        if len(starts) > 1 and all(
-            len(v) > SHORTEST_LOG and np.ptp(v) > 0.0 for each in inside for v in each
-        ):
-            return length
+    """Length of parts of a record in which all positions or levels change, or else one, s; None: no parts."""
+    moving = [signal for signal in signals if signal.address in names]
+    t = moving[0].t
+    for enough in (all, any):
+        for parts in PARTS:
+            length = float(f"{(t[-1] - t[0]) / parts:.2g}")
+            starts = t[0] + length * np.arange(round((t[-1] - t[0]) / length))
+            inside = [[s.values[(s.t >= a) & (s.t < a + length)] for s in moving] for a in starts]
+            if len(starts) > 1 and all(
+                min(map(len, part)) > SHORTEST_LOG and enough(np.ptp(v) > 0.0 for v in part)
+                for part in inside
+            ):
+                return length
     return None

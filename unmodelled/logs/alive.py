@@ -26,19 +26,30 @@ def check_alive(system: System, logs: Sequence[Columns], faults: Faults) -> None
     """
     for output in system.outputs:
         moving = [log for log in logs if _change(log, output) > 0.0]
-        still = [log for log in logs if _change(log, output) == 0.0]
-        drives = drives_of(system, output)
-        for log in still:
+        for log in (log for log in logs if _change(log, output) == 0.0):
             with faults.collected():
                 at = f"{log.path}: row {log.row(0)}: column {output.column}"
                 what = f"{at}: dead output, {log.values[output.column][0]:g} in every row"
                 if not moving:
                     raise BadInput(f"{what}: {_cure(system, output, log)}")
-                steady = not any(_change(each, u) for each in moving for u in drives)
-                size = _largest if steady else _change
-                sizes = [([size(each, u) for each in moving], size(log, u)) for u in drives]
-                if _moves(sizes) and (steady or _moves([_expected(system, output, moving, log)])):
+                if is_dead(system, output, moving, log):
                     raise BadInput(f"{what} while its drive moves: leave the experiment out")
+
+
+def is_dead(system: System, output: Output, moving: Sequence[Columns], still: Columns) -> bool:
+    """Return whether an output stands still although its drive and the model say that it should have moved.
+
+    Args:
+        system: system of the output.
+        output: output that does not change in `still`.
+        moving: logs, one or more, in which it changes.
+        still: log in which it does not.
+    """
+    drives = drives_of(system, output)
+    steady = not any(_change(each, u) for each in moving for u in drives)
+    size = _largest if steady else _change
+    sizes = [([size(each, u) for each in moving], size(still, u)) for u in drives]
+    return _moves(sizes) and (steady or _moves([_expected(system, output, moving, still)]))
 
 
 def _moves(sizes: Sequence[tuple[Sequence[float], float]]) -> bool:

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.errors import BadInput, Faults
-from unmodelled.logs.alive import check_alive, check_size
+from unmodelled.logs.alive import check_alive, check_size, is_dead
 from unmodelled.logs.clock import (
     LONGEST_GAP,
     TOLERANCE,
@@ -118,9 +118,9 @@ def _without_gaps(
     for row, (name, log) in enumerate(zip(experiments["id"], logs, strict=True)):
         with faults.collected():
             pieces = parts(log)
-            moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, log, system)]
+            moving = [piece for piece in pieces if len(pieces) == 1 or _moving(piece, pieces, system)]
             if not moving:
-                raise BadInput(f"{log.path}: column t: gaps leave no part in which every output changes")
+                raise BadInput(f"{log.path}: column t: gaps leave no part in which an output changes")
             found += [moving[0], *(_after(a, b) for a, b in pairwise(moving))]
             rows += [row] * len(moving)
             ids += [name] if len(pieces) == 1 else [part_name(name, k) for k in range(1, len(moving) + 1)]
@@ -128,8 +128,8 @@ def _without_gaps(
                 parts_of_it = f"{ids[-len(moving)]} to {ids[-1]}" if len(moving) > 1 else ids[-1]
                 lost = len(log) - sum(map(len, moving))
                 rest = (
-                    f"; {lost} of its {len(log)} samples lie in parts that are too short or without motion, "
-                    "and were left out"
+                    f"; {lost} of its {len(log)} samples lie in parts that are too short, rest or have a "
+                    "dead output, and were left out"
                 )
                 notes.append(
                     f"{name} was cut at gaps of more than {LONGEST_GAP:g} sampling periods: its parts are "
@@ -144,10 +144,12 @@ def _after(before: Columns, piece: Columns) -> Columns:
     return replace(piece, since=float(piece.values["t"][0] - before.values["t"][-1]))
 
 
-def _moving(log: Columns, whole: Columns, system: System) -> bool:
-    """Whether every output changes that changes in the whole log."""
-    columns = [output.column for output in system.outputs if np.ptp(whole.values[output.column]) > 0.0]
-    return bool(columns) and all(np.ptp(log.values[column]) >= SMALLEST for column in columns)
+def _moving(piece: Columns, pieces: Sequence[Columns], system: System) -> bool:
+    """Whether an output changes in a piece of a log, and none is dead there."""
+    still = [o for o in system.outputs if np.ptp(piece.values[o.column]) < SMALLEST]
+    moving = {o: [each for each in pieces if np.ptp(each.values[o.column]) >= SMALLEST] for o in still}
+    dead = (bool(others) and is_dead(system, o, others, piece) for o, others in moving.items())
+    return len(still) < len(system.outputs) and not any(dead)
 
 
 def check_log(log: Columns, system: System) -> None:
