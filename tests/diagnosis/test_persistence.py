@@ -106,6 +106,7 @@ def test_one_short_part_does_not_set_the_horizon_of_all() -> None:
     alone, beside = default_horizon(logs_of(*long)), default_horizon(logs_of(ramp[:200], *long))
     assert alone == beside == pytest.approx(7.0)
     assert default_horizon(logs_of(ramp[:600], ramp[:600], *long)) == pytest.approx(2.0)
+    assert default_horizon(logs_of(ramp[:1800], *5 * long)) == pytest.approx(6.0)  # another run, no part
     recording = Recording.of(logs_of(ramp[:200], *long), beside)
     assert recording.steps[recording.owner == 0].tolist() == [199]
     assert (recording.steps[recording.owner == 1] == 700)[:2].all()

@@ -29,6 +29,8 @@ HEADER = "logs"  # what the store's provenance holds beyond that of the data
 #: Share of all samples in experiments whose length does not count as usual: one short part of a record must
 #: not set the horizon of all others.
 SHORT_ONES = 0.1
+#: Their largest length, relative to the shortest other experiment: runs that differ by less are usual.
+SHORT = 0.5
 SHAPE = {name: [str] for name in (*GROUPS, "notes")} | {"period": float, "delays": [float]}
 
 
@@ -163,9 +165,13 @@ class Logs:
 
     @property
     def usual_length(self) -> int:
-        """Samples of the shortest experiment, beside short ones that hold a tenth of all samples."""
+        """Samples of the shortest experiment that is no part beside much longer ones.
+
+        Such parts hold a tenth of all samples together, and each is less than half as long as all others.
+        """
         lengths = np.sort(np.diff(self.offsets))
-        return int(lengths[np.searchsorted(np.cumsum(lengths), SHORT_ONES * self.offsets[-1], "right")])
+        least = lengths[np.searchsorted(np.cumsum(lengths), SHORT_ONES * self.offsets[-1], "right")]
+        return int(lengths[lengths >= SHORT * least][0])
 
     def gap(self, i: int) -> int | None:
         """Return the sampling periods since the experiment before, None if it is not continued.

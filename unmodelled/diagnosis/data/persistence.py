@@ -30,7 +30,7 @@ def default_horizon(
     output is predicted by its last value or by its last value and speed, whichever is better at this horizon.
     The horizon is rounded to two digits and then to a whole number of samples. It has at least
     `fewest_horizon_samples` samples and at most the share `longest_horizon_share` of the shortest experiment,
-    beside short ones that hold a tenth of all samples; the latter limit is the stronger one. Experiments that
+    not counting short parts, see `Logs.usual_length`; the latter limit is the stronger one. Experiments that
     are shorter than the horizon are simulated as a whole.
 
     Args:
