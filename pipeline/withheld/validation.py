@@ -25,10 +25,17 @@ def validated(diagnosis: Diagnosis, folder: Path) -> dict[str, float | None]:
         folder: log folder with the columns of the diagnosed logs.
     """
     models = {"reidentified": diagnosis.reidentified.system, "augmented": augmented_system(diagnosis)}
-    return {name: _gap(system, folder, diagnosis.horizon) for name, system in models.items()}
+    return {name: gap_on(system, folder, diagnosis.horizon) for name, system in models.items()}
 
 
-def _gap(system: System, folder: Path, horizon: float) -> float | None:
+def gap_on(system: System, folder: Path, horizon: float) -> float | None:
+    """Return the gap of a model on experiments that it was not fitted to; None where it cannot be used.
+
+    Args:
+        system: system with its laws and numbers.
+        folder: log folder of the experiments.
+        horizon: length of the free-run windows, s.
+    """
     try:
         logs = with_own_numbers(system, read_logs(folder, system), horizon)
         value = free_runs(system, logs, horizon).value

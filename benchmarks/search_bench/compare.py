@@ -1,0 +1,152 @@
+"""Tables of the rows of one form, or of two forms side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+Row = Mapping[str, Any]
+Rows = Mapping[str, Row]
+
+KINDS = ("single", "null", "pair", "several", "outside", "real", "archive", "field")
+#: What is counted, and its heading.
+COUNTED = {
+    "first": "named first",
+    "in_set": "in the set",
+    "exact": "exact",
+    "right": "right",
+    "harmful": "harmful",
+}
+#: Entries of a row that make two answers differ.
+SAID = ("verdict", "effects")
+
+
+def page(forms: Mapping[str, Rows]) -> str:
+    """Return all tables as Markdown: counts by kind, cost, paired differences, cases that differ.
+
+    Only cases that every form has are compared.
+
+    Args:
+        forms: one or two forms: rows by case, by name of the form.
+    """
+    shared = [case for case in next(iter(forms.values())) if all(case in rows for rows in forms.values())]
+    changed = [case for case in shared if len({rows[case]["digest"] for rows in forms.values()}) > 1]
+    shared = [case for case in shared if case not in changed]
+    compared = {name: [rows[case] for case in shared] for name, rows in forms.items()}
+    lines = [f"# {' and '.join(forms)}: {len(shared)} cases", ""]
+    lines += [
+        f"- {name}: revision {', '.join(sorted({row['revision'] for row in rows}))}"
+        for name, rows in compared.items()
+    ]
+    lines += [f"- left out, because their files differ: {', '.join(changed)}"] if changed else []
+    lines += ["", "## Answers by kind", "", *_table(_counts(compared))]
+    lines += ["", "## Cost", "", *_table(_costs(compared))]
+    if len(compared) == 2:
+        pairs = list(zip(*compared.values(), strict=True))
+        lines += ["", "## Paired differences", "", *_table(_paired(pairs, list(compared)))]
+        lines += ["", "## Cases whose answers differ", "", *_table(_different(pairs, list(compared)))]
+    return "\n".join(lines) + "\n"
+
+
+def _counts(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
+    """Shares of all cases to which a question applies; without an answer, nothing is named."""
+    yield [
+        "kind",
+        "form",
+        "cases",
+        *COUNTED.values(),
+        "effects named",
+        "alone first",
+        "alone in 3",
+        "unanswered",
+    ]
+    for kind in (*KINDS, "all"):
+        for name, every in forms.items():
+            rows = [row for row in every if kind in (row["kind"], "all")]
+            if rows:
+                counts = [_share([_value(row, key) for row in rows]) for key in COUNTED]
+                counts += [_share([yes for row in rows for yes in _effects(row)])]
+                ranks = [rank for row in rows for rank in _ranks(row)]
+                counts += [_share([rank is not None and rank <= most for rank in ranks]) for most in (1, 3)]
+                yield [kind, name, str(len(rows)), *counts, str(sum(bool(row["error"]) for row in rows))]
+
+
+def _value(row: Row, key: str) -> bool | None:
+    """One answer of a row; None where the question does not apply."""
+    if row["kind"] in ("archive", "field"):
+        return None
+    if key in ("first", "in_set", "exact") and row["kind"] in ("null", "outside"):
+        return None
+    if row["error"]:
+        return None if key == "harmful" else False
+    found = row.get(key)
+    return None if found is None else bool(found)
+
+
+def _ranks(row: Row) -> Sequence[int | None]:
+    """Ranks of the true laws alone that are large enough to be seen; None: not compared, or no answer."""
+    if row["kind"] == "outside":
+        return []
+    if row["error"]:
+        return [None] if row["kind"] == "single" else []
+    ranks: Sequence[int | None] = row.get("rank", [])
+    return [rank for rank, seen in zip(ranks, row.get("seen", [True] * len(ranks)), strict=True) if seen]
+
+
+def _effects(row: Row) -> Sequence[bool]:
+    """Whether each material effect is named, in any order."""
+    many, named = row.get("material", 0), row.get("material_named", 0)
+    return [k < named for k in range(many)]
+
+
+def _share(values: Sequence[bool | None]) -> str:
+    known = [value for value in values if value is not None]
+    return f"{sum(known)} of {len(known)} ({100 * sum(known) / len(known):.0f} %)" if known else ""
+
+
+def _costs(forms: Mapping[str, Sequence[Row]]) -> Iterator[list[str]]:
+    yield ["form", "CPU s, median", "CPU s, largest", "CPU s, sum", "wall s, median", "memory MB, largest"]
+    for name, rows in forms.items():
+        if rows:
+            cpu, wall, memory = (np.array([row[key] for row in rows]) for key in ("cpu", "wall", "memory"))
+            numbers = np.median(cpu), cpu.max(), cpu.sum(), np.median(wall), memory.max()
+            yield [name, *(f"{number:.3g}" if number < 100 else f"{number:.0f}" for number in numbers)]
+
+
+def _paired(pairs: Sequence[tuple[Row, Row]], names: Sequence[str]) -> Iterator[list[str]]:
+    """McNemar's counts; the chance is that of a split at least as uneven if both forms are as good."""
+    yield ["question", "both", f"only {names[0]}", f"only {names[1]}", "neither", "chance (two-sided)"]
+    for key, heading in COUNTED.items():
+        values = [(_value(a, key), _value(b, key)) for a, b in pairs]
+        known = [pair for pair in values if None not in pair]
+        one, other = known.count((True, False)), known.count((False, True))
+        chance = binomtest(one, one + other).pvalue if one + other else 1.0
+        same = known.count((True, True)), known.count((False, False))
+        yield [heading, str(same[0]), str(one), str(other), str(same[1]), f"{chance:.2g}"]
+
+
+def _different(pairs: Sequence[tuple[Row, Row]], names: Sequence[str]) -> Iterator[list[str]]:
+    yield ["case", "truth", *(f"{name} says" for name in names), *names]
+    for pair in pairs:
+        if pair[0]["error"] != pair[1]["error"] or any(pair[0].get(k) != pair[1].get(k) for k in SAID):
+            truth = next((row["truth"] for row in pair if row["truth"]), "")
+            yield [pair[0]["case"], truth[:200], *map(_answer, pair), *map(_marks, pair)]
+
+
+def _answer(row: Row) -> str:
+    if row["error"]:
+        return str(row["error"])
+    return row["verdict"] if row["said"] == row["verdict"] else f"{row['verdict']}: {row['said']}"
+
+
+def _marks(row: Row) -> str:
+    found = [heading for key, heading in COUNTED.items() if _value(row, key)]
+    return ", ".join([*found, f"{row['cpu']:.0f} s"])
+
+
+def _table(rows: Iterator[list[str]]) -> list[str]:
+    lines = ["| " + " | ".join(cell.replace("|", "/") for cell in row) + " |" for row in rows]
+    return [lines[0], "|" + "---|" * (lines[0].count("|") - 1), *lines[1:]]
