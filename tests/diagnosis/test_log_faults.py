@@ -293,9 +293,10 @@ def test_the_later_of_two_same_columns_is_the_copy(turned: bool, right: Path) ->
     assert copy.delay == pytest.approx(0.03)
 
 
-def test_a_constant_input_is_noted(tmp_path: Path) -> None:
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_constant_input_is_noted(sign: float, tmp_path: Path) -> None:
     PendulumCampaign(runs=4, duration=2.0, coulomb=0.0, torque=0.0).write(tmp_path / "free", 0)
-    (fault,) = log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", scaled("t", 1.0)), HORIZON)
+    (fault,) = log_faults(*spoilt(tmp_path / "free", tmp_path / "logs", scaled("torque", sign)), HORIZON)
     assert (fault.channels, fault.problem, fault.decides) == (("torque",), "constant", False)
     assert fault.sentence.startswith("torque is 0 in all samples of all experiments")
 

@@ -153,8 +153,8 @@ def constants(logs: Logs) -> Iterator[LogFault]:
         if np.ptp(values) == 0.0:
             yield LogFault(
                 *((name,), "constant", None, ()),
-                sentence=f"{name} is {values[0]:g} in all samples of all experiments: these data cannot show "
-                "its effect. Check that the column is the input that drove the machine.",
+                sentence=f"{name} is {values[0] + 0.0:g} in all samples of all experiments: these data "
+                "cannot show its effect. Check that the column is the input that drove the machine.",
                 decides=False,
             )
 
