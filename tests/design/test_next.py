@@ -18,6 +18,7 @@ from unmodelled.api.next_experiment import NextExperiment, planned
 from unmodelled.base.errors import BadInput
 from unmodelled.cli.verbs.next import next as next_verb
 from unmodelled.design.checked import check_answer
+from unmodelled.design.content import sentences
 from unmodelled.design.signals import references
 from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.logs.folder import read_logs
@@ -309,3 +310,22 @@ def test_the_answer_says_where_its_system_and_logs_are(
     assert "does not say where its system is: add system=<path>" in run()
     assert "does not say where its system is" in run(sources=[1])
     assert "no longer at" in run(sources={"system": str(system), "logs": "/nowhere/at/all"})
+
+
+@pytest.mark.parametrize(
+    ("proposed", "said"),
+    [
+        (2.221e-4, "no experiment within the limits was found that narrows the 95 % interval of F_c"),
+        (2.1e-4, "narrows the 95 % interval of F_c = 0.006 N m from ± 0.00022 to ± 0.00021"),
+    ],
+)
+def test_an_interval_that_stays_as_wide_is_not_narrowed(proposed: float, said: str) -> None:
+    after = {"proposed": proposed, "chirp": 2.224e-4, "random": None}
+    found = {
+        **{"start": {}, "duration": 4.0, "family": "chirp", "alternatives": [], "criterion": "intervals"},
+        **{"inputs": {"i": {"low": -0.7, "high": 0.7, "rate": None, "unit": "mA"}}, "notes": []},
+        "numbers": {"F_c": {"after": after, "before": 2.2248e-4, "unit": "N m", "value": 0.006}},
+    }
+    (line,) = [line for line in sentences(found) if "interval" in line]
+    assert said in line
+    assert ("widen the limits" in line) == line.startswith("no experiment")

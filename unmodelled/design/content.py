@@ -200,11 +200,16 @@ def _measured(found: Mapping[str, Any], what: str) -> Iterator[str]:
     for name, own in found["numbers"].items() if found["criterion"] == "intervals" else ():
         each = {"symbol": name, **own, **own.get("shown", {})}
         after, unit = each["after"], f" {each['unit']}".rstrip()
-        yield (
-            f"{what} narrows the 95 % interval of {each['symbol']} = {each['value']:.4g}{unit} from "
-            f"± {each['before']:.2g} to ± {after['proposed']:.2g} (chirp: {_half(after['chirp'])}, "
-            f"random levels: {_half(after['random'])})"
-        )
+        before, proposed = f"± {each['before']:.2g}", f"± {after['proposed']:.2g}"
+        beside = f"chirp: {_half(after['chirp'])}, random levels: {_half(after['random'])}"
+        interval = f"the 95 % interval of {each['symbol']} = {each['value']:.4g}{unit}"
+        if proposed != before:
+            yield f"{what} narrows {interval} from {before} to {proposed} ({beside})"
+        else:
+            yield (
+                f"no experiment within the limits was found that narrows {interval}, {before} ({beside}); "
+                "widen the limits, lengthen it or add a sensor"
+            )
 
 
 def _told_amount(amount: Mapping[str, Any]) -> str:
