@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
+from unmodelled.logs.clock import delayed
 from unmodelled.logs.differentiate import noise, quantum, resolution, smooth_derivative
+from unmodelled.logs.savitzky_golay import ORDER, filtered
 
 Array = NDArray[np.float64]
 
@@ -167,3 +169,23 @@ def test_cubics_are_exact_up_to_the_ends(coefficients: list[float], n: int) -> N
     position, velocity, _ = smooth_derivative(polynomial(t), np.array([0, n]), t[1] - t[0])
     np.testing.assert_allclose(position, polynomial(t), atol=1e-9)
     np.testing.assert_allclose(velocity, polynomial.deriv()(t), atol=1e-7)
+
+
+@pytest.mark.parametrize("width", [5, 7, 51, 499])
+@pytest.mark.parametrize("derivative", [0, 1])
+def test_filter_is_that_of_scipy(width: int, derivative: int) -> None:
+    y = np.cumsum(np.random.default_rng(0).standard_normal(500))
+    expected = savgol_filter(y, width, ORDER, derivative, PERIOD)
+    found = filtered(y, width, derivative, PERIOD)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("late", [0.0, 0.25, 1.0, -0.25, -1.0, 2.5, -2.5, 40.0, -40.5])
+def test_delayed_samples_are_held_beyond_the_ends_of_experiments(late: float) -> None:
+    offsets = np.array([0, 2, 3, 30])
+    values = np.random.default_rng(0).standard_normal((30, 1))
+    found = delayed(values, offsets, PERIOD, [late * PERIOD], "linear")
+    for a, b in ((0, 2), (2, 3), (3, 30)):
+        at = np.arange(b - a)
+        expected = np.interp(at - late, at, values[a:b, 0])  # which holds the ends, too
+        np.testing.assert_allclose(found[a:b, 0], expected, atol=1e-12)

@@ -297,12 +297,20 @@ def _ahead(values: Array, offsets: Offsets, steps: float, kind: Kind) -> Array:
     shift, rest = _whole(steps)
     if rest and kind == "cubic":
         return Splines.of(values, offsets).ahead(steps)
-    rows, length = np.arange(len(values)), np.diff(offsets)
-    first, last = np.repeat(offsets[:-1], length), np.repeat(offsets[1:] - 1, length)
-    before = values[np.clip(rows + shift, first, last)]
-    if not rest:
-        return before
-    return np.asarray(before + rest * (values[np.clip(rows + shift + 1, first, last)] - before))
+    before = _shifted(values, offsets, shift)
+    return np.asarray(before + rest * (_shifted(values, offsets, shift + 1) - before)) if rest else before
+
+
+def _shifted(values: Array, offsets: Offsets, shift: int) -> Array:
+    """Uniform samples (n,) a whole number of samples later, held beyond the ends of every experiment."""
+    found = np.empty_like(values)
+    for a, b in pairwise(offsets):
+        by = max(a - b, min(shift, b - a))
+        if by >= 0:
+            found[a : b - by], found[b - by : b] = values[a + by : b], values[b - 1]
+        else:
+            found[a : a - by], found[a - by : b] = values[a], values[a : b + by]
+    return found
 
 
 def _whole(steps: float) -> tuple[int, float]:

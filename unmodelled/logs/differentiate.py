@@ -9,10 +9,10 @@ from math import comb, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.logs.savitzky_golay import filtered, kernel
+
 Array = NDArray[np.float64]
 
-#: Of the fitted polynomial; order 4 has the same derivative in the middle and is noisier at the ends.
-ORDER = 3
 #: Samples that choose the width.
 ENOUGH = 300_000
 #: Of double precision.
@@ -148,13 +148,10 @@ def smooth_derivative(y: Array, offsets: NDArray[np.int64], period: float) -> tu
 
 
 def _filtered(y: Array, width: int, edge: int, derivative: int, period: float) -> Array:
-    from scipy.signal import savgol_filter  # half a second to load, for whatever reads logs
-
-    result = savgol_filter(y, width, ORDER, derivative, period)
-    ends = savgol_filter(y, edge, ORDER, derivative, period)
+    result, ends = (filtered(y, one, derivative, period) for one in (width, edge))
     half = width // 2
     result[:half], result[-half:] = ends[:half], ends[-half:]
-    return np.asarray(result)
+    return result
 
 
 def _width(parts: list[Array], variance: float, widest: int, centred: bool) -> int:
@@ -175,9 +172,9 @@ def _width(parts: list[Array], variance: float, widest: int, centred: bool) -> i
 
 def _removed(parts: list[Array], width: int) -> float:
     """Mean square of what smoothing over `width` samples takes away."""
-    kernel = -_kernel(width, 0, centred=True)
-    kernel[width // 2] += 1.0
-    return _power(parts, kernel)
+    removes = -_kernel(width, 0, centred=True)
+    removes[width // 2] += 1.0
+    return _power(parts, removes)
 
 
 def _bias(parts: list[Array], width: int, variance: float, centred: bool) -> float:
@@ -185,10 +182,10 @@ def _bias(parts: list[Array], width: int, variance: float, centred: bool) -> flo
     half = max(5, 2 * (width // 4) + 1)
     if half == width:
         return 0.0
-    kernel = _kernel(width, 1, centred)
+    between = _kernel(width, 1, centred)
     first = (width - half) // 2 if centred else 0
-    kernel[first : first + half] -= _kernel(half, 1, centred)
-    return max(0.0, _power(parts, kernel) - variance * float(kernel @ kernel))
+    between[first : first + half] -= _kernel(half, 1, centred)
+    return max(0.0, _power(parts, between) - variance * float(between @ between))
 
 
 def _power(parts: list[Array], kernel: Array) -> float:
@@ -198,7 +195,4 @@ def _power(parts: list[Array], kernel: Array) -> float:
 
 def _kernel(width: int, derivative: int, centred: bool) -> Array:
     """Coefficients for convolution; the value is that at the middle or, not centred, the last sample."""
-    from scipy.signal import savgol_coeffs
-
-    position = width // 2 if centred else width - 1
-    return np.array(savgol_coeffs(width, ORDER, derivative, pos=position))
+    return kernel(width, derivative, width // 2 if centred else width - 1)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 Array = NDArray[np.float64]
 
@@ -29,6 +28,8 @@ def resample(t: Array, signals: Array, period: float, cutoff_share: float = 0.8)
     Raises:
         ValueError: when the new period is not longer than the old one.
     """
+    from scipy.signal import butter, sosfiltfilt  # half a second to load, for whatever reads logs
+
     old = float(np.median(np.diff(t)))
     if period <= old:
         raise ValueError(f"period must be longer than the logged {old:.6g} s, got {period:.6g} s")

@@ -10,12 +10,12 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.signal import savgol_coeffs
 
 from unmodelled.diagnosis.data.gap import output_scale
 from unmodelled.logs.clock import EVERY, Rows, Splines
-from unmodelled.logs.differentiate import ORDER, noise, resolution, smooth_derivative
+from unmodelled.logs.differentiate import noise, resolution, smooth_derivative
 from unmodelled.logs.logs import Logs
+from unmodelled.logs.savitzky_golay import ORDER, kernel
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -132,12 +132,12 @@ class Sensors:
         width = 2 * (self._smoothed(output).width // 4) + 1
         if width <= ORDER + 1:
             return 0.0
-        kernel = -savgol_coeffs(width, ORDER)
-        kernel[width // 2] += 1.0
-        left = np.concatenate([np.convolve(part, kernel, "valid") for part in self._parts(output)])
+        removes = -kernel(width, 0, width // 2)
+        removes[width // 2] += 1.0
+        left = np.concatenate([np.convolve(part, removes, "valid") for part in self._parts(output)])
         # the median is not led astray by corners and spikes, the mean not by the steps of an encoder
         spread = min(np.sqrt(np.mean(left**2)), 1.4826 * np.median(np.abs(left)))
-        return float(spread / np.linalg.norm(kernel))
+        return float(spread / np.linalg.norm(removes))
 
     def _parts(self, output: int) -> list[Array]:
         return [self.logs.y[self.logs.rows(i), output] for i in self._known]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtri
 
 from unmodelled.diagnosis.data.remark import Remark, listed, quantity
 from unmodelled.diagnosis.decide.efforts import Efforts
@@ -185,7 +185,7 @@ def _zero(prediction: LeftOut, added: Added, alike: Sequence[LeftOut]) -> Iterat
     unit = 1.0 / np.sqrt(np.maximum(np.diag(spread), _TINY))
     z = np.array([fitted.fit.values[n] for n in names]) * unit
     square = z @ np.linalg.pinv(spread * np.outer(unit, unit), hermitian=True) @ z
-    quantile = fisher.ppf(_level(prediction), len(names), parts - len(names))
+    quantile = fdtri(len(names), parts - len(names), _level(prediction))
     if square < len(names) * (parts - 1) / (parts - len(names)) * quantile:
         shown = listed(tuple(f"{n} = {_shown(prediction, n, added.units[n], alike)}" for n in names))
         yield Remark(

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.normal_equations import RANK
@@ -49,7 +49,7 @@ def _same(name: str, prediction: LeftOut, other: LeftOut) -> str | None:
 def _jackknife(prediction: LeftOut, name: str, level: float) -> tuple[float, float]:
     unknown = next(u for u in prediction.fitted.unknowns.each if u.name == name)
     error = float(np.sqrt(covariance(prediction, [name])[0, 0]))
-    reach = error * float(student.ppf(0.5 + 0.5 * level, prediction.count - 1))
+    reach = error * float(stdtrit(prediction.count - 1, 0.5 + 0.5 * level))
     value = prediction.fitted.fit.values[name]
     return max(value - reach, unknown.low), min(value + reach, unknown.high)
 

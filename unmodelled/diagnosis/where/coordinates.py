@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.data.result import JudgedModel
@@ -110,6 +109,8 @@ class Coordinates:
         Returns:
             Differences, shape (windows,) for each of the times; none where the place has no coordinate.
         """
+        from scipy.signal import lfilter  # half a second to load
+
         name = place.name
         if place.kind == "port":
             coordinates = self.model.system.port(place.name).coordinates

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from unmodelled.base.wording import level_name
 from unmodelled.diagnosis.data.remark import listed, quantity
@@ -97,7 +97,7 @@ def _stretches(corrections: Corrections, k: int) -> Iterator[_Stretch]:
         return
     apart = np.log(np.maximum(largest / ordinary, 1e-12))
     spread = NORMAL * float(np.median(np.abs(apart))) * np.sqrt(1.0 + 1.0 / count)
-    above = max(float(student.ppf(1.0 - BY_CHANCE, count - 1)) * spread, np.log(LEAST_FACTOR))
+    above = max(float(stdtrit(count - 1, 1.0 - BY_CHANCE)) * spread, np.log(LEAST_FACTOR))
     runs = [run for run, peak in zip(recording.runs, apart, strict=True) if peak > above]
     known = _known(corrections, k, runs) if runs else np.empty(0, np.bool_)
     for run in runs:
