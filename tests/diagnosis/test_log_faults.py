@@ -27,6 +27,7 @@ from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_copies import copies
 from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
+from unmodelled.diagnosis.search.log_trials import Trials
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -195,6 +196,33 @@ def test_a_clock_that_may_be_inertia_and_friction_says_so(
     fault = only(log_faults(system, logs, default_horizon(logs)))
     assert (fault.problem, fault.rivals) == ("clock", int(dry > 0.0))
     assert ("with dry friction at hub explains as much" in fault.sentence) is (dry > 0.0)
+
+
+def spiked(seed: int) -> Spoil:
+    """Two neighbouring samples at each of four places of a run, off by 30 % of the motion."""
+
+    def spoil(log: pd.DataFrame, name: str) -> pd.DataFrame:
+        rng, theta = np.random.default_rng([seed, int(name[3:])]), log["theta"].to_numpy().copy()
+        for i in rng.integers(10, len(theta) - 10, 4):
+            theta[i : i + 2] += 0.3 * theta.std() * rng.choice([-1.0, 1.0])
+        return log.assign(theta=theta)
+
+    return spoil
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_window_that_starts_at_bad_samples_is_no_wrong_clock(
+    seed: int, frictionless: Path, tmp_path: Path
+) -> None:
+    assert log_faults(*spoilt(frictionless, tmp_path, spiked(seed)), HORIZON) == ()
+
+
+def test_another_clock_of_one_run_leaves_the_windows_of_the_others(frictionless: Path) -> None:
+    system = read_system(SYSTEM)
+    trials = Trials(system, read_logs(frictionless, system), HORIZON)
+    steps, clock = trials.steps(trials.none), np.array([1.0, 0.98, 1.0, 1.0, 1.0, 1.0])
+    before, after = (trials.square(c, steps) for c in (trials.none, replace(trials.none, clock=clock)))
+    np.testing.assert_array_equal(np.flatnonzero(before != after), [1])
 
 
 @pytest.mark.long

@@ -15,6 +15,7 @@ from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +136,19 @@ class Correction:
 
         slopes = {j: slope(j, s) for j, s in measured.slopes.items()}
         return Sensors(logs, slopes=slopes)
+
+    def samples(self, samples: Indices, logs: Logs, corrected: Logs) -> Indices:
+        """Return the samples of the corrected logs that are nearest to the instants of given samples.
+
+        Args:
+            samples: numbers of samples of the logs as read, shape (n,).
+            logs: logs as read.
+            corrected: the corrected logs.
+        """
+        owner = logs.owner[samples]
+        since = (samples - logs.offsets[owner]) * (self.clock[owner] / self.common)
+        moved = corrected.offsets[owner] + np.rint(since).astype(np.int64)
+        return np.minimum(moved, corrected.offsets[owner + 1] - 1)
 
     def _instants(self, logs: Logs, i: int) -> Array:
         """Samples of experiment `i`, counted on its own clock, that the common clock reads."""

@@ -130,6 +130,17 @@ class Recording:
         every = np.sort(np.concatenate([every, left[first]]))
         return replace(self, start=self.start[every], steps=self.steps[every])
 
+    def starting(self, start: Indices) -> Recording:
+        """Return windows of the same length that start at other samples; the last may be shorter.
+
+        Args:
+            start: first samples, shape (windows,); the last sample of an experiment starts no window.
+        """
+        end = self.logs.offsets[self.logs.owner[start] + 1] - 1 - math.floor(self.latest + WHOLE)
+        steps = np.minimum(self.steps.max(), end - start)
+        order = np.argsort(-steps, kind="stable")[: np.count_nonzero(steps > 0)]
+        return replace(self, start=start[order], steps=steps[order])
+
     def shortened(self, share: float) -> Recording:
         """Return the beginnings of the windows.
 

@@ -254,7 +254,7 @@ def _possible(trials: Trials, suspect: _Suspect) -> bool:
 
 def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
     """Return the suspects with almost the smallest error, the simplest (first asked) one first."""
-    left = [s.after.sum() / trials.persistence(s.steps).sum() for s in right]
+    left = [s.after.sum() / trials.persistence(s.steps, not s.everywhere).sum() for s in right]
     return [
         s
         for s, each in zip(right, left, strict=True)
@@ -263,15 +263,19 @@ def _best(trials: Trials, right: Sequence[_Suspect]) -> list[_Suspect]:
 
 
 def _identified(trials: Trials, suspect: _Suspect) -> _Suspect:
-    """Return a suspect with errors of fitted parameters, with and without its correction."""
-    before, after = (trials.identified(c, suspect.steps) for c in (trials.none, suspect.question.correction))
+    """Return a suspect with errors of fitted parameters, with and without its correction.
+
+    For a fault of some experiments all windows count: of a few, one that starts at a bad sample would decide.
+    """
+    both, every = (trials.none, suspect.question.correction), not suspect.everywhere
+    before, after = (trials.identified(c, suspect.steps, every) for c in both)
     return replace(suspect, before=before, after=after)
 
 
 def _good(trials: Trials, suspect: _Suspect) -> bool:
     """Return whether the corrected model predicts well, and no law explains as much."""
     left = float(suspect.after[suspect.runs].sum())
-    persistence = trials.persistence(suspect.steps)[suspect.runs].sum()
+    persistence = trials.persistence(suspect.steps, not suspect.everywhere)[suspect.runs].sum()
     return left <= trials.thresholds.fault_error_ratio * float(persistence) and not _law(trials, suspect)
 
 
@@ -285,7 +289,7 @@ def _law(trials: Trials, suspect: _Suspect) -> bool:
     system, logs = trials.system, trials.logs
     other = with_inertia(system) if suspect.everywhere else with_springs(system, logs)
     found = Trials(other, logs, trials.horizon, trials.sensors, trials.thresholds)
-    left = found.identified(found.none, suspect.steps)
+    left = found.identified(found.none, suspect.steps, not suspect.everywhere)
     return float(left.sum()) < trials.thresholds.clock_error_ratio * float(suspect.after.sum())
 
 

@@ -55,7 +55,7 @@ class Trials:
         self.system, self.logs, self.horizon, self.thresholds = system, logs, horizon, thresholds
         self.sensors = sensors or Sensors(logs)
         self.none = Correction.none(logs)
-        self._uncorrected: dict[int, Array] = {}
+        self._uncorrected: dict[int, Array] = {}  # fitted numbers by samples of a window
 
     @cached_property
     def deviations(self) -> Array:
@@ -89,41 +89,43 @@ class Trials:
         simulation = self._simulation(correction, steps)
         return self._error(simulation, correction, simulation.values[None, None])
 
-    def persistence(self, steps: int) -> Array:
+    def persistence(self, steps: int, every: bool = False) -> Array:
         """Return the mean square error of persistence: outputs keep their values, or their speeds.
 
         A correction that removes inputs and forces has this error on every machine.
 
         Args:
             steps: number of samples of a window.
+            every: whether all windows count, default some of them.
 
         Returns:
             Mean square errors, shape (experiments,).
         """
-        recording = self._recording(self.none, steps)
+        recording = self._recording(self.none, steps, every)
         still, on = (
             self._mean(recording, self._in_deviations(off[:, None], recording, self.none)[:, 0] ** 2)
             for off in persistence_errors(self.sensors, recording.start[:, None], recording.rows)
         )
         return np.minimum(still, on)
 
-    def identified(self, correction: Correction, steps: int) -> Array:
+    def identified(self, correction: Correction, steps: int, every: bool = False) -> Array:
         """Return the mean square error with the uncertain parameters quickly fitted to all experiments.
 
         Args:
             correction: correction of the logs.
             steps: number of samples of a window.
+            every: whether the errors are those of all windows, default of the fitted ones.
 
         Returns:
             Mean square errors, shape (experiments,).
         """
-        if correction is not self.none:
-            return self._identified(correction, steps)
-        if steps not in self._uncorrected:
-            self._uncorrected[steps] = self._identified(correction, steps)
-        return self._uncorrected[steps]
+        known = self._uncorrected if correction is self.none else {}
+        if steps not in known:
+            known[steps] = self._fitted(correction, steps)
+        return self._error(self._simulation(correction, steps, every), correction, known[steps])
 
-    def _identified(self, correction: Correction, steps: int) -> Array:
+    def _fitted(self, correction: Correction, steps: int) -> Array:
+        """Return numbers, shape (experiments, 1, numbers), with quickly fitted uncertain parameters."""
         simulation = self._simulation(correction, steps)
         unknowns = Unknowns(simulation, tuple(Unknown.of(p) for p in self.system.parameters if p.identify))
         z = unknowns.vector({})
@@ -154,7 +156,7 @@ class Trials:
                 max_nfev=QUICK_EVALUATIONS,
             )
             z[free] = best.x
-        return self._error(simulation, correction, unknowns.numbers(z[None]))
+        return unknowns.numbers(z[None])
 
     def _error(self, simulation: Simulation, correction: Correction, numbers: Array) -> Array:
         """Return mean square errors of one parameter set, shape (experiments,)."""
@@ -182,12 +184,17 @@ class Trials:
         # nan for an experiment that is shorter than a window
         return np.asarray(np.divide(total, count, out=np.full(len(self.logs), np.nan), where=count > 0.0))
 
-    def _simulation(self, correction: Correction, steps: int) -> Simulation:
-        return Simulation(self.system, self._recording(correction, steps))
+    def _simulation(self, correction: Correction, steps: int, every: bool = False) -> Simulation:
+        return Simulation(self.system, self._recording(correction, steps, every))
 
-    def _recording(self, correction: Correction, steps: int) -> Recording:
+    def _recording(self, correction: Correction, steps: int, every: bool = False) -> Recording:
+        """Return some or all windows of the corrected logs, from the same instants on every clock."""
         logs = correction.logs(self.system, self.logs)
         latest = max(output.delay for output in self.system.outputs)
         sensors = self.sensors if correction is self.none else correction.sensors(logs, self.sensors)
         recording = Recording.of(logs, steps * logs.period, latest=latest, sensors=sensors)
-        return recording.thinned(max(FEWEST_WINDOWS * len(logs), QUESTION_SAMPLES // steps))
+        count = max(FEWEST_WINDOWS * len(logs), len(logs.y) if every else QUESTION_SAMPLES // steps)
+        if (correction.clock == correction.common).all():
+            return recording.thinned(count)
+        read = Recording.of(self.logs, steps * self.logs.period, latest=latest, sensors=self.sensors)
+        return recording.starting(correction.samples(read.thinned(count).start, self.logs, logs))
