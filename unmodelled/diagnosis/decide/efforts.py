@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.effects.added import Added, with_numbers
 from unmodelled.effects.motion import acceleration, is_inertial, mobility
+from unmodelled.engine.machine.program import Program
 from unmodelled.logs.logs import Logs
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.model import TIME, System, symbol
-from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
 
@@ -57,8 +57,9 @@ class Efforts:
             Values, shape (k, samples), SI.
         """
         system, logs = self.system, self.logs
-        function = numpy_system_function(system, expressions, efforts_zero=True)
-        values = function(logs.t, logs.x, logs.u, np.empty(0), np.array(system.values), logs.c[logs.owner])
+        program, p = Program.of_values(system, expressions), np.array(system.values)
+        with np.errstate(all="ignore"):
+            values = program.evaluate(logs.t, logs.x, logs.u, p, logs.c[logs.owner])
         return np.asarray(values.T)
 
     def mass(self, name: str) -> float:

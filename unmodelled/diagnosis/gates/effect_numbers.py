@@ -17,8 +17,8 @@ from unmodelled.diagnosis.gates.robot_numbers import LEAST_GAIN
 from unmodelled.effects.library import effects
 from unmodelled.effects.motion import mobility
 from unmodelled.effects.place import Place
+from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import Parameter, Port, System, symbol
-from unmodelled.systems.numeric import numpy_system_function
 from unmodelled.systems.units import parse_unit
 
 Array = NDArray[np.float64]
@@ -74,11 +74,10 @@ class _Along:
     def __call__(self, *expressions: sp.Expr, values: Mapping[str, float] | None = None) -> Array:
         """Values (expressions, samples), with other values of some parameters."""
         system, logs, some = self.model.system, self.model.logs, self._some
-        function = numpy_system_function(system, list(expressions), efforts_zero=True)
         p, c = np.array(system.with_values(values or {}).values), logs.c[logs.owner[some]]
+        program = Program.of_values(system, expressions)
         with np.errstate(all="ignore"):
-            found = function(logs.t[some], logs.x[some], logs.u[some], np.empty(0), p, c)
-        return np.asarray(found, np.float64).T
+            return program.evaluate(logs.t[some], logs.x[some], logs.u[some], p, c).T
 
 
 def _places(diagnosis: Diagnosis, kind: str) -> list[Place]:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from unmodelled.diagnosis.data.result import Diagnosis, JudgedModel
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.effects.place import Place
+from unmodelled.engine.machine.program import Program
 from unmodelled.systems.model import symbol
-from unmodelled.systems.numeric import numpy_system_function
 
 Array = NDArray[np.float64]
 
@@ -105,9 +105,9 @@ def _along(model: JudgedModel, expressions: list[sp.Expr]) -> Array:
     """Return the values of k expressions at some samples of the experiments, shape (samples, k)."""
     system, logs = model.system, model.logs
     rows = np.arange(0, len(logs.t), -(-len(logs.t) // ENOUGH_SAMPLES))
-    function = numpy_system_function(system, expressions, efforts_zero=True)
-    where = logs.t[rows], logs.x[rows], logs.u[rows], np.empty(0)
-    values = function(*where, np.array(system.values), logs.c[logs.owner[rows]])
+    program, where = Program.of_values(system, expressions), (logs.t[rows], logs.x[rows], logs.u[rows])
+    with np.errstate(all="ignore"):
+        values = program.evaluate(*where, np.array(system.values), logs.c[logs.owner[rows]])
     return np.where(np.isfinite(values), values, 0.0)
 
 

@@ -104,6 +104,21 @@ class Program(NamedTuple):
         """
         return assembled(Equations.of(system, observed))
 
+    @classmethod
+    def of_values(cls, system: System, expressions: Sequence[sp.Expr]) -> Program:
+        """Return the program that evaluates expressions of a system, in which all efforts are zero.
+
+        Args:
+            system: system whose symbols and tables the expressions use.
+            expressions: expressions whose values are wanted.
+
+        Raises:
+            ValueError: when an expression has a symbol or a function that the machine does not know.
+        """
+        none = dict.fromkeys(system.e, sp.S.Zero)
+        shown = [e.xreplace(none) for e in expressions]
+        return assembled(Equations(system.x, system.u, system.p, system.c, [], shown, {}, system.tables))
+
     @property
     def parameters(self) -> Indices:
         """Indices of the parameters that are read or that are a result, shape (such parameters,)."""
