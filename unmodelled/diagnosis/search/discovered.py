@@ -1,8 +1,7 @@
 """Laws that the library lacks, written down as a sum of few terms in position and velocity.
 
-The terms are chosen by best-subset least squares of the free-run errors of a fitted model on the changes that
-a small amount of each term causes, as in the screening of effects (`screen`): no measurement is
-differentiated, and noise of the sensors is averaged over whole windows.
+The terms are columns of the linear system around a fitted model (`core.equations`), chosen by the errors of
+left-out experiments: no measurement is differentiated, and noise of the sensors is averaged over windows.
 """
 
 from __future__ import annotations
@@ -13,12 +12,12 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.core.columns import Columns
+from unmodelled.diagnosis.core.equations import Equations, Folds
+from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.diagnosis.search.least_squares import Products
-from unmodelled.diagnosis.search.screen import SCREENED_AMOUNT
-from unmodelled.diagnosis.search.tangent import Tangent
 from unmodelled.effects.added import DISCOVERED
 from unmodelled.effects.constant_load import ConstantLoad
 from unmodelled.effects.effect import PortEffect
@@ -39,8 +38,6 @@ LONGEST, DAMPED_POWER = 3, 2
 #: Largest distance of zero from the middle of the logged positions, in halves of their range, at which powers
 #: of a position are tried: the fifth power of a temperature of 290 K to 300 K is no law.
 FARTHEST = 3.0
-#: Relative curvature that keeps terms which the logs cannot tell apart from cancelling each other.
-RIDGE = 1e-9
 
 _SPRINGS = tuple(Term(power=k) for k in range(1, HIGHEST_POWER + 1))
 _WAVES = tuple(Term(harmonic=k) for k in range(-HIGHEST_HARMONIC, HIGHEST_HARMONIC + 1) if k)
@@ -107,23 +104,17 @@ def discovered(parent: FittedHypothesis, recording: Recording) -> Iterator[tuple
         parent: fitted hypothesis that the law is added to.
         recording: some of the windows that it was fitted to.
     """
-    tangent, system = Tangent(parent, recording), parent.hypothesis.study.system
+    columns, system = Columns(Path.of(parent, recording)), parent.hypothesis.study.system
     for port in system.ports:
         terms, place = _terms(system, port, parent.hypothesis.study.scales), Place("port", port.name)
-        added = parent.hypothesis.plus(DiscoveredLaw(terms), place)
-        names = added.effects[-1].amplitudes
-        amounts = [SCREENED_AMOUNT * added.effects[-1].scales[name] for name in names]
-        slopes = tangent.slopes(added, [{n: a} for n, a in zip(names, amounts, strict=True)])
-        free = np.full((2, 1, len(names)), [[[-np.inf]], [[np.inf]]])
-        (products,) = tangent.products(slopes[:, None], free)
-        for some, found in _formulas(products, tangent.shared):
-            law = _law([terms[k] for k in some], system, port)
-            larger = parent.hypothesis.plus(law, place)
-            values = [found[i] * amounts[k] for i, k in enumerate(some)]
-            yield (
-                larger,
-                {**parent.fit.every, **dict(zip(larger.effects[-1].amplitudes, values, strict=True))},
-            )
+        whole = DiscoveredLaw(terms).law(columns.sites[place])
+        sizes = [amplitude.scale for amplitude in whole.amplitudes.values()]
+        folds = Equations.plain(columns, columns.of_law(whole, place)).folds()
+        for some in _formulas(folds, len(terms)):
+            larger = parent.hypothesis.plus(_law([terms[k] for k in some], system, port), place)
+            amounts = [float(a[0]) * sizes[k] for k, a in zip(some, folds.amounts(some), strict=True)]
+            names = larger.effects[-1].amplitudes
+            yield larger, {**parent.fit.every, **dict(zip(names, amounts, strict=True))}
 
 
 def _law(terms: Sequence[Term], system: System, port: Port) -> PortEffect:
@@ -133,25 +124,14 @@ def _law(terms: Sequence[Term], system: System, port: Port) -> PortEffect:
     return next((law for law in named if law.suits(system, port)), formula)
 
 
-def _formulas(products: Products, shared: int) -> list[tuple[tuple[int, ...], Array]]:
-    """The best columns of every number, and all parts of the most, with their coefficients."""
-    gram = products.gram.sum(0)
-    unit = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    scaled = gram * unit * unit[:, None]
-    # the unknowns of the fitted model follow every formula
-    follow = np.linalg.pinv(scaled[:shared, :shared], RIDGE, hermitian=True) @ scaled[:shared, shared:]
-    left = scaled[shared:, shared:] - scaled[shared:, :shared] @ follow
-    H, g, own = left[:-1, :-1] + RIDGE * np.eye(len(left) - 1), left[:-1, -1], unit[shared:-1] / unit[-1]
+def _formulas(folds: Folds, terms: int) -> list[tuple[int, ...]]:
+    """The best formula of every number of terms, and all parts of the longest."""
     best: list[tuple[int, ...]] = []
-    for size in range(1, min(LONGEST, len(g)) + 1):
-        sets = np.array(list(combinations(range(len(g)), size)))
-        solved = np.linalg.solve(H[sets[:, :, None], sets[:, None, :]], g[sets][..., None])[..., 0]
-        best.append(tuple(sets[int(np.argmax(np.sum(solved * g[sets], axis=1)))].tolist()))
+    for size in range(1, min(LONGEST, terms) + 1):
+        sets = np.array(list(combinations(range(terms), size)))
+        best.append(tuple(sets[int(np.argmin(folds.errors(sets).sum(1)))].tolist()))
     parts = [part for size in range(1, len(best[-1])) for part in combinations(best[-1], size)]
-    return [
-        (some, -np.linalg.solve(H[np.ix_(some, some)], g[list(some)]) * own[list(some)])
-        for some in dict.fromkeys([*best, *parts])
-    ]
+    return list(dict.fromkeys([*best, *parts]))
 
 
 def _terms(system: System, port: Port, scales: Scales) -> list[Term]:

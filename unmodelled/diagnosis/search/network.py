@@ -8,9 +8,11 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.core.columns import Columns
+from unmodelled.diagnosis.core.equations import Equations
+from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.search.tangent import Tangent
 from unmodelled.effects.added import Added
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales, Spread
@@ -25,10 +27,8 @@ NETWORK = "network"
 HIDDEN = 20
 #: Largest weight of a unit, in the effort that the known physics lacks, so that units do not cancel.
 LARGEST_WEIGHT = 2.0
-#: Prior standard deviations of the weights, of which cross-validation chooses one; its folds.
-WEIGHT_PRIORS, PRIOR_FOLDS = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001), 4
-#: Weight at which derivatives are taken.
-TRIED_WEIGHT = 0.1
+#: Prior standard deviations of the weights, of which left-out experiments choose one.
+WEIGHT_PRIORS = 0.3, 0.1, 0.03, 0.01, 0.003, 0.001
 #: Iterations of the fit, and the share of the loss by which one must lower it, or the fit ends: what further
 #: iterations gain is noise of the fitted experiments, and steep units, which take many integration steps.
 ITERATIONS, LEAST_GAIN = 3, 0.01
@@ -50,21 +50,12 @@ def fit_network(base: FittedHypothesis, recording: Recording, seed: int) -> Fitt
     """
     if not base.hypothesis.system.ports:
         return base
-    first, tangent = with_networks(base.hypothesis, seed), Tangent(base, recording)
-    names = [n for e in first.effects[len(base.hypothesis.effects) :] for n in e.amplitudes]
-    scales = {n: scale for e in first.effects for n, scale in e.scales.items()}
-    slopes = tangent.slopes(first, [{n: TRIED_WEIGHT * scales[n]} for n in names])
-    reach = np.full(len(names), LARGEST_WEIGHT / TRIED_WEIGHT)
-    (products,) = tangent.products(slopes[:, None], np.stack([-reach, reach])[:, None])
-    shared = np.zeros(tangent.shared)
-    gains = [
-        replace(products, precision=np.append(shared, np.full(len(names), (TRIED_WEIGHT / p) ** 2))).gain(
-            PRIOR_FOLDS
-        )
-        for p in WEIGHT_PRIORS
-    ]
-    best, start = _with_prior(first, WEIGHT_PRIORS[int(np.argmax(gains))]), dict(base.fit.values)
-    return FittedHypothesis.of(best, recording, [start], ITERATIONS, share=LEAST_GAIN)
+    first, columns = with_networks(base.hypothesis, seed), Columns(Path.of(base, recording))
+    networks = first.effects[len(base.hypothesis.effects) :]
+    units = np.concatenate([columns.of_regressors(network) for network in networks], axis=3)
+    folds = Equations.plain(columns, units).folds()
+    best = _with_prior(first, min(WEIGHT_PRIORS, key=folds.with_all))
+    return FittedHypothesis.of(best, recording, [dict(base.fit.values)], ITERATIONS, share=LEAST_GAIN)
 
 
 def with_networks(base: Hypothesis, seed: int) -> Hypothesis:

@@ -15,13 +15,14 @@ from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.candidates import Candidates
 from unmodelled.diagnosis.search.containing import Containing
+from unmodelled.diagnosis.search.proposal import Proposal
 from unmodelled.diagnosis.search.screen import Screened
 from unmodelled.diagnosis.search.shared import Shared
 
 #: One effect more than a hypothesis has, or a law in place of one that it contains.
 One = Screened | Containing
 #: What a fitted hypothesis may grow to: the same, or one law at several places.
-Growth = One | Shared
+Growth = One | Shared | Proposal
 
 #: Share of the windows over which many numbers at once are fitted first.
 BEGUN = 0.1
@@ -65,7 +66,7 @@ class Scouting:
             Candidates with the results of their fits, the best first.
         """
         with threads_of(self.workers) as pool:
-            scouts = list(pool.map(self._short, chosen))
+            scouts = list(pool.map(self.short, chosen))
         before, thresholds = self.as_short(parent), self.known.hypothesis.study.thresholds
         scouted = Candidates((self._without, before, *scouts), thresholds)
         better = [scouted.is_material(2 + k, 1) for k in range(len(scouts))]
@@ -99,7 +100,12 @@ class Scouting:
         short = FittedHypothesis.of(fitted.hypothesis, self.recording, [start], SCOUTING, substeps)
         return LeftOut.of(short)
 
-    def _short(self, candidate: Growth) -> LeftOut:
+    def short(self, candidate: Growth) -> LeftOut:
+        """Return the left-out predictions of a candidate after a short fit.
+
+        Args:
+            candidate: candidate to fit.
+        """
         substeps, larger, starts = candidate.base.fit.substeps, candidate.hypothesis, candidate.starts
         if len(larger.effects) > len(candidate.base.hypothesis.effects) + 1:
             # many numbers at once begin with short free runs, as the known physics does

@@ -14,12 +14,11 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from unmodelled.base.workers import threads_of
+from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
 from unmodelled.diagnosis.search.least_squares import Products
@@ -243,25 +242,3 @@ def _amount(added: Added, name: str, values: dict[str, float]) -> float:
     if name in added.delays:
         return values[name]
     return 1.0 if name in added.shares else SCREENED_AMOUNT * added.scales[name]
-
-
-def levels(
-    experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
-) -> Iterator[tuple[str, float | str, Indices]]:
-    """Yield factor, level and rows of the levels that some, but not all, experiments have.
-
-    Args:
-        experiments: table of the experiments, one row each.
-        thresholds: thresholds of a diagnosis, of which `most_levels` and `fewest_per_level` are used.
-
-    Yields:
-        Factor, level, and rows of the table, shape (members,).
-    """
-    for factor in experiments.columns:
-        values = experiments[factor]
-        if factor in ("id", "file") or not 1 < values.nunique() <= thresholds.most_levels:
-            continue
-        for level in sorted(values.unique()):
-            members = np.flatnonzero((values == level).to_numpy())
-            if thresholds.fewest_per_level <= len(members) < len(experiments):
-                yield str(factor), level if isinstance(level, str) else float(level), members

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from unmodelled.base.wording import level_name
+from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.remark import listed, quantity
 from unmodelled.diagnosis.data.result import LogFault
-from unmodelled.diagnosis.search.screen import levels
 from unmodelled.diagnosis.where.corrections import Corrections
 from unmodelled.logs.logs import Logs
 

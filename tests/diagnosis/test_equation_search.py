@@ -1,0 +1,74 @@
+"""A search that fits what linear systems rank finds what was planted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.benches import Bench
+from tests.diagnosis.studies import study
+from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.diagnosis.search.equation_search import EquationSearch
+from unmodelled.diagnosis.search.proposal import Proposal
+
+#: A column of experiments.csv with a level that holds for both kinds of runs.
+GROUPS = ("new", "old", "new", "old", "new", "old")
+
+
+def named(folder: Path, bench: Bench) -> tuple[EquationSearch, list[tuple[str, str]]]:
+    search = EquationSearch(study(folder, bench))
+    candidates = search.run()
+    effects = candidates.fits[candidates.named()].hypothesis.effects
+    return search, [(e.family, e.place.channel) for e in effects]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("bench", "planted"),
+    [
+        (Bench(samples=400), [("coulomb_friction", "joint")]),
+        (Bench(samples=400, friction=0.0, dead_zone=0.05), [("actuator_dead_zone", "actuator:torque")]),
+        (Bench(samples=400, friction=0.0), []),
+        (
+            Bench(samples=400, gain=1.1),
+            [("coulomb_friction", "joint"), ("sensor_gain", "sensor:theta")],
+        ),
+    ],
+    ids=["friction", "dead zone", "nothing", "friction and gain"],
+)
+def test_what_was_planted_is_named(tmp_path: Path, bench: Bench, planted: list[tuple[str, str]]) -> None:
+    search, found = named(tmp_path, bench)
+    assert sorted(found) == planted
+    assert search.around and frozenset() in search.around
+
+
+@pytest.mark.long
+def test_an_effect_in_one_group_is_named_there(tmp_path: Path) -> None:
+    bench = Bench(runs=6, samples=300, groups=GROUPS, friction=tuple(0.06 * (g == "old") for g in GROUPS))
+    search, _ = named(tmp_path, bench)
+    candidates = search.candidates
+    (effect,) = candidates.fits[candidates.named()].hypothesis.effects
+    assert (effect.family, effect.place.factor, effect.place.level) == ("coulomb_friction", "group", "old")
+
+
+@pytest.mark.long
+def test_a_supply_that_differs_between_runs_is_scatter(tmp_path: Path) -> None:
+    supply = (0.85, 1.1, 0.95, 1.2, 0.8, 1.05)
+    _, found = named(tmp_path, Bench(runs=6, samples=300, friction=0.0, supply=supply))
+    assert found == [("scatter", "actuator:torque")]
+
+
+def test_a_proposal_starts_at_its_linear_amounts(tmp_path: Path) -> None:
+    search = EquationSearch(study(tmp_path, Bench(samples=300, runs=3)))
+    chooser = search._chooser(search.base)
+    best = chooser.singles[0]
+    atoms: tuple[Atom, ...] = tuple(chooser.equations.atoms[a] for a in best.atoms)
+    proposal = Proposal(search.base, atoms, tuple(chooser.folds.amounts(best.atoms)))
+    (start, *_), (added,) = proposal.starts, proposal.hypothesis.effects
+    amounts = proposal.amounts[0] * atoms[0].scale
+    assert proposal.key == Hypothesis.known(search.study).plus(atoms[0].effect, atoms[0].place).key
+    np.testing.assert_allclose([start[name] for name in added.amplitudes], amounts)
+    assert start["mgl"] == search.base.fit.values["mgl"]

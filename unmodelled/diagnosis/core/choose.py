@@ -1,0 +1,252 @@
+"""Sets of laws by their left-out error, and classes of sets that predict the same."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.core.columns import Atom
+from unmodelled.diagnosis.core.equations import Equations, Folds
+from unmodelled.diagnosis.core.left_out_kernels import MOST
+from unmodelled.effects.place import Place
+from unmodelled.effects.place_groups import FEWEST, place_groups
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+#: Best single laws of which all pairs with any other are scored, and all triples; sets that grow by one law.
+PAIRED, TRIPLED, BEAM = 60, 25, 20
+#: Share of the squared error that every number of an effect must remove; standard errors within which two
+#: sets are alike.
+MATERIAL, ALIKE = 0.01, 2.0
+#: Error of the known physics, in standard deviations of the outputs, below which effects must be worth more.
+NEGLIGIBLE = 0.01
+#: Most classes, and best sets that are grouped.
+CLASSES, GROUPED = 20, 400
+#: Price of a difference between experiments, beside its volume, in twice the logarithm of the likelihood.
+DIFFERS = 6.0
+
+Name = tuple[str, str, str | None, object]
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """A set of laws at places.
+
+    Attributes:
+        atoms: numbers of the atoms.
+        names: families and places.
+        cost: left-out squared error, a share of that without any effect, and the price of its numbers.
+        errors: squared errors of left-out experiments, the same shares, shape (experiments,).
+    """
+
+    atoms: tuple[int, ...]
+    names: frozenset[Name]
+    cost: float
+    errors: Array
+
+    def is_like(self, other: Scored) -> bool:
+        """Return whether the errors differ by chance only, judged by the experiments.
+
+        Args:
+            other: another set (Sivula, Magnusson and Vehtari 2020: few groups tell little).
+        """
+        off = self.errors - other.errors
+        error = np.sqrt(len(off)) * off.std(ddof=1) if len(off) > 1 else np.inf
+        return bool(abs(off.sum()) <= ALIKE * error)
+
+
+class _Level(NamedTuple):
+    """Sets of the same number of units, the best first.
+
+    Attributes:
+        units: numbers of the units, shape (sets, n).
+        costs: costs, shape (sets,).
+        errors: shares of the error, shape (sets, experiments).
+    """
+
+    units: Indices
+    costs: Array
+    errors: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Class:
+    """Sets that predict the same.
+
+    Attributes:
+        head: best of them.
+        twins: others with no more laws.
+    """
+
+    head: Scored
+    twins: list[Scored]
+
+
+@dataclass(eq=False)
+class Chooser:
+    """Score sets of laws; of each set of names the best shapes and variants are kept.
+
+    Attributes:
+        equations: equations of all atoms.
+        gap: error of the known physics, in standard deviations of the outputs.
+    """
+
+    equations: Equations
+    gap: float
+
+    @cached_property
+    def folds(self) -> Folds:
+        """Return the equations with all differences between experiments."""
+        return self.equations.folds()
+
+    @cached_property
+    def unit(self) -> float:
+        """Return the left-out squared error without effects and differences between experiments.
+
+        Shares of what the differences leave would let a law of chance explain a third of it.
+        """
+        alike = np.zeros(len(self.equations.between), bool)
+        return float(self.equations.only([]).folds(alike).errors(np.full((1, 1), -1)).sum())
+
+    @cached_property
+    def units(self) -> list[tuple[int, ...]]:
+        """Return what is added at once: every law at a place, and a law at all places of one kind."""
+        atoms, groups = self.equations.atoms, place_groups(self.equations.system)
+        found, laws = [(k,) for k in range(len(atoms))], dict[object, dict[Place, int]]()
+        for k, atom in enumerate(atoms):
+            for number, group in enumerate(groups):
+                if atom.place in group:
+                    law = atom.effect.family, atom.effect.variant, number
+                    laws.setdefault(law, {}).setdefault(atom.place, k)
+        each = [tuple(law.values()) for law in laws.values()]
+        kinds = [atoms[some[0]].place.kind for some in each]
+        return found + [some for some, kind in zip(each, kinds, strict=True) if len(some) >= FEWEST[kind]]
+
+    @cached_property
+    def _names(self) -> list[frozenset[Name]]:
+        return [frozenset(self.equations.atoms[a].name for a in unit) for unit in self.units]
+
+    @cached_property
+    def _explanation(self) -> Indices:
+        """Number (units,) of the explanation: variants and shapes of a law at a place are one."""
+        number = {names: k for k, names in enumerate(dict.fromkeys(self._names))}
+        return np.array([number[names] for names in self._names], np.int64)
+
+    @cached_property
+    def _apart(self) -> Mask:
+        """Whether two units are different explanations, shape (units, units)."""
+        every = list(dict.fromkeys(name for names in self._names for name in names))
+        has = np.array([[name in names for name in every] for names in self._names], np.float64)
+        return np.asarray(has @ has.T == 0.0)
+
+    @cached_property
+    def singles(self) -> list[Scored]:
+        """Return every law alone, the best first."""
+        return [self._scored(self._single, k) for k in range(len(self._single.units))]
+
+    @cached_property
+    def _single(self) -> _Level:
+        return self._level(np.arange(len(self.units))[:, None])
+
+    @cached_property
+    def sets(self) -> list[Scored]:
+        """Return the best sets of up to four laws, the best first, and the empty set."""
+        best = self._single.units
+        pairs = self._level(self._grown(best[:PAIRED]))
+        few = np.array(list(combinations(best[:TRIPLED, 0].tolist(), 3)), np.int64).reshape(-1, 3)
+        apart = self._apart[few[:, [0, 0, 1]], few[:, [1, 2, 2]]].all(1)
+        triples = self._level(np.concatenate([self._grown(pairs.units[:BEAM]), few[apart]]))
+        levels = self._single, pairs, triples, self._level(self._grown(triples.units[:BEAM]))
+        every = [self._scored(level, k) for level in levels for k in range(min(len(level.units), GROUPED))]
+        empty = self._level(np.empty((1, 0), np.int64))
+        found: dict[frozenset[Name], Scored] = {}
+        for one in sorted([self._scored(empty, 0), *every], key=lambda s: s.cost):
+            found.setdefault(one.names, one)
+        return list(found.values())
+
+    def _grown(self, best: Indices) -> Indices:
+        """Sets (sets, n + 1) with one unit more than sets of shape (sets, n)."""
+        apart = self._apart[best].all(axis=1)
+        one, more = np.nonzero(apart)
+        return np.concatenate([best[one], more[:, None]], axis=1)
+
+    def _level(self, sets: Indices) -> _Level:
+        """Score sets of units, shape (sets, n); of each set of explanations the best one is kept."""
+        allowed = self._is_few(sets)
+        sets = sets[allowed]
+        wide = max((len(unit) for unit in self.units), default=1)
+        padded = np.full((len(self.units), wide), -1)
+        for row, unit in zip(padded, self.units, strict=True):
+            row[: len(unit)] = unit
+        atoms = padded[sets].reshape(len(sets), -1) if sets.shape[1] else np.full((len(sets), 1), -1)
+        errors = self.folds.errors(atoms) / self.unit
+        toll = MATERIAL * max(1.0, (NEGLIGIBLE / self.gap) ** 2)
+        costs = errors.sum(1) + toll * self._numbers[sets].sum(1)
+        order = np.argsort(costs, kind="stable")
+        _, first = np.unique(np.sort(self._explanation[sets[order]], axis=1), axis=0, return_index=True)
+        kept = order[np.sort(first)]
+        return _Level(sets[kept], costs[kept], errors[kept])
+
+    @cached_property
+    def _numbers(self) -> Array:
+        """Numbers (units,) that were chosen."""
+        return np.array([sum(self.equations.atoms[a].numbers for a in unit) for unit in self.units], float)
+
+    def _is_few(self, sets: Indices) -> Mask:
+        """Whether sets have few enough columns, and every law has the one beside it that it needs."""
+        atoms, count = self.equations.atoms, self.equations.count
+        columns = np.array([sum(int(count[a]) for a in unit) for unit in self.units], np.int64)
+        few = columns[sets].sum(1) <= MOST
+        needing = [k for k, unit in enumerate(self.units) if any(atoms[a].effect.beside for a in unit)]
+        for row in np.flatnonzero(few & np.isin(sets, needing).any(1)).tolist():
+            each = [atoms[a] for unit in sets[row].tolist() for a in self.units[unit]]
+            there = {a.effect.family for a in each} | self.equations.there
+            few[row] = all(not a.effect.beside or a.effect.beside & there for a in each)
+        return np.asarray(few)
+
+    def _scored(self, level: _Level, k: int) -> Scored:
+        units = level.units[k].tolist()
+        atoms = tuple(sorted(a for unit in units for a in self.units[unit]))
+        names = frozenset().union(*(self._names[unit] for unit in units))
+        return Scored(atoms, names, float(level.costs[k]), level.errors[k])
+
+    def classes(self) -> list[Class]:
+        """Group sets, the best first: one joins the first class from which it differs by chance only.
+
+        A set with more laws than the head of a class only contains more, it is no twin.
+        """
+        found: list[Class] = []
+        for one in self.sets[:GROUPED]:
+            like = next((group for group in found if one.is_like(group.head)), None)
+            if like is None and len(found) < CLASSES:
+                found.append(Class(one, []))
+            elif like is not None and len(one.names) <= len(like.head.names):
+                like.twins.append(one)
+        return found
+
+    def differences(self) -> list[Atom]:
+        """Return what may differ between experiments beside the path, the most evident first.
+
+        A difference costs the logarithm of the volume that its numbers may take. The unit of the errors is
+        the rest with all of them, so that a difference is worth its share of the rest.
+        """
+        alone, nothing = self.equations.only([]), np.full((1, 1), -1)
+        rest = float(self.folds.errors(nothing).sum()) / float(alone.samples.sum())
+        always = np.array([atom is None for atom in alone.between], bool)
+
+        def cost(some: Mask) -> float:
+            folds = alone.folds(some, rest)
+            return float(folds.errors(nothing).sum() / rest + folds.price.sum())
+
+        costs, without = dict[int, float](), cost(always)
+        for k in np.flatnonzero(~always).tolist():
+            costs[k] = cost(always | (np.arange(len(always)) == k)) + DIFFERS
+        better = [k for k in sorted(costs, key=lambda k: costs[k]) if costs[k] < without]
+        return [atom for k in better if (atom := alone.between[k]) is not None]

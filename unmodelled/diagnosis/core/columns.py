@@ -1,0 +1,313 @@
+"""Everything that could be wrong as columns: the change of all window errors by a plausible amount of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.core.local_laws import LocalLaws
+from unmodelled.diagnosis.core.path import Path
+from unmodelled.diagnosis.core.propagation import propagate
+from unmodelled.diagnosis.fitting.unknowns import Unknown
+from unmodelled.effects.added import Added
+from unmodelled.effects.delay import Delay
+from unmodelled.effects.effect import Effect, LawEffect
+from unmodelled.effects.extrapolation import continued
+from unmodelled.effects.law import Law
+from unmodelled.effects.library import effects
+from unmodelled.effects.place import Place, Site, site
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: Most starting values of the shapes of a law at a place: a budget.
+MOST_SHAPES = 8
+#: Plausible relative deviation of a gain or parameter between experiments; of dry friction, as a share of the
+#: missing effort (0.1 loses planted scatter of friction, 1 lets it imitate laws).
+BETWEEN, FRICTION_BETWEEN = 0.1, 0.3
+#: Widest prior of a number that every model leaves open, in its plausible sizes.
+OPEN = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class Atom:
+    """A law at a place with one set of shapes: some columns that come and go together.
+
+    Attributes:
+        effect: effect of the library.
+        place: place of the effect.
+        shape: values of its shapes by local name, SI; of a delay, the delay (s) that the column stands for.
+        scale: plausible sizes of its amplitudes, shape (amplitudes,), SI; columns are in these units.
+        positive: mask, shape (amplitudes,), of those that cannot be negative.
+        numbers: count of chosen numbers: amplitudes, and shapes with more than one starting value.
+    """
+
+    effect: Effect
+    place: Place
+    shape: dict[str, float]
+    scale: Array
+    positive: Mask
+    numbers: int
+
+    @property
+    def name(self) -> tuple[str, str, str | None, object]:
+        """Return family and place: variants of a law at one place are one explanation."""
+        return self.effect.family, self.place.channel, self.place.factor, self.place.level
+
+    @property
+    def key(self) -> tuple[str, str, Place]:
+        """Return family, variant and place."""
+        return self.effect.family, self.effect.variant, self.place
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Columns that are there in every model.
+
+    Attributes:
+        columns: changes of the window errors, shape (windows, K, outputs, members).
+        prior: plausible deviations, shape (members,), in units of the columns.
+        atoms: differences between experiments that may be named, by member; None where one is only there.
+    """
+
+    columns: Array
+    prior: Array
+    atoms: tuple[Atom | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Columns around a path.
+
+    Attributes:
+        path: free run of a fitted hypothesis.
+    """
+
+    path: Path
+
+    def at(self, place: Place, forcing: Array) -> Array:
+        """Return the columns of forcings at a place.
+
+        Args:
+            place: port, input, output or parameter.
+            forcing: additions to its quantity, shape (windows, 2 K + 1, N), SI.
+
+        Returns:
+            Columns, shape (windows, K, outputs, N), in units of the sensor noise.
+        """
+        path = self.path
+        B, D = path.by(Place(place.kind, place.name))
+        forcing = np.nan_to_num(np.ascontiguousarray(forcing))
+        start = np.zeros((*path.x[:, 0].shape, forcing.shape[2]))
+        if path.measured:
+            # a fault of an output also changes the states that are read from it
+            gain, output, slope = path.start_gain
+            shown = D[:, 0, output] * path.recording.noise[output] / gain
+            rate = (forcing[:, 2] - forcing[:, 0]) / path.period
+            change = np.where(slope[:, None], rate[:, None], forcing[:, :1])
+            start[:, path.measured] = -shown[..., None] * change
+        return self._propagated(B, D, forcing, start)
+
+    def _propagated(self, B: Array, D: Array, forcing: Array, start: Array) -> Array:
+        path = self.path
+        found: Array = propagate(
+            *path.transitions,
+            B,
+            path.shown,
+            D,
+            forcing,
+            start,
+            path.recording.steps,
+            *path.chain,
+            path.period,
+        )
+        return found
+
+    def _started(self, start: Array) -> Array:
+        """Columns of changes of the initial states (windows, states, N)."""
+        path = self.path
+        none = np.zeros(path.x.shape), np.zeros(path.shown.shape[:3])
+        return self._propagated(*none, np.zeros((*path.t.shape, start.shape[2])), start)
+
+    @cached_property
+    def starts(self) -> Array:
+        """Return the columns, shape (windows, K, outputs, measured states), of the initial states."""
+        path, many = self.path, len(self.path.measured)
+        start = np.zeros((*path.x[:, 0].shape, many))
+        start[:, path.measured] = path.sigma[:, :, None] * np.eye(many)
+        return self._started(start)
+
+    @cached_property
+    def open(self) -> Group:
+        """Return what every model leaves open: uncertain parameters, input timing, numbers of its effects."""
+        columns, prior = [], []
+        for unknown in self.path.hypothesis.unknowns:
+            if not unknown.own:
+                columns.append(self._of(unknown))
+                prior.append(min(0.5 * (unknown.high - unknown.low) / unknown.scale, OPEN))
+        none = np.empty((*self.path.error.shape, 0))
+        return Group(np.concatenate([none, *columns], axis=3), np.array(prior), (None,) * len(prior))
+
+    def _of(self, unknown: Unknown) -> Array:
+        late = self.path.hypothesis.delays.get(unknown.name)
+        if late is None:
+            return self._parameter(unknown.name, unknown.scale)
+        inputs = {item.name for item in self.path.system.inputs}
+        place = Place("actuator" if late in inputs else "sensor", late)
+        return self.at(place, self._delayed(place, np.array([unknown.scale])))
+
+    def _parameter(self, name: str, scale: float) -> Array:
+        return self.at(Place("parameter", name), np.full((*self.path.t.shape, 1), scale))
+
+    @cached_property
+    def between(self) -> Group:
+        """Return differences between experiments: gains, parameters, dry friction, hidden starts."""
+        columns, prior, atoms = [], [], list[Atom | None]()
+        path, one = self.path, np.ones(1)
+        own = {e.place for e in path.hypothesis.effects if e.per_experiment}
+        for effect, place in self._every:
+            if not (isinstance(effect, LawEffect) and place in self.sites) or place in own:
+                continue
+            law = effect.law(self.sites[place])
+            if not law.per_experiment or (place.kind == "parameter" and place.name not in self._uncertain):
+                continue
+            local = self.laws.contributions(continued(self.sites[place], law), place, [{}])
+            size = self.sites[place].effort if place.kind == "port" else 1.0
+            columns.append(self.at(place, size * local))
+            prior.append(FRICTION_BETWEEN if place.kind == "port" else BETWEEN)
+            # scatter of a friction that is not there would be the friction
+            there = {e.family for e in path.hypothesis.effects if e.place == place}
+            named = not effect.beside or bool(effect.beside & there)
+            own_atom = Atom(effect, place, {}, size * one, np.zeros(1, bool), 1)
+            atoms.append(own_atom if named else None)
+        _, chained, _ = path.chain
+        for k in path.hidden:  # where a hidden state starts is never measured
+            start = np.zeros((*path.x[:, 0].shape, 1))
+            start[~chained, k] = np.sqrt(np.mean(path.x[..., k] ** 2))
+            columns.append(self._started(start))
+            prior.append(1.0)
+            atoms.append(None)
+        none = np.empty((*path.error.shape, 0))
+        return Group(np.concatenate([none, *columns], axis=3), np.array(prior), tuple(atoms))
+
+    @property
+    def _uncertain(self) -> set[str]:
+        return {p.name for p in self.path.hypothesis.study.system.parameters if p.identify}
+
+    @cached_property
+    def _every(self) -> list[tuple[Effect, Place]]:
+        """Every effect of the library where it can be added to the hypothesis."""
+        hypothesis = self.path.hypothesis
+        found = []
+        for effect in effects():
+            taken = {e.place.channel for e in hypothesis.effects if e.family == effect.family}
+            known = set(effect.places(hypothesis.study.system))
+            places = [p for p in effect.places(hypothesis.system) if p in known and p.channel not in taken]
+            found += [(effect, place) for place in places]
+        return found
+
+    @cached_property
+    def sites(self) -> dict[Place, Site]:
+        """Return all places with the sizes of their signals."""
+        scales, ports = self.path.hypothesis.study.scales, self.path.hypothesis.study.system.ports
+        places = [*(p for _, p in self._every), *(Place("port", port.name) for port in ports)]
+        return {p: site(self.path.system, p, scales) for p in dict.fromkeys(places)}
+
+    def of_law(self, law: Law, place: Place) -> Array:
+        """Return the columns of a law without shapes, in plausible sizes of its amplitudes.
+
+        Args:
+            law: law in local names.
+            place: port.
+
+        Returns:
+            Columns, shape (windows, K, outputs, amplitudes).
+        """
+        scale = np.array([a.scale for a in law.amplitudes.values()])
+        return self.at(place, scale * self.laws.contributions(continued(self.sites[place], law), place, [{}]))
+
+    def of_regressors(self, added: Added) -> Array:
+        """Return the columns of an effect, in plausible sizes of its amplitudes.
+
+        Args:
+            added: effect with regressors in the system's symbols.
+
+        Returns:
+            Columns, shape (windows, K, outputs, amplitudes).
+        """
+        scale = np.array([added.scales[name] for name in added.amplitudes])
+        return self.at(added.place, scale * self.path.evaluate(added.regressors))
+
+    @cached_property
+    def laws(self) -> LocalLaws:
+        """Return the laws along the path."""
+        return LocalLaws(self.path, self.sites)
+
+    def atoms(self) -> Iterator[tuple[list[Atom], Array]]:
+        """Yield every law at every place with its shapes and all their columns.
+
+        Differences between experiments are in `between`; laws at levels of a factor follow from these.
+
+        Yields:
+            Atoms of a law, and their columns, shape (windows, K, outputs, atoms * amplitudes).
+        """
+        for effect, place in self._every:
+            if isinstance(effect, Delay):
+                yield self._late(effect, place)
+            elif isinstance(effect, LawEffect):
+                law = continued(self.sites[place], effect.law(self.sites[place]))
+                if not law.per_experiment:
+                    names, grids = tuple(law.shapes), [s.grid for s in law.shapes.values()]
+                    grid = [dict(zip(names, values, strict=True)) for values in product(*grids)]
+                    few = np.unique(np.linspace(0, len(grid) - 1, MOST_SHAPES).round().astype(int))
+                    shapes = [grid[k] for k in few]
+                    scale = np.array([a.scale for a in law.amplitudes.values()])
+                    positive = np.array([a.bounds[0] >= 0.0 for a in law.amplitudes.values()])
+                    numbers = len(scale) + sum(len(g) > 1 for g in grids)
+                    forcing = self.laws.contributions(law, place, shapes) * np.tile(scale, len(shapes))
+                    atoms = [Atom(effect, place, shape, scale, positive, numbers) for shape in shapes]
+                    yield atoms, self.at(place, forcing)
+
+    def _late(self, effect: Delay, place: Place) -> tuple[list[Atom], Array]:
+        study = self.path.hypothesis.study
+        (grid,) = effect.add(self.path.system, place, study.scales).shapes.values()
+        late = [d for d in grid if d < 0.5 * study.horizon or d == grid[0]][:MOST_SHAPES]
+        one = np.ones(1)
+        atoms = [Atom(effect, place, {"delay": d}, one, np.ones(1, bool), 1) for d in late]
+        return atoms, self.at(place, self._delayed(place, np.array(late)))
+
+    def _delayed(self, place: Place, delays: Array) -> Array:
+        """Changes (windows, 2 K + 1, delays) of an input or output by delays, s."""
+        path, record, logs = self.path, self.path.recording, self.path.recording.logs
+        if place.kind == "actuator":
+            j = [item.name for item in path.system.inputs].index(place.name)
+            series, now = path.log_u[:, j], path.u[..., j]
+        else:
+            # the simulated output; before a window starts, that of the window before
+            (output,) = (o.expression for o in path.system.outputs if o.name == place.name)
+            now = path.evaluate([output])[..., 0]
+            series = path.evaluate([output], log=True)[:, 0]
+            rows = record.start[:, None] + np.arange(1, now.shape[1] // 2 + 1)
+            series[rows[record.counted]] = now[:, 2::2][record.counted]
+        found, half = np.empty((*now.shape, len(delays))), np.arange(now.shape[1]) / 2.0
+        for w, (start, run) in enumerate(zip(record.start, record.owner, strict=True)):
+            low, high = logs.offsets[run], logs.offsets[run + 1]
+            at = (start - low) + half[:, None] - delays / path.period
+            found[w] = np.interp(at, np.arange(high - low), series[low:high])
+        return found - now[..., None]
+
+
+def at_level(atom: Atom, factor: str, level: float | str) -> Atom:
+    """Return an atom that acts in the experiments of one level of a factor only.
+
+    Args:
+        atom: atom of all experiments.
+        factor: column of experiments.csv.
+        level: value of the factor.
+    """
+    return replace(atom, place=replace(atom.place, factor=factor, level=level))

@@ -1,0 +1,353 @@
+"""The linear system: products of all columns experiment by experiment, eliminations, left-out errors.
+
+Start states are eliminated window by window, deviations of single experiments from the mean experiment by
+experiment (mixed model equations, Henderson 1950; Laird and Ware 1982), numbers that every model leaves open
+fold by fold. Two matrices of a fold remain: one fits any subset of the atoms (Furnival and Wilson 1974), the
+other scores it on the experiment that was left out (in the manner of PRESS, Allen 1974). Amplitudes have a
+ridge of their plausible sizes (Hoerl and Kennard 1970).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
+from unmodelled.diagnosis.core.left_out_kernels import left_out, solve
+from unmodelled.diagnosis.data.levels import levels
+from unmodelled.systems.model import System
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+#: Plausible sizes by which the prior of an amplitude spreads; shapes that are kept of a law at a place.
+PRIOR, KEPT = 3.0, 2
+#: Product below which a column does not act.
+NOTHING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """Products of all columns, with start states eliminated, in units of independent samples.
+
+    Order of the columns: open, between, atoms, measured error.
+
+    Attributes:
+        gram: products, shape (experiments, columns, columns).
+        open: number of columns that every model leaves open.
+        between: differences between experiments, None where one is only there.
+        prior: plausible deviations of both, shape (open + between,).
+        atoms: laws at places.
+        first: first column of every atom among those of all atoms, shape (atoms,).
+        count: number of columns of every atom, shape (atoms,).
+        positive: mask of the columns of atoms that cannot be negative.
+        samples: independent samples of every experiment, shape (experiments,).
+        system: the known physics.
+        there: families of the effects that the path has already.
+    """
+
+    gram: Array
+    open: int
+    between: tuple[Atom | None, ...]
+    prior: Array
+    atoms: tuple[Atom, ...]
+    first: Indices
+    count: Indices
+    positive: Mask
+    samples: Array
+    system: System
+    there: frozenset[str]
+
+    @classmethod
+    def of(cls, columns: Columns) -> Equations:
+        """Make all columns, keep the best shapes of every law at a place, and multiply them.
+
+        Args:
+            columns: columns around a path.
+        """
+        starts, always, runs, share, prior = _always(columns)
+        look = _FirstLook.of(always, runs, len(columns.open.prior), prior, share)
+        atoms, kept = list[Atom](), list[Array]()
+        for several, raw in columns.atoms():
+            for k, block in look.best(starts.free(raw), len(several)):
+                atoms.append(several[k])
+                kept.append(block)
+        gram, samples = _products(columns, always, kept, runs, share)
+        own = cls._of(gram, columns, prior, atoms, samples)
+        return own._with_levels(columns)
+
+    @classmethod
+    def plain(cls, columns: Columns, further: Array) -> Equations:
+        """Multiply given columns, each of which may come alone; every sample counts, as in a fit.
+
+        Args:
+            columns: columns around a path, of which those of all models count.
+            further: other columns, shape (windows, K, outputs, N), in plausible sizes.
+        """
+        starts, always, runs, _, prior = _always(columns)
+        gram, samples = _products(columns, always, [starts.free(further)], runs, 1.0)
+        own, one = cls._of(gram, columns, prior, (), samples), np.ones(further.shape[3], np.int64)
+        return replace(own, first=np.cumsum(one) - 1, count=one, positive=one < 0)
+
+    @classmethod
+    def _of(
+        cls, gram: Array, columns: Columns, prior: Array, atoms: Sequence[Atom], samples: Array
+    ) -> Equations:
+        count = np.array([len(a.scale) for a in atoms], np.int64)
+        positive = np.concatenate([np.empty(0, bool), *(a.positive for a in atoms)])
+        between, open_ = columns.between.atoms, len(columns.open.prior)
+        there = frozenset(e.family for e in columns.path.hypothesis.effects)
+        return cls(
+            *(gram, open_, between, prior, tuple(atoms), np.cumsum(count) - count, count, positive),
+            *(samples, columns.path.hypothesis.study.system, there),
+        )
+
+    def _with_levels(self, columns: Columns) -> Equations:
+        """Add laws at levels of factors: their products are those of all experiments, or zero."""
+        path = columns.path
+        study, runs = path.hypothesis.study, np.unique(path.owner)
+        wanted, seen = list[tuple[int, Atom, Indices]](), set[object]()
+        plain = [k for k, a in enumerate(self.atoms) if not a.effect.at_levels]
+        for factor, level, members in levels(study.logs.experiments.iloc[runs], study.thresholds):
+            for k, atom in enumerate(self.atoms):
+                local = at_level(atom, factor, level)
+                first = local.key not in seen
+                if atom.effect.at_levels or (first and atom.place.kind == "port"):
+                    seen.add(local.key)
+                    wanted.append((k, local, members))
+        own, n = [], len(self.prior)
+        here = np.ones((len(runs), n + int(self.count.sum()) + 1), bool)
+        masks, atoms = [here[:, :n]], [self.atoms[k] for k in plain]
+        for k in plain:
+            own.append(np.arange(self.first[k], self.first[k] + self.count[k]))
+            masks.append(np.ones((len(runs), self.count[k]), bool))
+        for k, local, members in wanted:
+            own.append(np.arange(self.first[k], self.first[k] + self.count[k]))
+            mask = np.zeros((len(runs), self.count[k]), bool)
+            mask[members] = True
+            masks.append(mask)
+            atoms.append(local)
+        index = np.concatenate([np.arange(n), *(n + i for i in own), [self.gram.shape[1] - 1]]).astype(int)
+        mask = np.concatenate([*masks, np.ones((len(runs), 1), bool)], axis=1)
+        gram = self.gram[:, index[:, None], index] * (mask[:, :, None] & mask[:, None])
+        return self._of(gram, columns, self.prior, atoms, self.samples)
+
+    def only(self, atoms: Sequence[int]) -> Equations:
+        """Return the equations with some of the atoms.
+
+        Args:
+            atoms: numbers of the atoms.
+        """
+        n, some = len(self.prior), list(atoms)
+        index = np.array(
+            [k for a in some for k in range(self.first[a], self.first[a] + self.count[a])], np.int64
+        )
+        own = np.concatenate([np.arange(n), n + index, [self.gram.shape[1] - 1]])
+        count = self.count[some]
+        return replace(
+            self,
+            gram=self.gram[:, own[:, None], own],
+            atoms=tuple(self.atoms[a] for a in some),
+            count=count,
+            first=np.cumsum(count) - count,
+            positive=self.positive[index],
+        )
+
+    def folds(self, between: Mask | None = None, unit: float = 1.0) -> Folds:
+        """Eliminate what belongs to single experiments and what is open; return fit and score of every fold.
+
+        The deviations of the experiments are free but for their priors; their sum is about as small as one of
+        them. (A sum of exactly zero charges scatter eight times, no constraint hides a common gain.)
+
+        Args:
+            between: mask, shape (between,), of the differences that are possible, default all.
+            unit: squared error of an independent sample, to which the priors of differences refer, default
+                that of the sensor noise.
+        """
+        n, many = self.open, len(self.between)
+        on = np.ones(many, bool) if between is None else between
+        own = n + np.flatnonzero(on)
+        rest = np.r_[0:n, n + many : self.gram.shape[1]]
+        cross, square = self.gram[:, own[:, None], rest], self.gram[:, own[:, None], own]
+        inverse = np.linalg.inv(square + unit * np.diag(self.prior[own] ** -2.0))
+        one = np.diag(self.prior[own] ** 2) / unit
+        moved = inverse @ cross
+        alone = self.gram[:, rest[:, None], rest] - cross.transpose(0, 2, 1) @ moved
+
+        def eliminated(total: Array, shift: Array, free: Array) -> Array:
+            return total + shift.T @ np.linalg.solve(free + one, shift) if len(own) else total
+
+        sums = alone.sum(0), moved.sum(0), inverse.sum(0)
+        every = eliminated(*sums)
+        fits, scores = [], []
+        for left in range(len(self.gram)):
+            train = eliminated(sums[0] - alone[left], sums[1] - moved[left], sums[2] - inverse[left])
+            fit, score = _without_open(train, every - train, n, self.prior[:n])
+            fits.append(fit)
+            scores.append(score)
+        whole, _ = _without_open(every, every, n, self.prior[:n])
+        size = np.eye(len(own)) + square * np.outer(self.prior[own], self.prior[own]) / unit
+        price = np.linalg.slogdet(size)[1] if len(own) else np.zeros(len(self.gram))
+        return Folds(np.array(fits), np.array(scores), whole, self.first, self.count, self.positive, price)
+
+
+@dataclass(frozen=True, eq=False)
+class Folds:
+    """Reduced equations of every fold; the last row and column are the measured error.
+
+    Attributes:
+        fit: products over the other experiments, shape (folds, columns + 1, columns + 1).
+        score: products over the experiment that is left out, same shape.
+        whole: products over all experiments, shape (columns + 1, columns + 1).
+        first: first column of every atom, shape (atoms,).
+        count: number of columns of every atom, shape (atoms,).
+        positive: mask, shape (columns,), of those that cannot be negative.
+        price: logarithm of the volume of the deviations of every experiment, shape (experiments,).
+    """
+
+    fit: Array
+    score: Array
+    whole: Array
+    first: Indices
+    count: Indices
+    positive: Mask
+    price: Array
+
+    def errors(self, sets: Indices) -> Array:
+        """Return the squared errors of left-out experiments.
+
+        Args:
+            sets: numbers of atoms, shape (sets, most), -1 where a set has fewer.
+
+        Returns:
+            Errors, shape (sets, experiments).
+        """
+        found: Array = left_out(self.fit, self.score, sets, self.first, self.count, self.positive)
+        return found
+
+    def with_all(self, prior: float) -> float:
+        """Return the squared error of left-out experiments with all columns.
+
+        Args:
+            prior: standard deviation of the amplitudes' prior, in plausible sizes.
+        """
+        total, ridge = 0.0, (prior**-2.0 - PRIOR**-2.0) * np.eye(self.fit.shape[1] - 1)
+        for fit, score in zip(self.fit, self.score, strict=True):
+            found = np.append(-np.linalg.solve(fit[:-1, :-1] + ridge, fit[:-1, -1]), 1.0)
+            total += float(found @ score @ found)
+        return total
+
+    def amounts(self, atoms: Sequence[int]) -> list[Array]:
+        """Return the amplitudes of a set from all experiments.
+
+        Args:
+            atoms: numbers of atoms.
+
+        Returns:
+            Amplitudes in plausible sizes, an array of shape (amplitudes,) for each atom.
+        """
+        each = [np.arange(self.first[a], self.first[a] + self.count[a]) for a in atoms]
+        index = np.concatenate([np.empty(0, np.int64), *each])
+        found = np.zeros(len(index))
+        solve(self.whole, index, len(index), self.positive, found)
+        return np.split(found, np.cumsum(self.count[list(atoms)])[:-1]) if len(each) else []
+
+
+@dataclass(frozen=True, eq=False)
+class _Starts:
+    """Elimination of the start states: each window has its own, with the noise of the sensors as prior."""
+
+    root: Array
+    S: Array
+    inverse: Array
+
+    @classmethod
+    def of(cls, columns: Columns) -> _Starts:
+        root, raw = columns.path.root, columns.starts
+        S = (raw * root[..., None]).reshape(len(raw), -1, raw.shape[3])
+        inverse = np.asarray(np.linalg.inv(S.transpose(0, 2, 1) @ S + np.eye(S.shape[2])), np.float64)
+        return cls(root, S, inverse)
+
+    def free(self, columns: Array) -> Array:
+        """Weighted columns (windows, rows, N) whose products are those after the elimination."""
+        X = (columns * self.root[..., None]).reshape(len(self.S), -1, columns.shape[3])
+        move = self.inverse @ (self.S.transpose(0, 2, 1) @ X)
+        return np.concatenate([X - self.S @ move, -move], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _FirstLook:
+    """A law alone beside all that is always there: its best shapes."""
+
+    runs: list[Mask]
+    base: list[Array]
+    inverse: list[Array]
+    share: float
+    open: int
+    prior: Array
+
+    @classmethod
+    def of(cls, always: Array, runs: list[Mask], open_: int, prior: Array, share: float) -> _FirstLook:
+        base = [always[run].reshape(-1, always.shape[2]) for run in runs]
+        own = [each[:, open_ : len(prior)] for each in base]
+        spread = np.diag(prior[open_:] ** -2.0)
+        inverse = [np.asarray(np.linalg.inv(share * (D.T @ D) + spread), np.float64) for D in own]
+        return cls(runs, base, inverse, share, open_, prior)
+
+    def best(self, Z: Array, shapes: int) -> list[tuple[int, Array]]:
+        """Numbers and columns (windows, rows, amplitudes) of the shapes that lower the error most."""
+        n, m, N = self.open, len(self.prior), Z.shape[2]
+        total = np.zeros((n + 1 + N, n + 1 + N))
+        for run, base, inverse in zip(self.runs, self.base, self.inverse, strict=True):
+            X = np.concatenate([base[:, :n], base[:, m:], Z[run].reshape(-1, N)], axis=1)
+            cross = self.share * (base[:, n:m].T @ X)
+            total += self.share * (X.T @ X) - cross.T @ inverse @ cross
+        a, gains, sizes = N // shapes, np.zeros(shapes), np.diag(total)[n + 1 :].reshape(shapes, -1).sum(1)
+        for k in range(shapes):
+            index = np.r_[0:n, n + 1 + a * k : n + 1 + a * (k + 1)]
+            prior = np.r_[self.prior[:n], np.full(a, PRIOR)]
+            fit = np.linalg.solve(total[np.ix_(index, index)] + np.diag(prior**-2.0), total[index, n])
+            gains[k] = total[index, n] @ fit
+        acting = [k for k in np.argsort(-gains).tolist() if sizes[k] > NOTHING]
+        return [(k, Z[:, :, a * k : a * (k + 1)]) for k in acting[:KEPT]]
+
+
+def _always(columns: Columns) -> tuple[_Starts, Array, list[Mask], float, Array]:
+    """Elimination of start states, columns of all models, windows of experiments, share of a sample, priors.
+
+    Errors of a free run change slowly: all samples of a window tell about as much as one.
+    """
+    path, starts = columns.path, _Starts.of(columns)
+    every = [columns.open.columns, columns.between.columns, path.error[..., None]]
+    runs = [path.owner == i for i in np.unique(path.owner)]
+    prior = np.concatenate([columns.open.prior, columns.between.prior])
+    share = 1.0 / float(np.mean(path.recording.steps))
+    return starts, starts.free(np.concatenate(every, axis=3)), runs, share, prior
+
+
+def _products(
+    columns: Columns, always: Array, further: Sequence[Array], runs: Sequence[Mask], share: float
+) -> tuple[Array, Array]:
+    """Products and independent samples of every experiment."""
+    root = columns.path.root
+    whole = np.concatenate([always[..., :-1], *further, always[..., -1:]], axis=2)
+    gram = share * np.stack([_product(whole[run]) for run in runs])
+    return gram, np.array([share * float((root[run] > 0).sum()) for run in runs])
+
+
+def _product(part: Array) -> Array:
+    flat = part.reshape(-1, part.shape[2])
+    return flat.T @ flat
+
+
+def _without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:
+    """Eliminate the first n columns: they are fitted to `train`, whatever the others are."""
+    inner = np.linalg.solve(train[:n, :n] + np.diag(prior**-2.0), train[:n, n:])
+    fit = train[n:, n:] - train[n:, :n] @ inner
+    fit[np.arange(len(fit) - 1), np.arange(len(fit) - 1)] += PRIOR**-2.0
+    back = np.concatenate([-inner, np.eye(len(fit))])
+    return fit, back.T @ score @ back

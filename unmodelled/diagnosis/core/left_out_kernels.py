@@ -1,0 +1,93 @@
+"""Compiled least squares of subsets of columns, and their errors on experiments that were left out."""
+
+# mypy: ignore-errors
+
+import numpy as np
+
+from unmodelled.engine.compiled.layout import jit
+
+#: Most amplitudes of a subset.
+MOST = 24
+#: Smallest pivot of an elimination.
+LEAST_PIVOT = 1e-12
+
+
+@jit()
+def solve(fit, index, size, positive, found):
+    """Write amplitudes of some columns to `found`; one that would be negative but cannot be is left out.
+
+    Args:
+        fit: products of the columns, the measured error last, shape (columns + 1, columns + 1).
+        index: numbers of the columns, of which `size` count.
+        size: number of columns.
+        positive: mask, shape (columns,), of those that cannot be negative.
+        found: result, shape (most,).
+    """
+    last = fit.shape[0] - 1
+    on = np.ones(size, np.bool_)
+    L, z = np.empty((size, size)), np.empty(size)
+    for _ in range(size + 1):
+        for i in range(size):
+            if not on[i]:
+                continue
+            total = fit[index[i], last]
+            for j in range(i + 1):
+                if not on[j]:
+                    continue
+                value = fit[index[i], index[j]]
+                for k in range(j):
+                    if on[k]:
+                        value -= L[i, k] * L[j, k]
+                L[i, j] = np.sqrt(max(value, LEAST_PIVOT)) if i == j else value / L[j, j]
+                if j < i:
+                    total -= L[i, j] * z[j]
+            z[i] = total / L[i, i]
+        for i in range(size - 1, -1, -1):
+            found[i] = 0.0
+            if on[i]:
+                total = z[i]
+                for k in range(i + 1, size):
+                    if on[k]:
+                        total -= L[k, i] * found[k]
+                found[i] = total / L[i, i]
+        wrong = False
+        for i in range(size):
+            if on[i] and positive[index[i]] and found[i] < 0.0:
+                on[i], wrong = False, True
+        if not wrong:
+            return
+
+
+@jit()
+def left_out(fit, score, sets, first, count, positive):
+    """Return squared errors of left-out experiments, shape (sets, folds).
+
+    Args:
+        fit: products over the other experiments, shape (folds, columns + 1, columns + 1).
+        score: products over the left-out experiment, same shape.
+        sets: numbers of atoms, shape (sets, most), -1 where a set has fewer.
+        first: first column of every atom.
+        count: number of columns of every atom.
+        positive: mask, shape (columns,), of those that cannot be negative.
+    """
+    folds, last = fit.shape[0], fit.shape[1] - 1
+    out = np.empty((len(sets), folds))
+    index, found = np.empty(MOST, np.int64), np.empty(MOST)
+    for s in range(len(sets)):
+        size = 0
+        for a in sets[s]:
+            if a >= 0:
+                for k in range(count[a]):
+                    if size < MOST:
+                        index[size] = first[a] + k
+                        size += 1
+        for f in range(folds):
+            solve(fit[f], index, size, positive, found)
+            total = score[f, last, last]
+            for i in range(size):
+                row = -2.0 * score[f, index[i], last]
+                for j in range(size):
+                    row += score[f, index[i], index[j]] * found[j]
+                total += row * found[i]
+            out[s, f] = total
+    return out

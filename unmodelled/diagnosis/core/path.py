@@ -1,0 +1,319 @@
+"""The known physics simulated once over all windows, with its Jacobians along the way (Bock 1987).
+
+Everything that could be wrong changes the errors of the windows in proportion to its size, as long as it is
+small. The factors follow from one simulation: dx' = A dx + B r, dy = C dx + D r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.core import propagation
+from unmodelled.diagnosis.data.gap import LARGEST_ERROR
+from unmodelled.diagnosis.data.recording import Recording
+from unmodelled.diagnosis.fitting.floor import start_noise
+from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
+from unmodelled.diagnosis.fitting.residuals import spread, weights
+from unmodelled.diagnosis.fitting.simulation import Runs, Simulation
+from unmodelled.effects.place import Place
+from unmodelled.engine.machine.program import Equations, Program, assembled
+from unmodelled.logs.clock import EVERY
+from unmodelled.logs.readings import Reading
+from unmodelled.systems.model import System, symbol
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+#: Step of a central difference, as a share of the largest value: a smoothed corner is a thousandth of it.
+STEP = 1e-6
+
+
+class _StateRuns(Simulation):
+    """Free runs that also keep the states, shape (windows, sets, K + 1, states)."""
+
+    def __init__(self, hypothesis: Hypothesis, recording: Recording) -> None:
+        def with_states(system: System, shown: Sequence[sp.Expr]) -> Program:
+            return Program.of(system, [*shown, *system.x])
+
+        super().__init__(hypothesis.full, recording, hypothesis.delays, hypothesis.c, with_states)
+
+    def _shown(self, y: Array, values: Array) -> Runs:
+        many = len(self.system.outputs)
+        self.states = y[..., many:]
+        return super()._shown(np.ascontiguousarray(y[..., :many]), values)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """A free run of a fitted hypothesis. Half grid: samples and middles, 2 K + 1 points of K steps.
+
+    Attributes:
+        hypothesis: physics that was simulated.
+        system: its system, with its effects.
+        recording: windows.
+        values: parameters, shape (experiments, parameters), SI.
+        c: constants of the operating points, shape (experiments, constants).
+        t: time on the half grid, shape (windows, 2 K + 1), s.
+        x: states on the half grid, shape (windows, 2 K + 1, states), SI.
+        u: inputs on the half grid, shape (windows, 2 K + 1, inputs), SI.
+        error: measured minus simulated outputs, shape (windows, K, outputs), in units of the sensor noise;
+            zero where an error does not count.
+        root: square roots of Huber's weights, same shape; zero where an error does not count.
+        sigma: noise of the measured initial states, shape (windows, measured states), SI.
+        measured: numbers of the states that outputs show.
+        hidden: numbers of the other states.
+        readings: relations between outputs and measured states.
+        log_x: states at all samples of the logs, as the sensors show them, shape (samples, states), SI.
+        log_u: inputs at all samples of the logs, shape (samples, inputs), SI.
+    """
+
+    hypothesis: Hypothesis
+    system: System
+    recording: Recording
+    values: Array
+    c: Array
+    t: Array
+    x: Array
+    u: Array
+    error: Array
+    root: Array
+    sigma: Array
+    measured: list[int]
+    hidden: list[int]
+    readings: tuple[Reading, ...]
+    log_x: Array
+    log_u: Array
+    _by: dict[Place, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
+
+    @classmethod
+    def of(cls, fitted: FittedHypothesis, recording: Recording) -> Path:
+        """Simulate a fitted hypothesis over some windows, from the measured states.
+
+        Args:
+            fitted: fitted hypothesis.
+            recording: windows of its experiments.
+        """
+        runs, numbers = _StateRuns(fitted.hypothesis, recording), fitted.fit.numbers
+        with np.errstate(all="ignore"):
+            shown = runs(numbers, substeps=max(2, fitted.fit.substeps))
+        error = (shown.measured[:, 0] - shown.y[:, 0]) / recording.noise
+        # small changes tell nothing where the simulation is far off or has diverged
+        usable = recording.counted[:, :, None] & (np.abs(error) < _largest(recording))
+        usable &= np.isfinite(runs.states[:, 0, 1:]).all(axis=2, keepdims=True)
+        error = np.where(usable, error, 0.0)
+        huber = weights(error, spread(error, np.asarray(usable.all(axis=2), np.bool_)))
+        tables = runs.reader(numbers, recording, EVERY)
+        x, rows = _held(runs.states[:, 0]), _rows(recording)
+        log_x = np.zeros((len(recording.logs.t), x.shape[2]))
+        log_x[:, runs.measured] = tables.x[0]
+        for k in runs.hidden:  # as in the windows
+            log_x[rows, k] = x[:, :, k]
+        t, half_x, u = _half_grid(runs.system, recording, x, tables.u[0])
+        path = cls(
+            hypothesis=fitted.hypothesis,
+            system=runs.system,
+            recording=recording,
+            values=numbers[:, 0, : len(runs.system.parameters)],
+            c=runs.c,
+            t=t,
+            x=half_x,
+            u=u,
+            error=error,
+            root=np.sqrt(huber) * usable,
+            sigma=start_noise(runs, numbers),
+            measured=runs.measured,
+            hidden=runs.hidden,
+            readings=runs.reader.readings,
+            log_x=log_x,
+            log_u=tables.u[0],
+        )
+        # between samples the cubic through the states and their rates, as the Runge-Kutta step goes
+        rate = path.evaluate(path.system.closed)[:, ::2]
+        bent = recording.logs.period / 8.0 * (rate[:, :-1] - rate[:, 1:])
+        return replace(path, x=_woven(x, 0.5 * (x[:, :-1] + x[:, 1:]) + bent))
+
+    @property
+    def owner(self) -> Indices:
+        """Return the experiment, shape (windows,), of every window."""
+        return self.recording.owner
+
+    @property
+    def period(self) -> float:
+        """Return the sampling period, s."""
+        return self.recording.logs.period
+
+    @property
+    def gap(self) -> float:
+        """Return the root mean square error in standard deviations of the outputs."""
+        off = self.error * self.recording.noise / self.recording.scale
+        return float(np.sqrt(np.mean(off[self.recording.counted] ** 2)))
+
+    def evaluate(self, expressions: Sequence[sp.Expr], log: bool = False) -> Array:
+        """Return values of expressions of the system's symbols.
+
+        Args:
+            expressions: expressions; an effort stands for the addition to the known law, zero.
+            log: whether they are wanted at all samples of the logs instead of the half grid.
+
+        Returns:
+            Values, shape (windows, 2 K + 1, expressions) or (samples, expressions), SI.
+        """
+        program = Program.of_values(self.system, expressions)
+        with np.errstate(all="ignore"):
+            if log:
+                logs = self.recording.logs
+                own = (v[logs.owner] for v in (self.values, self.c))
+                found = program.evaluate(logs.t, self.log_x, self.log_u, *own)
+            else:
+                own = (v[self.owner][:, None] for v in (self.values, self.c))
+                found = program.evaluate(self.t, self.x, self.u, *own)
+        return np.nan_to_num(found, posinf=0.0, neginf=0.0)
+
+    @cached_property
+    def _program(self) -> Program:
+        """Rates and outputs in terms of states, inputs with efforts beside the known laws, and parameters."""
+        s = self.system
+        beside = {symbol(p.effort): symbol(p.effort) + p.law for p in s.ports if p.law is not None}
+        shown = [*s.closed, *(o.expression.xreplace(beside) for o in s.outputs)]
+        return assembled(Equations(s.x, (*s.u, *s.e), s.p, s.c, [], shown, {}, s.tables))
+
+    def _slope(self, group: int, k: int, size: float) -> Array:
+        """Central differences (windows, 2 K + 1, rates and outputs) by a state, input or parameter."""
+        none = np.zeros((*self.t.shape, len(self.system.ports)))
+        arguments = [self.x, np.concatenate([self.u, none], axis=2), self.values[self.owner][:, None]]
+        ends = []
+        for sign in (1.0, -1.0):
+            moved = list(arguments)
+            moved[group] = arguments[group].copy()
+            moved[group][..., k] += sign * STEP * size
+            with np.errstate(all="ignore"):
+                x, u, p = moved
+                ends.append(self._program.evaluate(self.t, x, u, p, self.c[self.owner][:, None]))
+        slope = (ends[0] - ends[1]) / (2.0 * STEP * size)
+        return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
+
+    @cached_property
+    def _by_states(self) -> Array:
+        """Derivatives (windows, 2 K + 1, rates and outputs, states)."""
+        sizes = [float(np.abs(x).max()) or 1.0 for x in np.moveaxis(self.x, 2, 0)]
+        return np.stack([self._slope(0, k, size) for k, size in enumerate(sizes)], axis=3)
+
+    @cached_property
+    def transitions(self) -> tuple[Array, Array]:
+        """Return the transitions, shape (windows, K, states, states), of a sample and of its second half."""
+        A = np.ascontiguousarray(self._by_states[:, :, : len(self.system.states)])
+        whole, second = propagation.transitions(A, self.period)
+        return whole, second
+
+    @cached_property
+    def shown(self) -> Array:
+        """Return the derivatives of the outputs by the states, shape (windows, K + 1, outputs, states).
+
+        Outputs are in units of the sensor noise.
+        """
+        found = self._by_states[:, ::2, len(self.system.states) :]
+        return np.ascontiguousarray(found / self.recording.noise[:, None])
+
+    def by(self, place: Place) -> tuple[Array, Array]:
+        """Return the derivatives of rates and outputs by the quantity at a place.
+
+        Args:
+            place: port, input, output or parameter, in all experiments.
+
+        Returns:
+            Derivatives of the rates, shape (windows, 2 K + 1, states), and of the outputs in units of the
+            sensor noise, shape (windows, K + 1, outputs).
+        """
+        if place not in self._by:
+            self._by[place] = self._derived(place)
+        return self._by[place]
+
+    def _derived(self, place: Place) -> tuple[Array, Array]:
+        s, noise = self.system, self.recording.noise
+        windows, half = self.t.shape
+        if place.kind == "sensor":
+            direct = np.zeros((windows, half // 2 + 1, len(noise)))
+            output = [o.name for o in s.outputs].index(place.name)
+            direct[..., output] = 1.0 / noise[output]
+            return np.zeros((windows, half, len(s.states))), direct
+        found = self._slope(*self._argument(place))
+        rates, outputs = np.split(found, [len(s.states)], axis=2)
+        return np.ascontiguousarray(rates), np.ascontiguousarray(outputs[:, ::2] / noise)
+
+    def _argument(self, place: Place) -> tuple[int, int, float]:
+        """Group of arguments, number in it and size of the quantity at a place."""
+        s, scales = self.system, self.hypothesis.study.scales
+        if place.kind == "port":
+            number = [p.name for p in s.ports].index(place.name)
+            return 1, len(s.inputs) + number, scales.effort.get(place.name, 0.0) or 1.0
+        if place.kind == "actuator":
+            number = [item.name for item in s.inputs].index(place.name)
+            return 1, number, float(np.abs(self.u[..., number]).max()) or 1.0
+        number = [p.name for p in s.parameters].index(place.name)
+        return 2, number, float(np.abs(self.values[:, number]).max()) or 1.0
+
+    @cached_property
+    def chain(self) -> tuple[Indices, Mask, Mask]:
+        """Return windows in the order of time, which of them go on with the last, and hidden states.
+
+        Returns:
+            Numbers of the windows, shape (windows,), and masks of shape (windows,) and (states,).
+        """
+        start, steps = self.recording.start, self.recording.steps
+        order = np.argsort(start)
+        chained, last, this = np.zeros(len(order), bool), order[:-1], order[1:]
+        chained[this] = (self.owner[this] == self.owner[last]) & (start[this] == start[last] + steps[last])
+        return order, chained, np.isin(np.arange(self.x.shape[2]), self.hidden)
+
+    @cached_property
+    def start_gain(self) -> tuple[Array, Indices, Mask]:
+        """Return the relations between outputs and measured states.
+
+        Returns:
+            Gains, shape (windows, measured states), numbers of the outputs, shape (measured states,), and a
+            mask of that shape where the output shows the slope.
+        """
+        C = self.shown[:, 0] * self.recording.noise[:, None]
+        shown = {r.output: r.state for r in self.readings if not r.slope}
+        gain = np.stack([C[:, r.output, shown.get(r.output, r.state)] for r in self.readings], axis=1)
+        output = np.array([r.output for r in self.readings])
+        return np.where(gain == 0.0, 1.0, gain), output, np.array([bool(r.slope) for r in self.readings])
+
+
+def _largest(recording: Recording) -> Array:
+    return LARGEST_ERROR * recording.scale / recording.noise
+
+
+def _rows(recording: Recording) -> Indices:
+    """Samples (windows, K + 1) of windows; after the end of a window its last sample."""
+    ahead = np.arange(int(recording.steps.max()) + 1)
+    return np.asarray(recording.start[:, None] + np.minimum(ahead, recording.steps[:, None]))
+
+
+def _half_grid(system: System, recording: Recording, x: Array, inputs: Array) -> tuple[Array, Array, Array]:
+    """Time, states (straight between samples) and inputs on the half grid."""
+    rows, course = _rows(recording), np.array([item.course for item in system.inputs])
+    t, u = recording.logs.t[rows], inputs[rows]
+    between = u[:, :-1] + 0.5 * course * (u[:, 1:] - u[:, :-1])
+    middles = 0.5 * (t[:, :-1] + t[:, 1:]), 0.5 * (x[:, :-1] + x[:, 1:])
+    return _woven(t, middles[0]), _woven(x, middles[1]), _woven(u, between)
+
+
+def _held(x: Array) -> Array:
+    """States (windows, K + 1, states); after the end of a window or of a finite run, the last finite ones."""
+    good = np.isfinite(x).all(2)
+    last = np.maximum.accumulate(np.where(good, np.arange(x.shape[1]), 0), axis=1)
+    return np.nan_to_num(np.take_along_axis(x, last[..., None], axis=1))
+
+
+def _woven(at_samples: Array, between: Array) -> Array:
+    woven = np.empty((at_samples.shape[0], 2 * at_samples.shape[1] - 1, *at_samples.shape[2:]))
+    woven[:, ::2], woven[:, 1::2] = at_samples, between
+    return woven

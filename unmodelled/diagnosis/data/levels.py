@@ -1,0 +1,35 @@
+"""Levels of factors: groups of experiments that share a value of a column of experiments.csv."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
+
+Indices = NDArray[np.int64]
+
+
+def levels(
+    experiments: pd.DataFrame, thresholds: Thresholds = DEFAULT_THRESHOLDS
+) -> Iterator[tuple[str, float | str, Indices]]:
+    """Yield factor, level and rows of the levels that some, but not all, experiments have.
+
+    Args:
+        experiments: table of the experiments, one row each.
+        thresholds: thresholds of a diagnosis, of which `most_levels` and `fewest_per_level` are used.
+
+    Yields:
+        Factor, level, and rows of the table, shape (members,).
+    """
+    for factor in experiments.columns:
+        values = experiments[factor]
+        if factor in ("id", "file") or not 1 < values.nunique() <= thresholds.most_levels:
+            continue
+        for level in sorted(values.unique()):
+            members = np.flatnonzero((values == level).to_numpy())
+            if thresholds.fewest_per_level <= len(members) < len(experiments):
+                yield str(factor), level if isinstance(level, str) else float(level), members
