@@ -174,6 +174,15 @@ def test_jitter_is_taken_out_and_noted(tmp_path: Path) -> None:
     assert logs.u.min() >= ideal["voltage"].min() and logs.u.max() <= ideal["voltage"].max()
 
 
+@pytest.mark.parametrize(("jitter", "rough"), [(0.0004, False), (0.0012, True)])
+def test_strong_jitter_is_told_as_a_reason(tmp_path: Path, jitter: float, rough: bool) -> None:
+    ideal = run(1000)
+    t = np.sort(ideal["t"] + jitter * np.random.default_rng(1).random(1000))
+    logs = read_logs(write_folder(tmp_path, {"a": {**ideal, "t": t}, "b": ideal}), motor())
+    (note,) = [note for note in logs.notes if "uniform clock" in note]
+    assert ("log the times of measurement" in note) is rough
+
+
 def test_lost_samples_are_filled_in(tmp_path: Path) -> None:
     log = {name: np.delete(values, [100, 101, 250]) for name, values in run().items()}
     logs = read_logs(write_folder(tmp_path, {"a": log}), motor())

@@ -151,7 +151,9 @@ def test_a_hidden_state_is_integrated(tmp_path: Path, inductance: float) -> None
     np.testing.assert_allclose(logs.x[:200, 2], current(run(200), inductance), atol=2e-4)
     np.testing.assert_allclose(logs.x[200:, 2], logs.x[:100, 2], atol=1e-12)
     assert logs.x[0, 2] == 0.5
-    assert "i: no output shows it, integrated from the start of each record" in logs.notes
+    assert any(
+        n.startswith("i: no output shows it, integrated from the start of each record") for n in logs.notes
+    )
 
 
 def started(initial: sp.Expr, other: sp.Expr = sp.S.Zero) -> System:

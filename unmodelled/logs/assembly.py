@@ -36,6 +36,8 @@ from unmodelled.systems.model import Input, Output, System
 Array = NDArray[np.float64]
 
 TURN = 2.0 * np.pi  # rad
+#: Distance by which a sample is moved, as a share of a period, from which differences of samples are rough.
+ROUGH = 0.2
 #: Longest gap, as a share of the record before it, over which states that no output shows go on. Nobody knows
 #: what the inputs did in a longer one.
 LONGEST_BRIDGE = 0.1
@@ -289,7 +291,9 @@ def _moved(ids: Sequence[str], logs: Sequence[Columns], moves: Sequence[float], 
     if not moved:
         return []
     worst = int(np.argmax(moves))
+    rough = "; speeds from such stamps are rough, which looks like a gap: log the times of measurement"
     return [
         f"{moved} of {len(ids)} logs were put on a uniform clock of {period:.6g} s by interpolation; samples "
         f"moved by up to {100.0 * moves[worst]:.3g} % of a period ({ids[worst]})"
+        + (rough if moves[worst] > ROUGH else "")
     ]

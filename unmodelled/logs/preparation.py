@@ -157,7 +157,10 @@ def _states(system: System, logs: Logs) -> tuple[Array, tuple[bool, ...], list[s
     if hidden:
         x[:, hidden] = _integrated(system, shown, logs, x)
         hidden_names = ", ".join(system.states[k].name for k in hidden)
-        notes.append(f"{hidden_names}: no output shows it, integrated from the start of each record")
+        notes.append(
+            f"{hidden_names}: no output shows it, integrated from the start of each record: a record that "
+            "begins elsewhere than at `initial` is predicted wrongly; begin it there"
+        )
     if any(r.beside for r in shown):
         x[:, [r.state for r in shown]] -= _beside(system, shown, logs, x)
     return x, tuple(k in found for k in range(x.shape[1])), notes

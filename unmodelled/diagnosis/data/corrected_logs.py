@@ -144,6 +144,9 @@ class Correction:
             samples: numbers of samples of the logs as read, shape (n,).
             logs: logs as read.
             corrected: the corrected logs.
+
+        Returns:
+            Numbers of samples of the corrected logs, shape (n,).
         """
         owner = logs.owner[samples]
         since = (samples - logs.offsets[owner]) * (self.clock[owner] / self.common)
