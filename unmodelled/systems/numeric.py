@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from unmodelled.systems.model import TIME, System
 from unmodelled.systems.procedure import common_parts
+from unmodelled.systems.tables import Table
 
 Array = NDArray[np.float64]
 SystemFunction = Callable[[Any, Any, Any, Any, Any, Any], Array]
@@ -58,15 +60,8 @@ def numpy_system_function(
     if efforts_zero:
         expressions = [f.xreplace(dict.fromkeys(system.e, sp.S.Zero)) for f in expressions]
     groups = [system.x, system.u, () if efforts_zero else system.e, system.p, system.c]
-    symbols = [TIME, *(s for group in groups for s in group)]
-    # a user's names are then never names in the code, and sums are always added up in the same order
-    plain = {symbol: sp.Symbol(f"argument_{k:04}", real=True) for k, symbol in enumerate(symbols)}
-    code = sp.lambdify(
-        list(plain.values()),
-        [f.xreplace(plain) for f in expressions],
-        modules=[{**NUMPY, "lookup": lambda k, x, order: system.tables[int(k)](x, int(order))}, "numpy"],
-        cse=common_parts,
-    )
+    symbols = TIME, *(s for group in groups for s in group)
+    code = _code(tuple(expressions), symbols, tuple(system.tables))
 
     def function(t: Any, x: Any, u: Any, e: Any, p: Any, c: Any) -> Array:
         arrays = [np.asarray(a, np.float64) for a in (x, u, np.empty(0) if efforts_zero else e, p, c)]
@@ -80,3 +75,19 @@ def numpy_system_function(
         return result
 
     return function
+
+
+@lru_cache(maxsize=256)
+def _code(
+    expressions: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...], tables: tuple[Table, ...]
+) -> Callable[..., Any]:
+    """Code that SymPy writes for some expressions; a diagnosis asks for the same ones several times."""
+    # a user's names are then never names in the code, and sums are always added up in the same order
+    plain = {symbol: sp.Symbol(f"argument_{k:04}", real=True) for k, symbol in enumerate(symbols)}
+    code: Callable[..., Any] = sp.lambdify(
+        list(plain.values()),
+        [f.xreplace(plain) for f in expressions],
+        modules=[{**NUMPY, "lookup": lambda k, x, order: tables[int(k)](x, int(order))}, "numpy"],
+        cse=common_parts,
+    )
+    return code

@@ -71,11 +71,11 @@ class Equations:
         """
         starts, always, runs, share, prior = _always(columns)
         look = _FirstLook.of(always, runs, len(columns.open.prior), prior, share)
-        atoms, kept = list[Atom](), list[Array]()
+        atoms, kept = list[Atom](), list[NDArray[np.float32]]()
         for several, raw in columns.atoms():
             for k, block in look.best(starts.free(raw), len(several)):
                 atoms.append(several[k])
-                kept.append(block)
+                kept.append(block.astype(np.float32))  # all columns at once take most of the memory
         gram, samples = _products(columns, always, kept, runs, share)
         own = cls._of(gram, columns, prior, atoms, samples)
         return own._with_levels(columns)
@@ -330,18 +330,19 @@ def _always(columns: Columns) -> tuple[_Starts, Array, list[Mask], float, Array]
 
 
 def _products(
-    columns: Columns, always: Array, further: Sequence[Array], runs: Sequence[Mask], share: float
+    columns: Columns,
+    always: Array,
+    further: Sequence[NDArray[np.float32] | Array],
+    runs: Sequence[Mask],
+    share: float,
 ) -> tuple[Array, Array]:
     """Products and independent samples of every experiment."""
-    root = columns.path.root
-    whole = np.concatenate([always[..., :-1], *further, always[..., -1:]], axis=2)
-    gram = share * np.stack([_product(whole[run]) for run in runs])
-    return gram, np.array([share * float((root[run] > 0).sum()) for run in runs])
-
-
-def _product(part: Array) -> Array:
-    flat = part.reshape(-1, part.shape[2])
-    return flat.T @ flat
+    root, every, gram = columns.path.root, (always[..., :-1], *further, always[..., -1:]), []
+    for run in runs:
+        part = np.concatenate([block[run] for block in every], axis=2, dtype=np.float64)
+        flat = part.reshape(-1, part.shape[2])
+        gram.append(share * (flat.T @ flat))
+    return np.stack(gram), np.array([share * float((root[run] > 0).sum()) for run in runs])
 
 
 def _without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from unmodelled.base.workers import threads_of
 from unmodelled.diagnosis.core.choose import Chooser, Scored
-from unmodelled.diagnosis.core.columns import Columns
+from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.equations import Equations
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
@@ -31,10 +31,11 @@ class EquationSearch(EffectSearch):
     """A search for effects that fits what linear systems rank.
 
     Attributes:
-        around: linear systems by the key of the hypothesis around which they were solved.
+        around: what may differ between experiments, by the key of the hypothesis around which a system was
+            solved.
     """
 
-    around: dict[Key, Chooser] = field(default_factory=dict)
+    around: dict[Key, list[Atom]] = field(default_factory=dict)
 
     def run(self) -> Candidates:
         """Fit what the linear systems rank, around the known physics and around the best fits.
@@ -82,22 +83,22 @@ class EquationSearch(EffectSearch):
     def _solve(self, parent: FittedHypothesis) -> None:
         """Solve the linear system around a fit, and fit the best sets of laws."""
         self.progress(f"solve the linear system around {parent.hypothesis}")
-        chooser = self.around[parent.hypothesis.key] = self._chooser(parent)
+        chooser = self._chooser(parent)
+        self.around[parent.hypothesis.key] = chooser.differences() if len(self.fitted.runs) > 1 else []
         first = int(bool(parent.hypothesis.effects))
         heads = [group.head for group in chooser.classes() if group.head.atoms]
         sets = [*chooser.singles[: SINGLES[first]], *heads[: CLASSES[first]]]
-        self._fit_best(parent, [self._proposal(parent, one) for one in sets], FITTED[first])
+        self._fit_best(parent, [_proposal(parent, chooser, one) for one in sets], FITTED[first])
 
     def _vary(self) -> bool:
         """Fit a difference between experiments beside what is named and alone; whether that names others."""
         named, before = self._named(), self._named().hypothesis.key
-        if len(self.fitted.runs) < 2 or len(named.hypothesis.together) >= MOST_EFFECTS:
+        if len(named.hypothesis.together) >= MOST_EFFECTS:
             return False
         for parent in {p.hypothesis.key: p for p in (named, self.base)}.values():
-            if (chooser := self.around.get(parent.hypothesis.key)) is not None:
-                own = chooser.differences()[:DIFFERENT]
-                new = [Proposal(parent, (atom,), (np.zeros(1),)) for atom in own]
-                self._fit_best(parent, new, DIFFERENT)
+            own = self.around.get(parent.hypothesis.key, [])[:DIFFERENT]
+            new = [Proposal(parent, (atom,), (np.zeros(1),)) for atom in own]
+            self._fit_best(parent, new, DIFFERENT)
         self._remove()
         return self._named().hypothesis.key != before
 
@@ -113,14 +114,6 @@ class EquationSearch(EffectSearch):
         kept = [k for n, k in enumerate(order) if not any(scouted.beats(j, k) for j in order[:n])]
         self.fit([(new[k - 1], scouts[k - 1].fitted.fit.every) for k in kept[:most]])
 
-    def _proposal(self, parent: FittedHypothesis, one: Scored) -> Proposal:
-        chooser = self.around[parent.hypothesis.key]
-        atoms = [chooser.equations.atoms[a] for a in one.atoms]
-        amounts = chooser.folds.amounts(one.atoms)
-        # a law that needs another one comes after it
-        order = sorted(range(len(atoms)), key=lambda k: bool(atoms[k].effect.beside))
-        return Proposal(parent, tuple(atoms[k] for k in order), tuple(amounts[k] for k in order))
-
     def _chooser(self, parent: FittedHypothesis) -> Chooser:
         recording = self.study.recording
         length = float(recording.steps.mean()) * max(1.0, len(self.study.system.outputs) / FEW_OUTPUTS)
@@ -129,3 +122,11 @@ class EquationSearch(EffectSearch):
         if path.hidden:  # their change is integrated from window to window: none may be left out
             path = Path.of(parent, recording)
         return Chooser(Equations.of(Columns(path)), path.gap)
+
+
+def _proposal(parent: FittedHypothesis, chooser: Chooser, one: Scored) -> Proposal:
+    """A set of laws with its linear amounts; a law that needs another one comes after it."""
+    atoms = [chooser.equations.atoms[a] for a in one.atoms]
+    amounts = chooser.folds.amounts(one.atoms)
+    order = sorted(range(len(atoms)), key=lambda k: bool(atoms[k].effect.beside))
+    return Proposal(parent, tuple(atoms[k] for k in order), tuple(amounts[k] for k in order))
