@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -145,13 +145,18 @@ class Columns:
     @cached_property
     def open(self) -> Group:
         """Return what every model leaves open: uncertain parameters, input timing, numbers of its effects."""
-        columns, prior = [], []
-        for unknown in self.path.hypothesis.unknowns:
-            if not unknown.own:
-                columns.append(self._of(unknown))
-                prior.append(min(0.5 * (unknown.high - unknown.low) / unknown.scale, OPEN))
-        none = np.empty((*self.path.error.shape, 0))
-        return Group(np.concatenate([none, *columns], axis=3), np.array(prior), (None,) * len(prior))
+        return self._group((self._of(u), _prior(u), None) for u in self._unknowns(own=False))
+
+    def _unknowns(self, *, own: bool) -> list[Unknown]:
+        return [u for u in self.path.hypothesis.unknowns if u.own is own]
+
+    def _group(self, members: Iterable[tuple[Array, float, Atom | None]]) -> Group:
+        columns, prior, atoms = [np.empty((*self.path.error.shape, 0))], [], []
+        for column, plausible, atom in members:
+            columns.append(column)
+            prior.append(plausible)
+            atoms.append(atom)
+        return Group(np.concatenate(columns, axis=3), np.array(prior), tuple(atoms))
 
     def _of(self, unknown: Unknown) -> Array:
         late = self.path.hypothesis.delays.get(unknown.name)
@@ -166,34 +171,37 @@ class Columns:
 
     @cached_property
     def between(self) -> Group:
-        """Return differences between experiments: gains, parameters, dry friction, hidden starts."""
-        columns, prior, atoms = [], [], list[Atom | None]()
-        path, one = self.path, np.ones(1)
-        own = {e.place for e in path.hypothesis.effects if e.per_experiment}
+        """Return differences between experiments: those that may be named, known ones, and hidden starts."""
+        own = ((self._of(u), _prior(u), None) for u in self._unknowns(own=True))
+        return self._group([*self._scatter(), *own, *self._hidden_starts()])
+
+    def _scatter(self) -> Iterator[tuple[Array, float, Atom | None]]:
+        """Gains of inputs, uncertain parameters and dry friction that differ between experiments."""
         for effect, place in self._every:
-            if not (isinstance(effect, LawEffect) and place in self.sites) or place in own:
-                continue
-            law = effect.law(self.sites[place])
-            if not law.per_experiment or (place.kind == "parameter" and place.name not in self._uncertain):
+            law = effect.law(self.sites[place]) if isinstance(effect, LawEffect) else None
+            known = place.kind == "parameter" and place.name not in self._uncertain
+            if law is None or not law.per_experiment or known:
                 continue
             local = self.laws.contributions(continued(self.sites[place], law), place, [{}])
-            size = self.sites[place].effort if place.kind == "port" else 1.0
-            columns.append(self.at(place, size * local))
-            prior.append(FRICTION_BETWEEN if place.kind == "port" else BETWEEN)
+            port = place.kind == "port"
+            size = self.sites[place].effort if port else 1.0
             # scatter of a friction that is not there would be the friction
-            there = {e.family for e in path.hypothesis.effects if e.place == place}
-            named = not effect.beside or bool(effect.beside & there)
-            own_atom = Atom(effect, place, {}, size * one, np.zeros(1, bool), 1)
-            atoms.append(own_atom if named else None)
-        _, chained, _ = path.chain
-        for k in path.hidden:  # where a hidden state starts is never measured
+            there = {e.family for e in self.path.hypothesis.effects if e.place == place}
+            atom = Atom(effect, place, {}, size * np.ones(1), np.zeros(1, bool), 1)
+            may_be_named = not effect.beside or bool(effect.beside & there)
+            yield (
+                self.at(place, size * local),
+                FRICTION_BETWEEN if port else BETWEEN,
+                atom if may_be_named else None,
+            )
+
+    def _hidden_starts(self) -> Iterator[tuple[Array, float, None]]:
+        """Starts of hidden states, which are never measured."""
+        path, (_, chained, _) = self.path, self.path.chain
+        for k in path.hidden:
             start = np.zeros((*path.x[:, 0].shape, 1))
             start[~chained, k] = np.sqrt(np.mean(path.x[..., k] ** 2))
-            columns.append(self._started(start))
-            prior.append(1.0)
-            atoms.append(None)
-        none = np.empty((*path.error.shape, 0))
-        return Group(np.concatenate([none, *columns], axis=3), np.array(prior), tuple(atoms))
+            yield self._started(start), 1.0, None
 
     @property
     def _uncertain(self) -> set[str]:
@@ -300,6 +308,11 @@ class Columns:
             at = (start - low) + half[:, None] - delays / path.period
             found[w] = np.interp(at, np.arange(high - low), series[low:high])
         return found - now[..., None]
+
+
+def _prior(unknown: Unknown) -> float:
+    """Half the width of the bounds, in plausible sizes."""
+    return min(0.5 * (unknown.high - unknown.low) / unknown.scale, OPEN)
 
 
 def at_level(atom: Atom, factor: str, level: float | str) -> Atom:
