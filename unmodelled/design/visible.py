@@ -1,13 +1,13 @@
 """Effects that planned experiments could show, from which size on, and effects that would look alike.
 
-An effect changes the free runs of the known physics in proportion to its size (the linearised sensitivity of
-the screening). The part of the change that uncertain parameters, the timing of inputs and the initial states
-cannot explain counts, in standard deviations of the sensor noise.
+An effect changes the free runs of the known physics in proportion to its size (`diagnosis.core.columns`). The
+part of the change that uncertain parameters, the timing of inputs and the initial states cannot explain
+counts, in standard deviations of the sensor noise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from scipy.linalg import orth
 from scipy.special import ndtri
 
+from unmodelled.diagnosis.core.columns import Atom, Columns
+from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
-from unmodelled.diagnosis.search.screen import sets_of, tried
-from unmodelled.diagnosis.search.tangent import Tangent
 from unmodelled.effects.added import Added
-from unmodelled.effects.library import effects
 from unmodelled.effects.place import Place
 from unmodelled.effects.scales import Scales
 from unmodelled.explanation.identifiability import correlated
@@ -34,8 +33,6 @@ Array = NDArray[np.float64]
 #: Distance of two models, in standard deviations, at which an experiment tells them apart with 95 %: the odds
 #: of `next` are the normal distribution function at half the distance.
 DISTANCE = 2.0 * float(ndtri(0.95))
-#: Starting points of an effect's shapes, and amount of an amplitude as a share of what a screening tries.
-POINTS, SMALL = 6, 0.1
 #: Correlation above which two effects look alike: that of a collinearity index of 5, as for parameters.
 ALIKE_FROM = correlated(5.0)
 #: Samples that are compared, about: sensitivities of more would not differ.
@@ -116,14 +113,16 @@ def visible(system: System, logs: Logs, noise: Array) -> list[Visible]:
     known = Hypothesis.known(study)
     length = float(study.recording.steps.mean())
     recording = study.recording.thinned(max(8, round(SAMPLES / length)))
-    tangent = Tangent(FittedHypothesis.of(known, recording), recording)
-    base = _Refitted(tangent, noise, known, len(study.recording.start) / len(recording.start))
+    columns = Columns(Path.of(FittedHypothesis.of(known, recording), recording))
+    base = _Refitted(columns, noise, len(study.recording.start) / len(recording.start))
     found: dict[tuple[str, Place], Visible] = {}
-    for effect in (each for each in effects() if not each.at_levels):
-        for place in () if effect.beside else effect.places(system):
-            added = known.plus(effect, place).effects[-1]
-            if (effect.family, place) not in found and not (added.per_experiment or added.columns):
-                found[effect.family, place] = base.effect(known.plus(effect, place))
+    for atoms, changes in columns.atoms():
+        effect, place = atoms[0].effect, atoms[0].place
+        if effect.at_levels or effect.beside or (effect.family, place) in found:
+            continue
+        added = known.plus(effect, place).effects[-1]
+        if not added.columns:
+            found[effect.family, place] = base.effect(added, atoms, changes)
     return sorted(found.values(), key=lambda one: (one.added.family, one.added.place.channel))
 
 
@@ -151,70 +150,62 @@ def alike(found: list[Visible]) -> Iterator[Alike]:
 class _Refitted:
     """Changes of the outputs that unknown numbers and initial states cannot explain.
 
-    Initial states have unit variance in the units of the tangent, and numbers with bounds the variance of a
-    uniform distribution; both are rows of an orthogonal projection.
+    Initial states have the variance of the sensor noise, and numbers with bounds the variance of a uniform
+    distribution; both are rows of an orthogonal projection.
 
     Args:
-        tangent: derivatives along some windows of the simulated logs.
+        columns: columns along some windows of the simulated logs.
         noise: standard deviation of the sensor noise, shape (outputs,), SI.
-        known: known physics.
-        windows: number of all windows, relative to those of the tangent.
+        windows: number of all windows, relative to those of the columns.
     """
 
-    def __init__(self, tangent: Tangent, noise: Array, known: Hypothesis, windows: float) -> None:
-        self.tangent, self.information = tangent, windows
-        self.unit = tangent.recording.noise / noise
-        count, slopes = len(tangent.r), tangent.own_slopes * self.unit
-        starts = slopes[:, tangent.shared :].reshape(count, slopes.shape[1] - tangent.shared, -1)
-        self.states = starts.shape[1]
-        both = np.concatenate([starts.swapaxes(1, 2), np.tile(np.eye(self.states), (count, 1, 1))], axis=1)
-        self.starts = np.linalg.qr(both)[0]
-        self.numbers, columns, prior = np.empty((0, 0)), [], []
-        owner = tangent.recording.owner
-        for k, unknown in enumerate(known.unknowns):
-            own = slopes[:, k : k + 1]
-            runs = np.unique(owner) if unknown.own else [None]
-            parts = [own if r is None else own * (owner == r)[:, None, None, None] for r in runs]
-            columns += parts
-            prior += len(parts) * [np.sqrt(12.0) * unknown.scale / (unknown.high - unknown.low)]
-        if columns:
-            seen = np.concatenate([self._without_starts(part) for part in columns])
-            self.numbers = orth(np.concatenate([seen, np.diag(prior)], axis=1).T, 1e-9)
-        self.priors = len(prior)
+    def __init__(self, columns: Columns, noise: Array, windows: float) -> None:
+        recording, starts = columns.path.recording, columns.starts
+        self.information, self.unit = windows, (recording.noise / noise)[:, None]
+        count, self.states = len(starts), starts.shape[3]
+        prior = np.tile(np.eye(self.states), (count, 1, 1))
+        flat = (starts * self.unit).reshape(count, -1, self.states)
+        self.starts = np.linalg.qr(np.concatenate([flat, prior], axis=1))[0]
+        runs = [columns.path.owner == run for run in np.unique(columns.path.owner)]
+        mine = [columns.own.columns * run[:, None, None, None] for run in runs]
+        known = np.concatenate([columns.open.columns, *mine], axis=3)
+        width = np.concatenate([columns.open.prior, np.tile(columns.own.prior, len(runs))])
+        self.numbers, self.priors = np.empty((0, 0)), known.shape[3]
+        if self.priors:
+            # of a uniform distribution, half the width is the square root of three standard deviations
+            seen = np.concatenate([self._without_starts(known), np.diag(np.sqrt(3.0) / width)])
+            self.numbers = orth(seen, 1e-9)
 
     def _without_starts(self, changes: Array) -> Array:
-        """Changes (windows, n, steps, outputs) as rows (n, values) without what initial states explain."""
-        flat = changes.reshape(*changes.shape[:2], -1).swapaxes(1, 2)
+        """Changes (windows, K, outputs, n) as columns (values, n) without what initial states explain."""
+        flat = (changes * self.unit).reshape(len(changes), -1, changes.shape[3])
         flat = np.concatenate([flat, np.zeros((len(flat), self.states, flat.shape[2]))], axis=1)
         left = flat - self.starts @ (self.starts.swapaxes(1, 2) @ flat)
-        return np.asarray(left.transpose(2, 0, 1).reshape(left.shape[2], -1))
+        return np.asarray(left.reshape(-1, left.shape[2]))
 
     def __call__(self, changes: Array) -> Array:
-        """Changes (windows, n, steps, outputs) as columns (values, n) that nothing else explains."""
-        seen = self._without_starts(changes * self.unit)
-        seen = np.concatenate([seen, np.zeros((len(seen), self.priors))], axis=1).T
+        """Changes (windows, K, outputs, n) as columns (values, n) that nothing else explains."""
+        seen = self._without_starts(changes)
+        seen = np.concatenate([seen, np.zeros((self.priors, seen.shape[1]))])
         return np.asarray(seen - self.numbers @ (self.numbers.T @ seen)) if self.priors else seen
 
-    def effect(self, hypothesis: Hypothesis) -> Visible:
-        """The last effect of a hypothesis, at the starting point of its shapes at which it shows as usual."""
-        added = hypothesis.effects[-1]
-        names, chosen, sizes = tried(hypothesis, POINTS)
-        sizes = sizes * np.array(
-            [SMALL if n in added.amplitudes and n not in added.shares else 1.0 for n in names]
-        )
-        columns = self(self.tangent.slopes(hypothesis, sets_of(names, chosen, sizes)))
-        columns = columns.reshape(len(columns), len(chosen), len(names))
+    def effect(self, added: Added, atoms: Sequence[Atom], changes: Array) -> Visible:
+        """An effect with its columns, at the starting point of its shapes at which it shows as usual."""
+        names = added.amplitudes or tuple(added.delays)
+        columns = self(changes)
+        columns = columns.reshape(len(columns), len(atoms), len(names))
+        sizes = np.array([list(a.shape.values()) if added.delays else a.scale.tolist() for a in atoms])
         norms = np.sqrt(self.information) * np.linalg.norm(columns, axis=0)
-        spans = tuple(orth(columns[:, k], 1e-9) for k in range(len(chosen)))
+        spans = tuple(orth(columns[:, k], 1e-9) for k in range(len(atoms)))
         if added.shares:
             shape = next(iter(added.shapes))
             strength = norms.max(axis=1)
             at = int(np.argmin(np.where(strength >= DISTANCE, strength, np.inf)))
-            size = chosen[at][shape] if strength[at] >= DISTANCE else None
+            size = next(iter(atoms[at].shape.values())) if strength[at] >= DISTANCE else None
             return Visible(added, shape, size, None, columns[:, at, int(np.argmax(norms[at]))], spans)
         with np.errstate(divide="ignore"):
             least = sizes * DISTANCE / norms
-        at = int(np.argsort(least.min(axis=1), kind="stable")[len(chosen) // 2])
+        at = int(np.argsort(least.min(axis=1), kind="stable")[len(atoms) // 2])
         number = int(np.argmin(least[at]))
         name, size = names[number], float(least[at, number])
         plausible = added.scales[name]  # of a delay a sampling period, and its bound is the longest one

@@ -171,9 +171,17 @@ class Columns:
 
     @cached_property
     def between(self) -> Group:
-        """Return differences between experiments: those that may be named, known ones, and hidden starts."""
-        own = ((self._of(u), _prior(u), None) for u in self._unknowns(own=True))
-        return self._group([*self._scatter(), *own, *self._hidden_starts()])
+        """Return differences between experiments: scatter, and numbers that are known to differ."""
+        known, many = self.own, len(self.own.prior)
+        columns = (known.columns[..., k : k + 1] for k in range(many))
+        own = zip(columns, known.prior.tolist(), known.atoms, strict=True)
+        return self._group([*self._scatter(), *own])
+
+    @cached_property
+    def own(self) -> Group:
+        """Return numbers that are known to differ between experiments, and starts of hidden states."""
+        numbers = ((self._of(u), _prior(u), None) for u in self._unknowns(own=True))
+        return self._group([*numbers, *self._hidden_starts()])
 
     def _scatter(self) -> Iterator[tuple[Array, float, Atom | None]]:
         """Gains of inputs, uncertain parameters and dry friction that differ between experiments."""
