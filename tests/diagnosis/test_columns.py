@@ -128,5 +128,9 @@ def test_a_planted_law_is_among_the_first(tmp_path: File, bench: Bench, family: 
     chooser = chooser_of(tmp_path, bench)
     singles = [next(iter(s.names))[:2] for s in chooser.singles]
     assert (family, place.channel) in singles[:3]
+    for one in chooser.singles[:10]:
+        atoms = [[chooser.equations.atoms[a] for a in each.atoms] for each in (one, chooser.plainest(one))]
+        (best, plain) = (sum(atom.effect.complexity for atom in each) for each in atoms)
+        assert plain <= best and chooser.plainest(one).names == one.names
     heads = [group.head for group in chooser.classes()]
     assert heads == sorted(heads, key=lambda head: head.cost)

@@ -151,6 +151,17 @@ class Chooser:
         """Return every law alone, the best first."""
         return [self._scored(self._single, k) for k in range(len(self._single.units))]
 
+    def plainest(self, one: Scored) -> Scored:
+        """Return the simplest law with the family and place of a single law.
+
+        Args:
+            one: one of `singles`.
+        """
+        atoms, own = self.equations.atoms, [k for k, names in enumerate(self._names) if names == one.names]
+        alike = np.array(own, np.int64)[self._is_few(np.array(own, np.int64)[:, None])].tolist()
+        simplest = min(alike, key=lambda k: sum(atoms[a].effect.complexity for a in self.units[k]))
+        return self._scored(self._level(np.array([[simplest]], np.int64)), 0)
+
     @cached_property
     def _single(self) -> _Level:
         return self._level(np.arange(len(self.units))[:, None])

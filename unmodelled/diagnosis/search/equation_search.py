@@ -87,7 +87,9 @@ class EquationSearch(EffectSearch):
         self.around[parent.hypothesis.key] = chooser.differences() if len(self.fitted.runs) > 1 else []
         first = int(bool(parent.hypothesis.effects))
         heads = [group.head for group in chooser.classes() if group.head.atoms]
-        sets = [*chooser.singles[: SINGLES[first]], *heads[: CLASSES[first]]]
+        best = chooser.singles[: SINGLES[first]]
+        # beside another effect, the simplest variant of a law may be enough
+        sets = [*best, *map(chooser.plainest, best), *heads[: CLASSES[first]]]
         self._fit_best(parent, [_proposal(parent, chooser, one) for one in sets], FITTED[first])
 
     def _vary(self) -> bool:
