@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,16 +25,19 @@ SINGLES, CLASSES, FITTED, DIFFERENT = (12, 6), (12, 6), (8, 4), 3
 RIVALS = 2
 
 
-@dataclass
 class EquationSearch(EffectSearch):
     """A search for effects that fits what linear systems rank.
 
     Attributes:
-        around: what may differ between experiments, by the key of the hypothesis around which a system was
+        around: differences between experiments, by the key of the hypothesis around which a system was
             solved.
     """
 
-    around: dict[Key, list[Atom]] = field(default_factory=dict)
+    around: dict[Key, list[Atom]]
+
+    def __post_init__(self) -> None:
+        self.around = {}
+        super().__post_init__()
 
     def run(self) -> Candidates:
         """Fit what the linear systems rank, around the known physics and around the best fits.
