@@ -10,6 +10,16 @@ import pytest
 
 import unmodelled
 from tests.diagnosis.run_folder import diagnosed, write_runs
+from tests.diagnosis.studies import fitted
+from unmodelled.diagnosis.core.choose import Chooser
+from unmodelled.diagnosis.core.columns import Columns
+from unmodelled.diagnosis.core.equations import Equations
+from unmodelled.diagnosis.core.path import Path as FreeRun
+from unmodelled.diagnosis.data.study import Study
+from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
+from unmodelled.logs.folder import read_logs
+from unmodelled.logs.preparation import several
+from unmodelled.systems.reader import read_system
 
 CART = """
 schema: system/1
@@ -47,6 +57,20 @@ def recorded(folder: Path, seed: int) -> pd.DataFrame:
     noise = random.normal(0.0, (1e-5, 0.02), (n, 2))
     columns = np.array(rows) + noise
     return pd.DataFrame({"t": t, "F": u, "x": columns[:, 0], "acc": columns[:, 1]})
+
+
+def test_an_accelerometer_alone_has_a_linear_system(tmp_path: Path) -> None:
+    """No output shows a state: no start is measured, and hidden states start with the experiments."""
+    runs = [recorded(tmp_path, seed)[["t", "F", "acc"]] for seed in range(4)]
+    (tmp_path / "cart.yaml").write_text(CART.replace("  x: {unit: m}\n", ""))
+    known = read_system(tmp_path / "cart.yaml")
+    logs = several(known, read_logs(write_runs(tmp_path / "logs", runs), known))
+    base = fitted(Hypothesis.known(Study.of(known, logs, 0.3, 0)))
+    columns = Columns(FreeRun.of(base, base.recording))
+    assert columns.starts.shape[3] == 0 and len(columns.own.prior) == 2
+    chooser = Chooser(Equations.of(columns), columns.path.gap)
+    singles = [next(iter(s.names))[:2] for s in chooser.singles]
+    assert ("sensor_lag", "sensor:acc") in singles[:5] and ("coulomb_friction", "rail") in singles[:12]
 
 
 @pytest.mark.long

@@ -164,7 +164,7 @@ class _Refitted:
         self.information, self.unit = windows, (recording.noise / noise)[:, None]
         count, self.states = len(starts), starts.shape[3]
         prior = np.tile(np.eye(self.states), (count, 1, 1))
-        flat = (starts * self.unit).reshape(count, -1, self.states)
+        flat = (starts * self.unit).reshape(count, starts.shape[1] * starts.shape[2], self.states)
         self.starts = np.linalg.qr(np.concatenate([flat, prior], axis=1))[0]
         runs = [columns.path.owner == run for run in np.unique(columns.path.owner)]
         mine = [columns.own.columns * run[:, None, None, None] for run in runs]

@@ -196,7 +196,7 @@ class Chooser:
         padded = np.full((len(self.units), wide), -1)
         for row, unit in zip(padded, self.units, strict=True):
             row[: len(unit)] = unit
-        atoms = padded[sets].reshape(len(sets), -1) if sets.shape[1] else np.full((len(sets), 1), -1)
+        atoms = padded[sets].reshape(len(sets), sets.shape[1] * wide)
         errors = self.folds.errors(atoms) / self.unit
         toll = MATERIAL * max(1.0, (NEGLIGIBLE / self.gap) ** 2)
         costs = errors.sum(1) + toll * self._numbers[sets].sum(1)

@@ -268,13 +268,13 @@ class _Starts:
     @classmethod
     def of(cls, columns: Columns) -> _Starts:
         root, raw = columns.path.root, columns.starts
-        S = (raw * root[..., None]).reshape(len(raw), -1, raw.shape[3])
+        S = _flat(raw * root[..., None])  # no column where no output shows a state
         inverse = np.asarray(np.linalg.inv(S.transpose(0, 2, 1) @ S + np.eye(S.shape[2])), np.float64)
         return cls(root, S, inverse)
 
     def free(self, columns: Array) -> Array:
         """Weighted columns (windows, rows, N) whose products are those after the elimination."""
-        X = (columns * self.root[..., None]).reshape(len(self.S), -1, columns.shape[3])
+        X = _flat(columns * self.root[..., None])
         move = self.inverse @ (self.S.transpose(0, 2, 1) @ X)
         return np.concatenate([X - self.S @ move, -move], axis=1)
 
@@ -343,6 +343,12 @@ def _products(
         flat = part.reshape(-1, part.shape[2])
         gram.append(share * (flat.T @ flat))
     return np.stack(gram), np.array([share * float((root[run] > 0).sum()) for run in runs])
+
+
+def _flat(columns: Array) -> Array:
+    """Columns (windows, K, outputs, N) as (windows, K * outputs, N)."""
+    windows, samples, outputs, many = columns.shape
+    return columns.reshape(windows, samples * outputs, many)
 
 
 def _without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:
