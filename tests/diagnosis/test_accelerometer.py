@@ -69,8 +69,7 @@ def test_an_accelerometer_alone_has_a_linear_system(tmp_path: Path) -> None:
     columns = Columns(FreeRun.of(base, base.recording))
     assert columns.starts.shape[3] == 0 and len(columns.own.prior) == 2
     chooser = Chooser(Equations.of(columns), columns.path.gap)
-    singles = [next(iter(s.names))[:2] for s in chooser.singles]
-    assert ("sensor_lag", "sensor:acc") in singles[:5] and ("coulomb_friction", "rail") in singles[:12]
+    assert ("sensor_lag", "sensor:acc") in [next(iter(s.names))[:2] for s in chooser.singles[:5]]
 
 
 @pytest.mark.long
