@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, fitted, study
+from tests.diagnosis.studies import JOINT, ONE_FAULT, fitted, study
 from unmodelled.diagnosis.core.choose import Chooser
 from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.equations import Equations
@@ -114,16 +114,7 @@ def test_left_out_errors_are_those_of_fits_without_the_experiment() -> None:
         assert found[left] == pytest.approx(rest @ rest)
 
 
-@pytest.mark.parametrize(
-    ("bench", "family", "place"),
-    [
-        (Bench(samples=400), "coulomb_friction", JOINT),
-        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
-        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
-        (Bench(samples=400, friction=0.0, delay=8), "input_delay", TORQUE),
-    ],
-    ids=["friction", "dead zone", "gain", "delay"],
-)
+@pytest.mark.parametrize(("bench", "family", "place"), ONE_FAULT.values(), ids=ONE_FAULT)
 def test_a_planted_law_is_among_the_first(tmp_path: File, bench: Bench, family: str, place: Place) -> None:
     chooser = chooser_of(tmp_path, bench)
     singles = [next(iter(s.names))[:2] for s in chooser.singles]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.benches import PERIOD, Bench
-from tests.diagnosis.studies import ANGLE, JOINT, TORQUE, effect, fitted, study
+from tests.diagnosis.studies import ANGLE, JOINT, ONE_FAULT, TORQUE, effect, fitted, study
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
 from unmodelled.diagnosis.search.screen import Screened, screen
 from unmodelled.diagnosis.search.tangent import Tangent
@@ -38,17 +38,7 @@ def first(found: list[Screened]) -> tuple[str, Place]:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    ("bench", "family", "place"),
-    [
-        (Bench(samples=400), "coulomb_friction", JOINT),
-        (Bench(samples=400, friction=0.0, dead_zone=0.05), "actuator_dead_zone", TORQUE),
-        (Bench(samples=400, friction=0.0, gain=1.1), "sensor_gain", ANGLE),
-        # a delay of the only input is the same thing
-        (Bench(samples=400, friction=0.0, delay=8), "input_delay", TORQUE),
-    ],
-    ids=["friction", "dead zone", "gain", "delay"],
-)
+@pytest.mark.parametrize(("bench", "family", "place"), ONE_FAULT.values(), ids=ONE_FAULT)
 def test_what_was_planted_comes_first(tmp_path: Path, bench: Bench, family: str, place: Place) -> None:
     found = screened(tmp_path, bench)
     assert first(found) == (family, place)
