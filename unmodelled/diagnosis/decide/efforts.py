@@ -58,9 +58,7 @@ class Efforts:
         """
         system, logs = self.system, self.logs
         program, p = Program.of_values(system, expressions), np.array(system.values)
-        with np.errstate(all="ignore"):
-            values = program.evaluate(logs.t, logs.x, logs.u, p, logs.c[logs.owner])
-        return np.asarray(values.T)
+        return program.evaluate(logs.t, logs.x, logs.u, p, logs.c[logs.owner]).T
 
     def mass(self, name: str) -> float:
         """Return the median mass, or moment of inertia, that a port feels.

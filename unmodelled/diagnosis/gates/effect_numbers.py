@@ -76,8 +76,7 @@ class _Along:
         system, logs, some = self.model.system, self.model.logs, self._some
         p, c = np.array(system.with_values(values or {}).values), logs.c[logs.owner[some]]
         program = Program.of_values(system, expressions)
-        with np.errstate(all="ignore"):
-            return program.evaluate(logs.t[some], logs.x[some], logs.u[some], p, c).T
+        return program.evaluate(logs.t[some], logs.x[some], logs.u[some], p, c).T
 
 
 def _places(diagnosis: Diagnosis, kind: str) -> list[Place]:

@@ -106,8 +106,7 @@ def _along(model: JudgedModel, expressions: list[sp.Expr]) -> Array:
     system, logs = model.system, model.logs
     rows = np.arange(0, len(logs.t), -(-len(logs.t) // ENOUGH_SAMPLES))
     program, where = Program.of_values(system, expressions), (logs.t[rows], logs.x[rows], logs.u[rows])
-    with np.errstate(all="ignore"):
-        values = program.evaluate(*where, np.array(system.values), logs.c[logs.owner[rows]])
+    values = program.evaluate(*where, np.array(system.values), logs.c[logs.owner[rows]])
     return np.where(np.isfinite(values), values, 0.0)
 
 
