@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Atom
-from unmodelled.diagnosis.core.equations import Equations, Folds
+from unmodelled.diagnosis.core.equations import Equations
+from unmodelled.diagnosis.core.folds import Folds
 from unmodelled.diagnosis.core.left_out_kernels import MOST
 from unmodelled.effects.place import Place
 from unmodelled.effects.place_groups import FEWEST, place_groups

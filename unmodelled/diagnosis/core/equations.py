@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
-from unmodelled.diagnosis.core.left_out_kernels import left_out, solve
+from unmodelled.diagnosis.core.folds import PRIOR, Folds, without_open
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.systems.model import System
 
@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-#: Plausible sizes by which the prior of an amplitude spreads; shapes that are kept of a law at a place.
-PRIOR, KEPT = 3.0, 2
+#: Shapes that are kept of a law at a place.
+KEPT = 2
 #: Product below which a column does not act.
 NOTHING = 1e-9
 
@@ -108,33 +108,26 @@ class Equations:
 
     def _with_levels(self, columns: Columns) -> Equations:
         """Add laws at levels of factors: their products are those of all experiments, or zero."""
-        path = columns.path
-        study, runs = path.hypothesis.study, np.unique(path.owner)
-        wanted, seen = list[tuple[int, Atom, Indices]](), set[object]()
-        plain = [k for k, a in enumerate(self.atoms) if not a.effect.at_levels]
+        study, runs = columns.path.hypothesis.study, np.unique(columns.path.owner)
+        every = np.ones(len(runs), bool)
+        wanted = [(k, atom, every) for k, atom in enumerate(self.atoms) if not atom.effect.at_levels]
+        seen = set[object]()
         for factor, level, members in levels(study.logs.experiments.iloc[runs], study.thresholds):
+            here = np.isin(np.arange(len(runs)), members)
             for k, atom in enumerate(self.atoms):
                 local = at_level(atom, factor, level)
-                first = local.key not in seen
-                if atom.effect.at_levels or (first and atom.place.kind == "port"):
+                if atom.effect.at_levels or (atom.place.kind == "port" and local.key not in seen):
                     seen.add(local.key)
-                    wanted.append((k, local, members))
-        own, n = [], len(self.prior)
-        here = np.ones((len(runs), n + int(self.count.sum()) + 1), bool)
-        masks, atoms = [here[:, :n]], [self.atoms[k] for k in plain]
-        for k in plain:
-            own.append(np.arange(self.first[k], self.first[k] + self.count[k]))
-            masks.append(np.ones((len(runs), self.count[k]), bool))
-        for k, local, members in wanted:
-            own.append(np.arange(self.first[k], self.first[k] + self.count[k]))
-            mask = np.zeros((len(runs), self.count[k]), bool)
-            mask[members] = True
-            masks.append(mask)
-            atoms.append(local)
-        index = np.concatenate([np.arange(n), *(n + i for i in own), [self.gram.shape[1] - 1]]).astype(int)
-        mask = np.concatenate([*masks, np.ones((len(runs), 1), bool)], axis=1)
+                    wanted.append((k, local, here))
+        own = [np.arange(self.first[k], self.first[k] + self.count[k]) for k, _, _ in wanted]
+        n, always = len(self.prior), np.ones((len(runs), len(self.prior)), bool)
+        index = np.concatenate([np.arange(n), *(n + one for one in own), [self.gram.shape[1] - 1]]).astype(
+            int
+        )
+        masks = [np.repeat(here[:, None], self.count[k], axis=1) for k, _, here in wanted]
+        mask = np.concatenate([always, *masks, every[:, None]], axis=1)
         gram = self.gram[:, index[:, None], index] * (mask[:, :, None] & mask[:, None])
-        return self._of(gram, columns, self.prior, atoms, self.samples)
+        return self._of(gram, columns, self.prior, [atom for _, atom, _ in wanted], self.samples)
 
     def only(self, atoms: Sequence[int]) -> Equations:
         """Return the equations with some of the atoms.
@@ -186,75 +179,13 @@ class Equations:
         fits, scores = [], []
         for left in range(len(self.gram)):
             train = eliminated(sums[0] - alone[left], sums[1] - moved[left], sums[2] - inverse[left])
-            fit, score = _without_open(train, every - train, n, self.prior[:n])
+            fit, score = without_open(train, every - train, n, self.prior[:n])
             fits.append(fit)
             scores.append(score)
-        whole, _ = _without_open(every, every, n, self.prior[:n])
+        whole, _ = without_open(every, every, n, self.prior[:n])
         size = np.eye(len(own)) + square * np.outer(self.prior[own], self.prior[own]) / unit
         price = np.linalg.slogdet(size)[1] if len(own) else np.zeros(len(self.gram))
         return Folds(np.array(fits), np.array(scores), whole, self.first, self.count, self.positive, price)
-
-
-@dataclass(frozen=True, eq=False)
-class Folds:
-    """Reduced equations of every fold; the last row and column are the measured error.
-
-    Attributes:
-        fit: products over the other experiments, shape (folds, columns + 1, columns + 1).
-        score: products over the experiment that is left out, same shape.
-        whole: products over all experiments, shape (columns + 1, columns + 1).
-        first: first column of every atom, shape (atoms,).
-        count: number of columns of every atom, shape (atoms,).
-        positive: mask, shape (columns,), of those that cannot be negative.
-        price: logarithm of the volume of the deviations of every experiment, shape (experiments,).
-    """
-
-    fit: Array
-    score: Array
-    whole: Array
-    first: Indices
-    count: Indices
-    positive: Mask
-    price: Array
-
-    def errors(self, sets: Indices) -> Array:
-        """Return the squared errors of left-out experiments.
-
-        Args:
-            sets: numbers of atoms, shape (sets, most), -1 where a set has fewer.
-
-        Returns:
-            Errors, shape (sets, experiments).
-        """
-        found: Array = left_out(self.fit, self.score, sets, self.first, self.count, self.positive)
-        return found
-
-    def with_all(self, prior: float) -> float:
-        """Return the squared error of left-out experiments with all columns.
-
-        Args:
-            prior: standard deviation of the amplitudes' prior, in plausible sizes.
-        """
-        total, ridge = 0.0, (prior**-2.0 - PRIOR**-2.0) * np.eye(self.fit.shape[1] - 1)
-        for fit, score in zip(self.fit, self.score, strict=True):
-            found = np.append(-np.linalg.solve(fit[:-1, :-1] + ridge, fit[:-1, -1]), 1.0)
-            total += float(found @ score @ found)
-        return total
-
-    def amounts(self, atoms: Sequence[int]) -> list[Array]:
-        """Return the amplitudes of a set from all experiments.
-
-        Args:
-            atoms: numbers of atoms.
-
-        Returns:
-            Amplitudes in plausible sizes, an array of shape (amplitudes,) for each atom.
-        """
-        each = [np.arange(self.first[a], self.first[a] + self.count[a]) for a in atoms]
-        index = np.concatenate([np.empty(0, np.int64), *each])
-        found = np.zeros(len(index))
-        solve(self.whole, index, len(index), self.positive, found)
-        return np.split(found, np.cumsum(self.count[list(atoms)])[:-1]) if len(each) else []
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,12 +280,3 @@ def _flat(columns: Array) -> Array:
     """Columns (windows, K, outputs, N) as (windows, K * outputs, N)."""
     windows, samples, outputs, many = columns.shape
     return columns.reshape(windows, samples * outputs, many)
-
-
-def _without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:
-    """Eliminate the first n columns: they are fitted to `train`, whatever the others are."""
-    inner = np.linalg.solve(train[:n, :n] + np.diag(prior**-2.0), train[:n, n:])
-    fit = train[n:, n:] - train[n:, :n] @ inner
-    fit[np.arange(len(fit) - 1), np.arange(len(fit) - 1)] += PRIOR**-2.0
-    back = np.concatenate([-inner, np.eye(len(fit))])
-    return fit, back.T @ score @ back

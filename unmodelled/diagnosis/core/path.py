@@ -193,10 +193,10 @@ class Path:
             moved = list(arguments)
             moved[group] = arguments[group].copy()
             moved[group][..., k] += sign * STEP * size
-            with np.errstate(all="ignore"):
-                x, u, p = moved
-                ends.append(self._program.evaluate(self.t, x, u, p, self.c[self.owner][:, None]))
-        slope = (ends[0] - ends[1]) / (2.0 * STEP * size)
+            x, u, p = moved
+            ends.append(self._program.evaluate(self.t, x, u, p, self.c[self.owner][:, None]))
+        with np.errstate(all="ignore"):  # both ends of a pole are infinite
+            slope = (ends[0] - ends[1]) / (2.0 * STEP * size)
         return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
 
     @cached_property

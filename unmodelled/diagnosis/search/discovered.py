@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Columns
-from unmodelled.diagnosis.core.equations import Equations, Folds
+from unmodelled.diagnosis.core.equations import Equations
+from unmodelled.diagnosis.core.folds import Folds
 from unmodelled.diagnosis.core.path import Path
 from unmodelled.diagnosis.data.recording import Recording
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis

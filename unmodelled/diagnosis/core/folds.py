@@ -1,0 +1,100 @@
+"""Reduced equations of every fold: fits of any set of laws, and their errors on left-out experiments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from unmodelled.diagnosis.core.left_out_kernels import left_out, solve
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+#: Plausible sizes by which the prior of an amplitude spreads.
+PRIOR = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Folds:
+    """Reduced equations of every fold; the last row and column are the measured error.
+
+    Attributes:
+        fit: products over the other experiments, shape (folds, columns + 1, columns + 1).
+        score: products over the experiment that is left out, same shape.
+        whole: products over all experiments, shape (columns + 1, columns + 1).
+        first: first column of every atom, shape (atoms,).
+        count: number of columns of every atom, shape (atoms,).
+        positive: mask, shape (columns,), of those that cannot be negative.
+        price: logarithm of the volume of the deviations of every experiment, shape (experiments,).
+    """
+
+    fit: Array
+    score: Array
+    whole: Array
+    first: Indices
+    count: Indices
+    positive: Mask
+    price: Array
+
+    def errors(self, sets: Indices) -> Array:
+        """Return the squared errors of left-out experiments.
+
+        Args:
+            sets: numbers of atoms, shape (sets, most), -1 where a set has fewer.
+
+        Returns:
+            Errors, shape (sets, experiments).
+        """
+        found: Array = left_out(self.fit, self.score, sets, self.first, self.count, self.positive)
+        return found
+
+    def with_all(self, prior: float) -> float:
+        """Return the squared error of left-out experiments with all columns.
+
+        Args:
+            prior: standard deviation of the amplitudes' prior, in plausible sizes.
+        """
+        total, ridge = 0.0, (prior**-2.0 - PRIOR**-2.0) * np.eye(self.fit.shape[1] - 1)
+        for fit, score in zip(self.fit, self.score, strict=True):
+            found = np.append(-np.linalg.solve(fit[:-1, :-1] + ridge, fit[:-1, -1]), 1.0)
+            total += float(found @ score @ found)
+        return total
+
+    def amounts(self, atoms: Sequence[int]) -> list[Array]:
+        """Return the amplitudes of a set from all experiments.
+
+        Args:
+            atoms: numbers of atoms.
+
+        Returns:
+            Amplitudes in plausible sizes, an array of shape (amplitudes,) for each atom.
+        """
+        each = [np.arange(self.first[a], self.first[a] + self.count[a]) for a in atoms]
+        index = np.concatenate([np.empty(0, np.int64), *each])
+        found = np.zeros(len(index))
+        solve(self.whole, index, len(index), self.positive, found)
+        return np.split(found, np.cumsum(self.count[list(atoms)])[:-1]) if len(each) else []
+
+
+def without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Array, Array]:
+    """Eliminate the first columns: they are fitted to `train`, whatever the others are.
+
+    Args:
+        train: products over the experiments that are fitted, shape (n + columns + 1, n + columns + 1).
+        score: products over those that are predicted, same shape.
+        n: number of columns to eliminate.
+        prior: standard deviations of their priors, shape (n,), in units of the columns.
+
+    Returns:
+        Products without these columns, with the ridge of the others, and without it for the score; each of
+        shape (columns + 1, columns + 1).
+    """
+    inner = np.linalg.solve(train[:n, :n] + np.diag(prior**-2.0), train[:n, n:])
+    fit = train[n:, n:] - train[n:, :n] @ inner
+    fit[np.arange(len(fit) - 1), np.arange(len(fit) - 1)] += PRIOR**-2.0
+    back = np.concatenate([-inner, np.eye(len(fit))])
+    return fit, back.T @ score @ back
