@@ -94,7 +94,7 @@ def slider(page: Page, name: str) -> Locator:
 def test_a_slider_moves_the_simulation_and_the_law(page: Page) -> None:
     before, after = errors(page)
     assert after < 0.9 * before
-    law = "document.querySelectorAll('.live-plots [role=img]')[2].querySelector('canvas').toDataURL()"
+    law = "document.querySelectorAll('.live-plots [role=img]')[3].querySelector('canvas').toDataURL()"
     drawn, friction = page.evaluate(law), slider(page, "F_c")
     assert "inside the 95 % interval" in str(friction.get_attribute("aria-valuetext"))
     friction.focus()
@@ -105,6 +105,17 @@ def test_a_slider_moves_the_simulation_and_the_law(page: Page) -> None:
     assert page.evaluate(law) != drawn
     page.get_by_role("button", name="As identified").click()
     assert errors(page) == (before, after)
+
+
+def test_the_missing_effort_is_shown_over_time(page: Page) -> None:
+    plot = page.get_by_role("img", name="Coulomb friction at joint: missing tau over time")
+    data = json.loads(page.locator("#live-data").text_content() or "")
+    friction, late = data["effects"]
+    assert late["missing"] is None and late["curve"] is None and plot.is_visible()
+    for experiment in data["experiments"]:
+        found = friction["missing"][experiment["id"]]
+        assert len(found["at"]) == len(found["value"]) > 10
+        assert max(found["at"]) < experiment["logged"]
 
 
 def test_what_the_page_says_of_other_numbers_is_what_python_computes(page: Page, found: Diagnosis) -> None:

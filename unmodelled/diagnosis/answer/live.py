@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 import sympy as sp
 from numpy.typing import NDArray
 
 from unmodelled.base.files import read_json, replacing
+from unmodelled.base.tables import read_table
 from unmodelled.diagnosis.answer.column_units import axis_unit
 from unmodelled.diagnosis.answer.figure_tables import ABOUT, FOLDER, readable
 from unmodelled.diagnosis.answer.live_machine import experiments, machine
@@ -39,8 +41,26 @@ def write_live(diagnosis: Diagnosis, folder: Path) -> None:
         BadInput: when a table is missing, or the file cannot be written.
     """
     shown = dict(read_json(folder / FOLDER / ABOUT)["shown"])
+    content = live(diagnosis, shown)
+    windows = read_table(folder / FOLDER / "windows", ("channel", "experiment", "stage"))
+    for effect, found in zip(content["effects"], diagnosis.effects, strict=True):
+        effect["missing"] = _missing(diagnosis, windows, found) if effect["curve"] else None
     with replacing(folder / FOLDER / LIVE) as temporary:
-        temporary.write_text(json.dumps(live(diagnosis, shown), separators=(",", ":"), allow_nan=False))
+        temporary.write_text(json.dumps(content, separators=(",", ":"), allow_nan=False))
+
+
+def _missing(diagnosis: Diagnosis, windows: pd.DataFrame, found: DiagnosedEffect) -> dict[str, Any]:
+    """Missing effort at the channel of an effect by experiment: samples, and means around them."""
+    logs, channel = diagnosis.augmented.logs, channel_of(diagnosis.reidentified, found.added.place)
+    rows = windows[(windows["channel"] == channel) & (windows["stage"] == "lacking")].dropna(subset="value")
+    first = dict(zip(logs.ids, logs.t[logs.offsets[:-1]].tolist(), strict=True))
+    return {
+        name: {
+            "at": np.rint((mine["t"] - first[name]) / logs.period).astype(int).tolist(),
+            "value": [float(f"{value:.4g}") for value in mine["value"]],
+        }
+        for name, mine in rows.groupby("experiment")
+    }
 
 
 def live(diagnosis: Diagnosis, shown: Mapping[str, str]) -> dict[str, Any]:

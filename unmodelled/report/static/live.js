@@ -88,6 +88,15 @@
     return points;
   }
 
+  // missing effort as estimated from the measurements, and the law now, over the time of the experiment
+  function effortData(k, run) {
+    const { curve, missing } = model.effects[k], at = 2 * model.effects.slice(0, k).filter((e) => e.curve).length + 1;
+    const estimated = Array(run.t.length).fill(null), found = missing?.[model.experiments[now.experiment].id];
+    found?.at.forEach((sample, i) => { if (sample < estimated.length) estimated[sample] = found.value[i]; });
+    const law = Array.from(run.further[at], (v) => (Number.isFinite(v) ? inUnit(v, curve.y_scale ?? ONE) : null));
+    return [run.t, estimated, law];
+  }
+
   // the law as identified, and now, over one axis
   function lawData(k, run) {
     const points = [ran("identified"), run].flatMap((r, which) => lawPoints(k, r).map((q) => [...q, which]));
@@ -106,6 +115,7 @@
   const extent = made("p", { class: "live-extent" });
   const hosts = { trajectory: made("div", { role: "img" }), residual: made("div", { role: "img" }) };
   const laws = model.effects.map((e) => e.curve && made("div", { role: "img" }));
+  const efforts = model.effects.map((e) => e.curve && made("div", { role: "img" }));
   const rows = [];
 
   function labelled(text, control) {
@@ -214,6 +224,7 @@
     plotting.put(charts.residual, [run.t, minus(old), minus(fresh)], keep);
     model.effects.forEach((effect, k) => {
       if (!effect.curve) return;
+      plotting.put(charts.efforts[k], effortData(k, run), keep);
       plotting.put(charts.laws[k], lawData(k, run), false);
     });
     keep = true;
@@ -237,11 +248,17 @@
       host, named({ name: curve.x, unit: curve.x_unit }), named({ name: curve.y, unit: curve.unit }),
       [plotting.dots("as identified", "--measured"), plotting.dots("now", "--after")], false,
     );
+    const effort = (curve, host) => plotting.add(
+      host, "t (s)", named({ name: curve.y, unit: curve.unit }),
+      [plotting.dots("missing, from the measurements", "--measured", 5), plotting.line("law now", "--after")], true,
+    );
     charts = {
       trajectory: plotting.add(hosts.trajectory, "t (s)", named(output), [plotting.line("measured", "--measured", 3), ...both], true),
       residual: plotting.add(hosts.residual, "t (s)", named({ name: "error", unit: output.error_unit ?? output.unit }), both, true),
+      efforts: model.effects.map(({ curve }, k) => curve && effort(curve, efforts[k])),
       laws: model.effects.map(({ curve }, k) => curve && law(curve, laws[k])),
     };
+    model.effects.forEach((effect, k) => efforts[k]?.setAttribute("aria-label", `${effect.name}: missing ${effect.curve.y} over time, and the law now`));
     model.effects.forEach((effect, k) => laws[k]?.setAttribute("aria-label", `${effect.name}: ${effect.curve.y} over ${effect.curve.x}`));
   }
 
@@ -260,7 +277,7 @@
   const groups = [...model.effects.map(effectGroup), ...parameterGroup()];
   const fitted = model.effects.length > 0 || model.numbers.some(({ interval }) => interval);
   const buttons = made("div", { class: "live-buttons" }, ...(fitted ? [button("As identified", reset)] : []), button("As given", allAsGiven));
-  const pictures = [hosts.trajectory, hosts.residual, ...laws.filter(Boolean)];
+  const pictures = [hosts.trajectory, hosts.residual, ...efforts.flatMap((host, k) => [host, laws[k]]).filter(Boolean)];
   place.append(
     made("div", { class: "live-choices" }, ...choices, zoom),
     made("div", { class: "live-plots" }, status, ...pictures, extent),

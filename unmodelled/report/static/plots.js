@@ -19,8 +19,8 @@ const plotting = (() => {
     return { label, stroke: colour(stroke), width, points: { show: false }, value };
   }
 
-  function dots(label, stroke) {
-    return { label, stroke: colour(stroke), paths: () => null, points: { show: true, size: 3, width: 0, fill: colour(stroke) }, value };
+  function dots(label, stroke, size = 3) {
+    return { label, stroke: colour(stroke), paths: () => null, points: { show: true, size, width: 0, fill: colour(stroke) }, value };
   }
 
   // a law that is switched off is zero everywhere
