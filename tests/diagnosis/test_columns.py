@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import JOINT, ONE_FAULT, fitted, study
+from tests.diagnosis.studies import JOINT, ONE_FAULT, effect, fitted, study
 from unmodelled.diagnosis.core.choose import Chooser
 from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.equations import Equations
@@ -120,8 +120,27 @@ def test_a_planted_law_is_among_the_first(tmp_path: File, bench: Bench, family: 
     singles = [next(iter(s.names))[:2] for s in chooser.singles]
     assert (family, place.channel) in singles[:3]
     for one in chooser.singles[:10]:
-        atoms = [[chooser.equations.atoms[a] for a in each.atoms] for each in (one, chooser.plainest(one))]
-        (best, plain) = (sum(atom.effect.complexity for atom in each) for each in atoms)
-        assert plain <= best and chooser.plainest(one).names == one.names
+        every = chooser.variants(one)
+        hard = [sum(chooser.equations.atoms[a].effect.complexity for a in each.atoms) for each in every]
+        assert hard == sorted(hard) and {each.names for each in every} == {one.names}
+        assert one.cost == pytest.approx(min(each.cost for each in every))
     heads = [group.head for group in chooser.classes()]
     assert heads == sorted(heads, key=lambda head: head.cost)
+
+
+def test_dry_friction_scatters_beside_a_friction_that_all_experiments_share(tmp_path: File) -> None:
+    known = fitted(Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4))))
+    rubbing = fitted(known.hypothesis.plus(effect("coulomb_friction"), JOINT))
+    every = [Columns(Path.of(base, base.recording)).between.atoms for base in (known, rubbing)]
+    named = [
+        [atom.place for atom in atoms if atom and atom.effect.variant == "dry_friction"] for atoms in every
+    ]
+    assert named == [[], [JOINT]]
+
+
+def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: File) -> None:
+    known = Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4)))
+    base = fitted(known.plus(effect("coulomb_friction"), JOINT))
+    seen = [atoms[0] for atoms, _ in Columns(Path.of(base, base.recording)).atoms()]
+    assert not [a for a in seen if a.effect.family == "coulomb_friction" and a.place == JOINT]
+    assert {a.place.name for a in seen if a.place.kind == "parameter"} == {"J", "b", "mgl"}

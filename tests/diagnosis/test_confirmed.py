@@ -45,13 +45,13 @@ def test_the_best_without_refused_effects_is_judged_next(
     judged: list[str] = []
 
     def refuse(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequence[Added]:
-        judged.append(" ".join(e.family for e in named.hypothesis.effects))
+        judged.append(" ".join(f"{e.family} {e.variant}".strip() for e in named.hypothesis.effects))
         return named.hypothesis.effects if len(judged) < 2 else ()
 
     monkeypatch.setattr(module, "_refused", refuse)
     found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
     assert judged[0] == "coulomb_friction" != judged[1] and len(judged) == 2
-    assert [e.family for e in found.chosen.hypothesis.effects] == judged[1].split()
+    assert [e.family for e in found.chosen.hypothesis.effects] == judged[1].split()[:1]
     (note,) = found.notes
     assert note.startswith(
         "coulomb_friction at joint predicts the fitted experiments better, but not the held"
@@ -69,7 +69,7 @@ def test_nothing_is_named_after_some_refusals(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(module, "_refused", refuse)
     found = confirmed(study(tmp_path, Bench(samples=300)), 1, quiet)
     assert not found.chosen.hypothesis.effects and judged[-1] is found.chosen
-    assert MOST_REFUSED <= len(found.notes) == len(set(found.notes))
+    assert len(judged) > MOST_REFUSED and len(found.notes) == len(set(found.notes)) > 0
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_a_formula_that_is_a_law_of_the_library_is_this_law(tmp_path: Path) -> N
     system = read_system(tmp_path / "cart.yaml")
     logs = read_logs(record(tmp_path / "logs", lambda x, v: 25.0 * x), system)
     search = EffectSearch(Study.of(system, prepared_for(system, logs), 0.5, 0))
-    found = {h.effects[-1].key[:2]: start for h, start in discovered(search.base, search.screened)}
+    found = {h.effects[-1].key[:2]: start for h, start in discovered(search.base, search.few)}
     # to first order: the mass follows
     assert found["linear_spring", ""]["k_rail"] == pytest.approx(25.0, rel=0.5)
     assert ("discovered_law", "x") not in found

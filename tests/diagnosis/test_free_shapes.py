@@ -9,8 +9,8 @@ import pytest
 from tests.diagnosis.planted import plant
 from tests.diagnosis.studies import effect
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
+from unmodelled.diagnosis.core import columns
 from unmodelled.diagnosis.data.thresholds import Thresholds
-from unmodelled.diagnosis.search import screen
 from unmodelled.effects.library import effects
 from unmodelled.logs.folder import read_logs
 from unmodelled.systems.reader import read_system
@@ -25,7 +25,7 @@ def test_a_loop_of_another_shape_is_hysteresis(
     back: float, exponent: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plant(tmp_path, effect("hysteresis", "bouc_wen"), numbers={"b_h": back, "n_h": exponent, "x_h": 0.1})
-    monkeypatch.setattr(screen, "effects", lambda: tuple(e for e in effects() if e.family in FRICTION))
+    monkeypatch.setattr(columns, "effects", lambda: tuple(e for e in effects() if e.family in FRICTION))
     system = read_system(tmp_path / "system.yaml")
     # a loop of the fixed shape predicts nearly as well, and is named where complexity has its price
     cheap = Thresholds(material_share=0.005)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
+from unmodelled.diagnosis.data.levels import levels
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS
-from unmodelled.diagnosis.search.screen import levels
 
 
 def found(**factors: list[object]) -> list[tuple[str, float | str, list[int]]]:

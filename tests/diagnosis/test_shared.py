@@ -13,8 +13,6 @@ from tests.diagnosis.run_folder import diagnosed, write_runs
 from tests.diagnosis.studies import effect
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.effect_search import MOST_EFFECTS, EffectSearch
-from unmodelled.diagnosis.search.shared import at_best_places, shared
 from unmodelled.effects.place import Place
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.preparation import prepared_for
@@ -107,26 +105,6 @@ def test_lags_of_all_sensors_of_one_unit_are_one_filter(carts: Study) -> None:
         rubbing = rubbing.plus(effect("coulomb_friction"), Place("port", f"rail{k}"))
     assert [len(group) for group in rubbing.together] == [3, 3]
     assert [len(unit) for unit in rubbing.units] == [3, 1, 1, 1]
-
-
-@pytest.mark.long
-def test_laws_at_all_ports_are_tried_and_single_ones_at_their_best_port(carts: Study) -> None:
-    search = EffectSearch(carts)
-    found = search.screen(search.base)
-    laws = {(one.effect.family, one.effect.variant): one for one in shared(found, 1.0)}
-    friction = laws["coulomb_friction", ""]
-    assert {place.name for place in friction.place} == {f"rail{k}" for k in range(1, CARTS + 1)}
-    assert friction.key == friction.hypothesis.key and len(friction.key) == CARTS
-    assert ("viscous_friction", "") in laws and "inertia_error" not in {family for family, _ in laws}
-    kept = at_best_places(found, MOST_EFFECTS)
-    at = [
-        one.place.name for one in kept if (one.effect.family, one.effect.variant) == ("coulomb_friction", "")
-    ]
-    assert len(at) == 1 and len(at_best_places(found, CARTS)) == len(found)
-    driven = [one.place.name for one in kept if one.effect.family == "actuator_gain"]
-    assert len(driven) == 1 and len(laws["actuator_gain", ""].members) == CARTS
-    (start,) = friction.starts
-    assert all(law.amplitudes[0] in start for law in friction.hypothesis.effects)
 
 
 @pytest.mark.long

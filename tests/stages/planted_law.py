@@ -18,8 +18,8 @@ from tests.report.test_browser import CHECKS
 from tests.report.test_site import check_addresses
 from unmodelled.base.files import read_json
 from unmodelled.diagnosis.answer.augmented import FILE
+from unmodelled.diagnosis.core import columns
 from unmodelled.diagnosis.fitting.free_runs import free_runs
-from unmodelled.diagnosis.search import screen
 from unmodelled.effects.effect import Effect, PortEffect
 from unmodelled.effects.library import effects
 from unmodelled.logs.folder import read_logs
@@ -56,7 +56,7 @@ def diagnosing(root: Path, alone: bool = True, ids: Sequence[str] | None = None)
             folder, effect = root / name.replace(" ", "-"), laws()[name]
             plant(folder, effect, ids)
             if alone:
-                patch.setattr(screen, "effects", lambda: with_companions(effect))
+                patch.setattr(columns, "effects", lambda: with_companions(effect))
             given = {key: folder / place for key, place in GIVEN.items()}
             assert main(["diagnose", *(f"{key}='{path}'" for key, path in given.items()), "-q"]) == 0
             return folder

@@ -103,7 +103,7 @@ def _with_ports(search: EffectSearch, pairs: Pairs) -> Confirmed:
 def _between(search: EffectSearch, pairs: Pairs) -> tuple[EffectSearch, tuple[str, ...]]:
     """A search with a port between the ports of each pair, and the names of the new ports."""
     system, names = with_ports_between(search.study.system, pairs)
-    return type(search)(replace(search.study, system=system), search.workers, search.progress), names
+    return EffectSearch(replace(search.study, system=system), search.workers, search.progress), names
 
 
 def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:

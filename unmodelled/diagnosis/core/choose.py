@@ -30,8 +30,6 @@ MATERIAL, ALIKE = 0.01, 2.0
 NEGLIGIBLE = 0.01
 #: Most classes, and best sets that are grouped.
 CLASSES, GROUPED = 20, 400
-#: Price of a difference between experiments, beside its volume, in twice the logarithm of the likelihood.
-DIFFERS = 6.0
 
 Name = tuple[str, str, str | None, object]
 
@@ -145,6 +143,7 @@ class Chooser:
         """Whether two units are different explanations, shape (units, units)."""
         every = list(dict.fromkeys(name for names in self._names for name in names))
         has = np.array([[name in names for name in every] for names in self._names], np.float64)
+        has = has.reshape(len(self._names), len(every))  # of no unit at all, too
         return np.asarray(has @ has.T == 0.0)
 
     @cached_property
@@ -152,16 +151,23 @@ class Chooser:
         """Return every law alone, the best first."""
         return [self._scored(self._single, k) for k in range(len(self._single.units))]
 
-    def plainest(self, one: Scored) -> Scored:
-        """Return the simplest law with the family and place of a single law.
+    def variants(self, one: Scored) -> list[Scored]:
+        """Return all variants of a law at its place, each at its best shape, the plainest first.
 
         Args:
             one: one of `singles`.
         """
-        atoms, own = self.equations.atoms, [k for k, names in enumerate(self._names) if names == one.names]
-        alike = np.array(own, np.int64)[self._is_few(np.array(own, np.int64)[:, None])].tolist()
-        simplest = min(alike, key=lambda k: sum(atoms[a].effect.complexity for a in self.units[k]))
-        return self._scored(self._level(np.array([[simplest]], np.int64)), 0)
+        own = np.array([k for k, names in enumerate(self._names) if names == one.names], np.int64)[:, None]
+        own = own[self._is_few(own)]
+        each = dict[object, Scored]()
+        costs = self.folds.errors(self._atoms_of(own)).sum(1)
+        for k in own[np.argsort(costs, kind="stable"), 0].tolist():
+            variant = frozenset(self.equations.atoms[a].key for a in self.units[k])
+            if variant not in each:
+                each[variant] = self._scored(self._level(np.array([[k]], np.int64)), 0)
+        return sorted(
+            each.values(), key=lambda s: sum(self.equations.atoms[a].effect.complexity for a in s.atoms)
+        )
 
     @cached_property
     def _single(self) -> _Level:
@@ -193,18 +199,25 @@ class Chooser:
         """Score sets of units, shape (sets, n); of each set of explanations the best one is kept."""
         allowed = self._is_few(sets)
         sets = sets[allowed]
-        wide = max((len(unit) for unit in self.units), default=1)
-        padded = np.full((len(self.units), wide), -1)
-        for row, unit in zip(padded, self.units, strict=True):
-            row[: len(unit)] = unit
-        atoms = padded[sets].reshape(len(sets), sets.shape[1] * wide)
-        errors = self.folds.errors(atoms) / self.unit
+        errors = self.folds.errors(self._atoms_of(sets)) / self.unit
         toll = MATERIAL * max(1.0, (NEGLIGIBLE / self.gap) ** 2)
         costs = errors.sum(1) + toll * self._numbers[sets].sum(1)
         order = np.argsort(costs, kind="stable")
         _, first = np.unique(np.sort(self._explanation[sets[order]], axis=1), axis=0, return_index=True)
         kept = order[np.sort(first)]
         return _Level(sets[kept], costs[kept], errors[kept])
+
+    def _atoms_of(self, sets: Indices) -> Indices:
+        """Atoms (sets, most) of sets of units (sets, n), -1 where a set has fewer."""
+        return self._padded[sets].reshape(len(sets), sets.shape[1] * self._padded.shape[1])
+
+    @cached_property
+    def _padded(self) -> Indices:
+        """Atoms (units, most) of every unit."""
+        padded = np.full((len(self.units), max(map(len, self.units), default=1)), -1)
+        for row, unit in zip(padded, self.units, strict=True):
+            row[: len(unit)] = unit
+        return padded
 
     @cached_property
     def _numbers(self) -> Array:
@@ -257,8 +270,6 @@ class Chooser:
             folds = alone.folds(some, rest)
             return float(folds.errors(nothing).sum() / rest + folds.price.sum())
 
-        costs, without = dict[int, float](), cost(always)
-        for k in np.flatnonzero(~always).tolist():
-            costs[k] = cost(always | (np.arange(len(always)) == k)) + DIFFERS
-        better = [k for k in sorted(costs, key=lambda k: costs[k]) if costs[k] < without]
-        return [atom for k in better if (atom := alone.between[k]) is not None]
+        costs = {k: cost(always | (np.arange(len(always)) == k)) for k in np.flatnonzero(~always).tolist()}
+        order = sorted(costs, key=lambda k: costs[k])
+        return [atom for k in order if (atom := alone.between[k]) is not None]

@@ -25,8 +25,9 @@ from unmodelled.effects.place import Place, Site, site
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-#: Most starting values of the shapes of a law at a place: a budget.
-MOST_SHAPES = 8
+#: Most starting values of the shapes of a law at a place: a budget. A shape with `ROUGH` values or more, such
+#: as a number of ripples per turn, has many optima, and needs all of them.
+MOST_SHAPES, ROUGH = 16, 20
 #: Plausible relative deviation of a gain or parameter between experiments; of dry friction, as a share of the
 #: missing effort (0.1 loses planted scatter of friction, 1 lets it imitate laws).
 BETWEEN, FRICTION_BETWEEN = 0.1, 0.3
@@ -280,7 +281,8 @@ class Columns:
                 if not law.per_experiment:
                     names, grids = tuple(law.shapes), [s.grid for s in law.shapes.values()]
                     grid = [dict(zip(names, values, strict=True)) for values in product(*grids)]
-                    few = np.unique(np.linspace(0, len(grid) - 1, MOST_SHAPES).round().astype(int))
+                    most = len(grid) if any(len(g) >= ROUGH for g in grids) else MOST_SHAPES
+                    few = np.unique(np.linspace(0, len(grid) - 1, most).round().astype(int))
                     shapes = [grid[k] for k in few]
                     scale = np.array([a.scale for a in law.amplitudes.values()])
                     positive = np.array([a.bounds[0] >= 0.0 for a in law.amplitudes.values()])

@@ -1,1 +1,1 @@
-"""The search for effects that explain the gap (screening, then fits), and for faults of the logs."""
+"""The search for effects that explain the gap (linear systems, then fits), and for faults of the logs."""

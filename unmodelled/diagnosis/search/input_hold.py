@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import replace
 
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.search.comparison import Comparison
 from unmodelled.diagnosis.search.effect_search import EffectSearch
-from unmodelled.diagnosis.search.equation_search import EquationSearch
-
-#: Environment variable that chooses the search by linear systems ("equations"), while both searches are
-#: compared on the same cases (benchmarks/search_bench).
-SWITCH = "UNMODELLED_SEARCH"
 
 
 def begun(study: Study, workers: int, progress: Callable[[str], None]) -> EffectSearch:
@@ -33,13 +27,12 @@ def begun(study: Study, workers: int, progress: Callable[[str], None]) -> Effect
     Returns:
         Search whose known physics is fitted; the inputs of its system have the chosen course.
     """
-    kind = EquationSearch if os.environ.get(SWITCH) == "equations" else EffectSearch
-    straight = kind(study, workers, progress)
+    straight = EffectSearch(study, workers, progress)
     inputs = tuple(replace(item, hold=True) for item in study.system.inputs)
     if inputs == study.system.inputs:
         return straight
     progress("compare inputs that are held between samples")
-    held = kind(replace(study, system=replace(study.system, inputs=inputs)), workers)
+    held = EffectSearch(replace(study, system=replace(study.system, inputs=inputs)), workers)
     one, other = (search.found[frozenset()].score() for search in (straight, held))
     found, limits = Comparison.of(one - other), study.thresholds
     late = any(held.base.at_bound(name) for name in held.base.hypothesis.timing)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from unmodelled.diagnosis.core.choose import Chooser, Scored
 from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis, Hypothesis
 from unmodelled.diagnosis.fitting.unknowns import Start
-from unmodelled.effects.effect import Effect
 from unmodelled.effects.place import Place
 
 Array = NDArray[np.float64]
@@ -32,15 +32,36 @@ class Proposal:
     atoms: tuple[Atom, ...]
     amounts: tuple[Array, ...]
 
-    @property
-    def effect(self) -> Effect:
-        """Return the last law."""
-        return self.atoms[-1].effect
+    @classmethod
+    def of(cls, base: FittedHypothesis, chooser: Chooser, one: Scored) -> Proposal:
+        """Return a scored set with its linear amounts; a law that needs another one comes after it.
+
+        Args:
+            base: fitted hypothesis around which the linear system was solved.
+            chooser: the linear system.
+            one: set of laws.
+        """
+        atoms = [chooser.equations.atoms[a] for a in one.atoms]
+        amounts = chooser.folds.amounts(one.atoms)
+        # what a law needs of the system, such as the speed at an input, may be gone behind a simpler one
+        needs = [(bool(atom.effect.beside), -atom.effect.complexity) for atom in atoms]
+        order = sorted(range(len(atoms)), key=lambda k: needs[k])
+        return cls(base, tuple(atoms[k] for k in order), tuple(amounts[k] for k in order))
 
     @property
-    def place(self) -> frozenset[tuple[str, Place]]:
-        """Return families and places of all laws."""
-        return frozenset((a.effect.family, a.place) for a in self.atoms)
+    def is_single(self) -> bool:
+        """Return whether it adds one law, at one place or at all places of one kind."""
+        return len({(a.effect.family, a.effect.variant) for a in self.atoms}) == 1
+
+    @property
+    def is_possible(self) -> bool:
+        """Return whether the place of every law is still there when those before it are added."""
+        found = self.base.hypothesis
+        for atom in self.atoms:
+            if replace(atom.place, factor=None, level=None) not in atom.effect.places(found.system):
+                return False
+            found = found.plus(atom.effect, atom.place)
+        return True
 
     @property
     def key(self) -> frozenset[tuple[str, str, Place]]:

@@ -9,17 +9,17 @@ import pytest
 
 from tests.diagnosis.benches import Bench
 from tests.diagnosis.studies import study
-from unmodelled.diagnosis.core.columns import Atom
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
-from unmodelled.diagnosis.search.equation_search import EquationSearch
+from unmodelled.diagnosis.fitting.unknowns import Unknowns
+from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.diagnosis.search.proposal import Proposal
 
 #: A column of experiments.csv with a level that holds for both kinds of runs.
 GROUPS = ("new", "old", "new", "old", "new", "old")
 
 
-def named(folder: Path, bench: Bench) -> tuple[EquationSearch, list[tuple[str, str]]]:
-    search = EquationSearch(study(folder, bench))
+def named(folder: Path, bench: Bench) -> tuple[EffectSearch, list[tuple[str, str]]]:
+    search = EffectSearch(study(folder, bench))
     candidates = search.run()
     effects = candidates.fits[candidates.named()].hypothesis.effects
     return search, [(e.family, e.place.channel) for e in effects]
@@ -62,13 +62,24 @@ def test_a_supply_that_differs_between_runs_is_scatter(tmp_path: Path) -> None:
 
 
 def test_a_proposal_starts_at_its_linear_amounts(tmp_path: Path) -> None:
-    search = EquationSearch(study(tmp_path, Bench(samples=300, runs=3)))
+    search = EffectSearch(study(tmp_path, Bench(samples=300, runs=3)))
     chooser = search._chooser(search.base)
     best = chooser.singles[0]
-    atoms: tuple[Atom, ...] = tuple(chooser.equations.atoms[a] for a in best.atoms)
-    proposal = Proposal(search.base, atoms, tuple(chooser.folds.amounts(best.atoms)))
-    (start, *_), (added,) = proposal.starts, proposal.hypothesis.effects
+    proposal = Proposal.of(search.base, chooser, best)
+    (start, *_), (added,), atoms = proposal.starts, proposal.hypothesis.effects, proposal.atoms
     amounts = proposal.amounts[0] * atoms[0].scale
     assert proposal.key == Hypothesis.known(search.study).plus(atoms[0].effect, atoms[0].place).key
     np.testing.assert_allclose([start[name] for name in added.amplitudes], amounts)
     assert start["mgl"] == search.base.fit.values["mgl"]
+
+
+def test_every_proposal_has_starts_within_bounds(tmp_path: Path) -> None:
+    search = EffectSearch(study(tmp_path, Bench(samples=300, runs=3)))
+    chooser = search._chooser(search.base)
+    for one in chooser.singles:
+        proposal = Proposal.of(search.base, chooser, one)
+        unknowns = [u for u in proposal.hypothesis.unknowns if not u.own]
+        for start in proposal.starts:
+            assert {u.name for u in unknowns} <= set(start)
+            vector = Unknowns(proposal.hypothesis.simulation(search.few), proposal.hypothesis.unknowns)
+            assert np.isfinite(vector.vector(start)).all()
