@@ -19,7 +19,8 @@ from unmodelled.engine.robot.mujoco_runs import RobotInMujoco
 from unmodelled.engine.robot.supplement import Callback, Supplement
 from unmodelled.logs.preparation import prepare
 from unmodelled.systems.robot.compile import plain_name, written_names
-from unmodelled.systems.robot.files import dynamics_only
+from unmodelled.systems.robot.files import Needed
+from unmodelled.systems.robot.loading import loaded
 
 Array = NDArray[np.float64]
 
@@ -41,12 +42,11 @@ class RobotFit:
     """
 
     def __init__(self, study: Study, families: Sequence[str] = tuple(QUANTITIES.values())) -> None:
-        import mujoco
 
         self.study, self.joints = study, JointFit.of(study, families)
         robot = study.system.robot
         assert robot is not None
-        self.robot = mujoco.MjModel.from_xml_string(dynamics_only(robot.text, robot.file)[0])
+        self.robot = loaded(robot.text, robot.file).model
         _set_options(self.robot, study)
         self.names = [plain_name(name) for name in written_names(self.robot, "joint")]
         each = self.joints.unknowns.each
@@ -141,7 +141,12 @@ class LinkFit(RobotFit):
         super().__init__(study, [QUANTITIES[name] for name in ("damping", "frictionloss", "armature")])
         robot = study.system.robot
         assert robot is not None
-        spec = mujoco.MjSpec.from_string(dynamics_only(robot.text, robot.file)[0])
+        spec = mujoco.MjSpec.from_string(Needed.of(robot.text, robot.file).text)
+        for body in spec.bodies[1:]:
+            own = self.robot.body(body.name)
+            body.mass, body.explicitinertial = float(own.mass[0]), True
+            body.ipos, body.iquat, body.inertia = own.ipos, own.iquat, own.inertia
+            body.fullinertia = np.full(6, np.nan)  # not given
         spec.compile()
         self.spec = mujoco.MjSpec.from_string(spec.to_xml())  # as MJCF, in which inertias are explicit
         bodies = [self.robot.body(k).name for k in self.robot.jnt_bodyid]
