@@ -83,3 +83,12 @@ def test_every_proposal_has_starts_within_bounds(tmp_path: Path) -> None:
             assert {u.name for u in unknowns} <= set(start)
             vector = Unknowns(proposal.hypothesis.simulation(search.few), proposal.hypothesis.unknowns)
             assert np.isfinite(vector.vector(start)).all()
+
+
+def test_fits_of_a_ripple_begin_at_several_numbers_per_turn(tmp_path: Path) -> None:
+    search = EffectSearch(study(tmp_path, Bench(samples=300, runs=3)))
+    chooser = search._chooser(search.base)
+    ripple = next(one for one in chooser.singles if {name[0] for name in one.names} == {"torque_ripple"})
+    every = [Proposal.of(search.base, chooser, one) for one in chooser.variants(ripple)]
+    alike = [p.rough for p in every if p.key == every[0].key]
+    assert len(alike) == len(set(alike)) == 2

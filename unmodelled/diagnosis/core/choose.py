@@ -152,7 +152,9 @@ class Chooser:
         return [self._scored(self._single, k) for k in range(len(self._single.units))]
 
     def variants(self, one: Scored) -> list[Scored]:
-        """Return all variants of a law at its place, each at its best shape, the plainest first.
+        """Return all variants of a law at its place, the plainest first.
+
+        Each comes at its best shape; one with a rough shape at all that were kept.
 
         Args:
             one: one of `singles`.
@@ -162,7 +164,8 @@ class Chooser:
         each = dict[object, Scored]()
         costs = self.folds.errors(self._atoms_of(own)).sum(1)
         for k in own[np.argsort(costs, kind="stable"), 0].tolist():
-            variant = frozenset(self.equations.atoms[a].key for a in self.units[k])
+            atoms = [self.equations.atoms[a] for a in self.units[k]]
+            variant = frozenset((a.key, *(a.shape.values() if a.rough else ())) for a in atoms)
             if variant not in each:
                 each[variant] = self._scored(self._level(np.array([[k]], np.int64)), 0)
         return sorted(

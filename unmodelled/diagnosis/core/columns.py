@@ -46,6 +46,7 @@ class Atom:
         scale: plausible sizes of its amplitudes, shape (amplitudes,), SI; columns are in these units.
         positive: mask, shape (amplitudes,), of those that cannot be negative.
         numbers: count of chosen numbers: amplitudes, and shapes with more than one starting value.
+        rough: whether a shape has many optima, see `ROUGH`; default False.
     """
 
     effect: Effect
@@ -54,6 +55,7 @@ class Atom:
     scale: Array
     positive: Mask
     numbers: int
+    rough: bool = False
 
     @property
     def name(self) -> tuple[str, str, str | None, object]:
@@ -281,14 +283,15 @@ class Columns:
                 if not law.per_experiment:
                     names, grids = tuple(law.shapes), [s.grid for s in law.shapes.values()]
                     grid = [dict(zip(names, values, strict=True)) for values in product(*grids)]
-                    most = len(grid) if any(len(g) >= ROUGH for g in grids) else MOST_SHAPES
+                    rough = any(len(g) >= ROUGH for g in grids)
+                    most = len(grid) if rough else MOST_SHAPES
                     few = np.unique(np.linspace(0, len(grid) - 1, most).round().astype(int))
                     shapes = [grid[k] for k in few]
                     scale = np.array([a.scale for a in law.amplitudes.values()])
                     positive = np.array([a.bounds[0] >= 0.0 for a in law.amplitudes.values()])
                     numbers = len(scale) + sum(len(g) > 1 for g in grids)
                     forcing = self.laws.contributions(law, place, shapes) * np.tile(scale, len(shapes))
-                    atoms = [Atom(effect, place, shape, scale, positive, numbers) for shape in shapes]
+                    atoms = [Atom(effect, place, shape, scale, positive, numbers, rough) for shape in shapes]
                     yield atoms, self.at(place, forcing)
 
     def _late(self, effect: Delay, place: Place) -> tuple[list[Atom], Array]:

@@ -204,7 +204,8 @@ class EffectSearch:
 
         A set of many laws may beat every single one over few windows; that one is enough shows in full.
         """
-        own = {p.key: p for p in proposals if p.key not in self.found and not p.key & self.refused}
+        free = [p for p in proposals if p.key not in self.found and not p.key & self.refused]
+        own = {(p.key, p.rough): p for p in free}
         new = [p for p in own.values() if p.is_possible]
         self.progress(f"fit {len(new)} sets of effects over few windows, and the best to all")
         with threads_of(self.workers) as pool:

@@ -54,6 +54,11 @@ class Proposal:
         return len({(a.effect.family, a.effect.variant) for a in self.atoms}) == 1
 
     @property
+    def rough(self) -> tuple[float, ...]:
+        """Return the values of shapes with many optima, from each of which another fit may begin."""
+        return tuple(value for a in self.atoms if a.rough for value in a.shape.values())
+
+    @property
     def is_possible(self) -> bool:
         """Return whether the place of every law is still there when those before it are added."""
         found = self.base.hypothesis
