@@ -79,10 +79,12 @@
     return count ? Math.sqrt(sum / count) : NaN;
   }
 
+  // coordinate and law of an effect among what is observed beside the outputs
+  const curveOf = (k, run) => run.further.slice(2 * model.effects.slice(0, k).filter((e) => e.curve).length);
+
   // coordinate and law of an effect at some samples
   function lawPoints(k, run) {
-    const at = 2 * model.effects.slice(0, k).filter((e) => e.curve).length;
-    const [x, y] = [run.further[at], run.further[at + 1]], every = Math.ceil(x.length / MOST_POINTS), points = [];
+    const [x, y] = curveOf(k, run), every = Math.ceil(x.length / MOST_POINTS), points = [];
     const { x_scale: across = ONE, y_scale: up = ONE } = model.effects[k].curve;
     for (let i = 1; i < x.length; i += every) if (Number.isFinite(x[i]) && Number.isFinite(y[i])) points.push([inUnit(x[i], across), inUnit(y[i], up)]);
     return points;
@@ -90,10 +92,10 @@
 
   // missing effort as estimated from the measurements, and the law now, over the time of the experiment
   function effortData(k, run) {
-    const { curve, missing } = model.effects[k], at = 2 * model.effects.slice(0, k).filter((e) => e.curve).length + 1;
+    const { curve, missing } = model.effects[k], [, along] = curveOf(k, run);
     const estimated = Array(run.t.length).fill(null), found = missing?.[model.experiments[now.experiment].id];
     found?.at.forEach((sample, i) => { if (sample < estimated.length) estimated[sample] = found.value[i]; });
-    const law = Array.from(run.further[at], (v) => (Number.isFinite(v) ? inUnit(v, curve.y_scale ?? ONE) : null));
+    const law = Array.from(along, (v) => (Number.isFinite(v) ? inUnit(v, curve.y_scale ?? ONE) : null));
     return [run.t, estimated, law];
   }
 
