@@ -65,6 +65,8 @@ def remove_abandoned(path: Path) -> bool:
         if writer != os.getpid() and psutil.pid_exists(writer):
             return False
         with locked(path):
+            if not path.is_dir():  # another process was faster
+                return False
             shutil.rmtree(path, ignore_errors=True)
     except OSError:  # at work, or gone already
         return False
