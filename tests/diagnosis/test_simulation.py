@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from tests.diagnosis.benches import FRICTION, PERIOD, Bench, pendulum
 from tests.evaluation.compiled_free_run import free_run
@@ -77,8 +78,8 @@ def test_the_generated_kernel_simulates_what_the_register_machine_does(tmp_path:
     values[1:, :, machine.names.index("F_c")] = 0.08
     expected, found = machine(values, substeps=2), kernel(values, substeps=2)
     assert np.nanmax(np.abs(expected.y[:, 1] - expected.y[:, 0])) > 1e-4
-    np.testing.assert_allclose(found.y, expected.y, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(found.first, expected.first, rtol=0, atol=1e-11)
+    assert_allclose(found.y, expected.y, rtol=0, atol=1e-11)
+    assert_allclose(found.first, expected.first, rtol=0, atol=1e-11)
     np.testing.assert_array_equal(kernel.over(recording.thinned(5))(values).y.shape[:2], (5, 2))
 
 
@@ -105,6 +106,29 @@ def test_hidden_states_of_sets_that_differ_in_one_number(tmp_path: Path) -> None
         np.testing.assert_array_equal(together[:, k], alone[:, 0])
 
 
+@pytest.mark.parametrize(("tau", "forgets"), [(0.01, True), (5.0, False)])
+def test_hidden_states_are_integrated_as_far_back_as_they_remember(
+    tmp_path: Path, tau: float, forgets: bool
+) -> None:
+    """A lag forgets within a window how it started, a store does not."""
+    lag = ("z: omega*(1 - z/0.01*sign(omega))", f"z: (theta - z)/{tau}")
+    known = pendulum(tmp_path, *MEMORY, lag)
+    logs = Bench(samples=300).logs(tmp_path / "logs", pendulum(tmp_path / "known"))
+    recording = Recording.of(logs, 0.1)
+    simulation = Simulation(known, recording, {"held": "torque"})
+    values = np.tile(simulation.values, (1, 3, 1))
+    values[0, 1:, simulation.names.index("stiff")] = 2.5, 3.0
+    values[0, 2, simulation.names.index("held")] = 0.4 * PERIOD
+    short = simulation.forgetting(values[:, :1])
+    assert (short.memory is not None, short.forgets_before(simulation)) == (forgets, forgets)
+    whole, found = simulation(values).y, short(values).y
+    few = recording.thinned(5)
+    off = 1e-3 * float(np.nanstd(whole))
+    assert_allclose(short.over(few)(values).y, simulation.over(few)(values).y, rtol=0, atol=off)
+    assert_allclose(found, whole, rtol=0, atol=off)
+    assert forgets or np.array_equal(found, whole, equal_nan=True)
+
+
 @pytest.mark.parametrize("delay", [1, 20])
 def test_a_late_sensor(tmp_path: Path, delay: int) -> None:
     known = pendulum(tmp_path)
@@ -122,7 +146,7 @@ def test_a_late_sensor_between_samples(tmp_path: Path) -> None:
     recording = Recording.of(logs, 0.1, latest=5 * PERIOD)
     simulation = Simulation(late, recording)
     found = simulation(simulation.values[None, None]).y[:, 0, :, 0][recording.counted]
-    np.testing.assert_allclose(found, expected[recording.rows[recording.counted] + 4, 0], atol=1e-6)
+    assert_allclose(found, expected[recording.rows[recording.counted] + 4, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["theta", "torque"])
@@ -169,7 +193,7 @@ def test_a_gain_among_the_numbers_moves_the_start(tmp_path: Path) -> None:
         expected = free_run(read, prepare(read, logs), 0.1, Integration(logs.period, "rk4", 1, 1.0)).y[:, 0]
         recording = simulation.recording
         rows = recording.rows[recording.counted]
-        np.testing.assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)
+        assert_allclose(found.y[:, k, :, 0][recording.counted], expected[rows], atol=1e-9)
 
 
 def test_a_set_may_differ_from_experiment_to_experiment(tmp_path: Path) -> None:

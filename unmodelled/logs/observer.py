@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,7 +101,7 @@ class Observer:
 
         Args:
             logs: logs of all experiments.
-            driven: inputs, then the imposed states, shape (tables * samples, inputs + imposed states).
+            driven: inputs and imposed states of `columns`, shape (tables * samples, columns).
             shift: rows of `driven` before the table that a set of parameters reads, shape (sets,).
             at: rows of interest: their experiments, and their samples since the start, shape (rows,) each.
             p: parameters, shape (experiments, sets, parameters), SI.
@@ -113,15 +113,40 @@ class Observer:
         """
         courses = Courses.of(logs)
         levels = courses.levels(at[0].tolist(), [p[:, :, self.parameters], c])
-        filled = courses.filled(driven[:, self.columns])
+        filled = courses.filled(np.ascontiguousarray(driven))
         shift = shift // len(logs.t) * len(courses.before)
         windows = [_windows(courses, filled, shift, level) for level in levels]
-        for steps in (substeps, *(more for more in SUBSTEPS if more > substeps)):
-            how = Integration(logs.period, "rk4", steps, self.hold)
-            z = self._along(courses, levels, windows, at, (p, c), how)
-            if np.isfinite(z).all():
-                break
-        return z
+
+        def along(steps: int) -> Array:
+            return self._along(courses, levels, windows, at, (p, c), self._by(logs, steps))
+
+        return _stable(along, substeps)
+
+    def shortly_before(
+        self, windows: Windows, p: Array, c: Array, logs: Logs, substeps: int = SUBSTEPS[0]
+    ) -> Array:
+        """Integrate from samples at which the states are as at the start of a record, see `states`.
+
+        Args:
+            windows: samples from these to those of interest; inputs and imposed states of `columns`.
+            p: parameters, shape (experiments, sets, parameters), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
+            logs: logs of all experiments.
+            substeps: integration steps per sampling period, default 4; more where these are unstable.
+
+        Returns:
+            States at the ends of the windows, shape (windows, sets, hidden states), SI.
+        """
+        x0, every = self._starts(windows, p, c), np.arange(len(windows.start))
+
+        def along(steps: int) -> Array:
+            found = free_run(self.program, windows, p, c, x0, self._by(logs, steps))
+            return found[every, :, windows.steps]
+
+        return _stable(along, substeps)
+
+    def _by(self, logs: Logs, steps: int) -> Integration:
+        return Integration(logs.period, "rk4", steps, self.hold)
 
     def _along(
         self,
@@ -137,7 +162,7 @@ class Observer:
         z = np.full((len(owner), len(windows[0].shift), len(self.names)), np.nan)
         ends: dict[int, Array] = {}
         for level, one in zip(levels, windows, strict=True):
-            x0 = self._starts(logs, one, *numbers)
+            x0 = self._known(logs, one, self._starts(one, *numbers))
             for k, stretch in enumerate(level):
                 x0[k] = ends.get(stretch.owner, x0[k])
             found = free_run(self.program, one, *numbers, x0, how)
@@ -150,19 +175,31 @@ class Observer:
             z[mine] = found[at_row, :, courses.first[owner[mine]] + sample[mine] - one.start[at_row]]
         return z
 
-    def _starts(self, logs: Logs, windows: Windows, p: Array, c: Array) -> Array:
+    def _starts(self, windows: Windows, p: Array, c: Array) -> Array:
         """States (windows, sets, hidden states) from which records start."""
         owner, rows = windows.owner, windows.start[:, None] + windows.shift
         unknown = np.zeros(self.initial.sizes.states)
-        x0 = self.initial.evaluate(
+        return self.initial.evaluate(
             windows.t[windows.start][:, None], unknown, windows.u[rows], p[owner], c[owner][:, None]
         )
+
+    def _known(self, logs: Logs, windows: Windows, x0: Array) -> Array:
+        """The same, from `logs` where the record of an experiment has no beginning there."""
         known = [j for j, name in enumerate(self.names) if name in logs.states]
         columns = [logs.states.index(self.names[j]) for j in known]
-        for k, i in enumerate(owner.tolist()):
+        for k, i in enumerate(windows.owner.tolist()):
             if known and logs.continues and logs.continues[i] is not None:
                 x0[k][:, known] = logs.x[logs.offsets[i], columns]
-        return np.asarray(x0)
+        return x0
+
+
+def _stable(along: Callable[[int], Array], substeps: int) -> Array:
+    """The states by the fewest integration steps per sampling period that are stable."""
+    for steps in (substeps, *(more for more in SUBSTEPS if more > substeps)):
+        z = along(steps)
+        if np.isfinite(z).all():
+            break
+    return z
 
 
 def _windows(courses: Courses, filled: Array, shift: Indices, stretches: Sequence[Stretch]) -> Windows:

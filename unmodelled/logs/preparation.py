@@ -218,7 +218,7 @@ def _integrated(system: System, shown: Sequence[Reading], logs: Logs, x: Array) 
     driven = np.concatenate([logs.u, np.delete(x, hidden, axis=1)], axis=1)
     p = np.broadcast_to(system.values, (len(logs), 1, len(system.values)))
     observer, none = Observer.of(system, shown), np.zeros(1, np.int64)
-    z = observer.states(logs, driven, none, (logs.owner, sample), p, logs.c)[:, 0]
+    z = observer.states(logs, driven[:, observer.columns], none, (logs.owner, sample), p, logs.c)[:, 0]
     bad = ~np.isfinite(z)
     if not bad.any():
         return z

@@ -37,6 +37,24 @@ def made(rate: sp.Expr, *observed: sp.Expr) -> Program:
     return assembled(Equations([x], [u], [p], [c], [rate], observed or [x], {}, ()))
 
 
+def test_equations_without_states_at_many_samples_for_some_sets() -> None:
+    """As one by one; 0 where they have no finite value."""
+    program = assembled(Equations([], [u], [p], [c], [], [p * u + c + TIME, sp.sqrt(u) / p], {}, ()))
+    draw, samples = np.random.default_rng(0).normal, 2 * LANES + 3
+    t, inputs, sets, constants = (
+        draw(size=samples),
+        draw(size=(samples, 1)),
+        draw(size=(3, 1)),
+        draw(size=(2, 1)),
+    )
+    owner = np.arange(samples) % 2
+    found = program.evaluate_sets(t, inputs, sets, constants, owner)
+    alone = program.evaluate(t[:, None], np.empty(0), inputs[:, None], sets, constants[owner][:, None])
+    expected = np.where(np.isfinite(alone), alone, 0.0)
+    np.testing.assert_array_equal(found, expected)
+    assert (found[..., 1] == 0.0).any() and (found != 0.0).all(axis=1).any()
+
+
 def assert_same(system: System, seed: int, size: Array | float = 1.0, samples: int = 150) -> None:
     """Dynamics and outputs at random states of about `size`."""
     expressions = [*system.dynamics, *(output.expression for output in system.outputs)]

@@ -98,14 +98,14 @@ class Columns:
 
         Args:
             place: port, input, output or parameter.
-            forcing: additions to its quantity, shape (windows, 2 K + 1, N), SI.
+            forcing: additions to its quantity, shape (windows, 2 K + 1, N), SI, finite.
 
         Returns:
             Columns, shape (windows, K, outputs, N), in units of the sensor noise.
         """
         path = self.path
         B, D = path.by(Place(place.kind, place.name))
-        forcing = np.nan_to_num(np.ascontiguousarray(forcing))
+        forcing = np.ascontiguousarray(forcing)
         start = np.zeros((*path.x[:, 0].shape, forcing.shape[2]))
         if path.measured:
             # a fault of an output also changes the states that are read from it
@@ -260,7 +260,7 @@ class Columns:
             Columns, shape (windows, K, outputs, amplitudes).
         """
         scale = np.array([added.scales[name] for name in added.amplitudes])
-        return self.at(added.place, scale * self.path.evaluate(added.regressors))
+        return self.at(added.place, np.nan_to_num(scale * self.path.evaluate(added.regressors)))
 
     @cached_property
     def laws(self) -> LocalLaws:

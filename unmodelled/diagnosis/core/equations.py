@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.core.columns import Atom, Columns, at_level
 from unmodelled.diagnosis.core.folds import PRIOR, Folds, without_open
+from unmodelled.diagnosis.core.left_out_kernels import without_starts
 from unmodelled.diagnosis.data.levels import levels
 from unmodelled.systems.model import System
 
@@ -205,9 +206,8 @@ class _Starts:
 
     def free(self, columns: Array) -> Array:
         """Weighted columns (windows, rows, N) whose products are those after the elimination."""
-        X = _flat(columns * self.root[..., None])
-        move = self.inverse @ (self.S.transpose(0, 2, 1) @ X)
-        return np.concatenate([X - self.S @ move, -move], axis=1)
+        found: Array = without_starts(np.ascontiguousarray(columns), self.root, self.S, self.inverse)
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,5 +96,5 @@ def without_open(train: Array, score: Array, n: int, prior: Array) -> tuple[Arra
     inner = np.linalg.solve(train[:n, :n] + np.diag(prior**-2.0), train[:n, n:])
     fit = train[n:, n:] - train[n:, :n] @ inner
     fit[np.arange(len(fit) - 1), np.arange(len(fit) - 1)] += PRIOR**-2.0
-    back = np.concatenate([-inner, np.eye(len(fit))])
-    return fit, back.T @ score @ back
+    both = score[n:, :n] @ inner
+    return fit, score[n:, n:] - both - both.T + inner.T @ (score[:n, :n] @ inner)

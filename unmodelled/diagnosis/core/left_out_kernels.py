@@ -1,4 +1,4 @@
-"""Compiled least squares of subsets of columns, and their errors on experiments that were left out."""
+"""Compiled elimination of start states, and least squares of subsets of columns with left-out errors."""
 
 # mypy: ignore-errors
 
@@ -91,3 +91,46 @@ def left_out(fit, score, sets, first, count, positive):
                 total += row * found[i]
             out[s, f] = total
     return out
+
+
+@jit()
+def without_starts(columns, root, S, inverse):
+    """Return weighted columns after the elimination of the start states, and what that leaves of these.
+
+    Args:
+        columns: changes of the window errors, shape (windows, K, outputs, N).
+        root: square roots of the weights, shape (windows, K, outputs).
+        S: weighted columns of the start states, shape (windows, K * outputs, states).
+        inverse: inverse of their products with the prior, shape (windows, states, states).
+
+    Returns:
+        Columns, shape (windows, K * outputs + states, N), whose products are those after the elimination.
+    """
+    W, K, J, N = columns.shape
+    n, rows = S.shape[2], K * J
+    found = np.empty((W, rows + n, N))
+    cross = np.empty((n, N))
+    for w in range(W):
+        cross[:] = 0.0
+        for k in range(K):
+            for j in range(J):
+                r = k * J + j
+                for c in range(N):
+                    found[w, r, c] = root[w, k, j] * columns[w, k, j, c]
+                for i in range(n):
+                    by = S[w, r, i]
+                    for c in range(N):
+                        cross[i, c] += by * found[w, r, c]
+        for i in range(n):
+            for c in range(N):
+                found[w, rows + i, c] = 0.0
+            for m in range(n):
+                by = inverse[w, i, m]
+                for c in range(N):
+                    found[w, rows + i, c] -= by * cross[m, c]
+        for r in range(rows):
+            for i in range(n):
+                by = S[w, r, i]
+                for c in range(N):
+                    found[w, r, c] += by * found[w, rows + i, c]
+    return found

@@ -93,7 +93,8 @@ class LocalLaws:
             shapes: sets of values of its shapes by name.
 
         Returns:
-            Additions on the half grid, shape (windows, 2 K + 1, shapes * amplitudes), SI.
+            Additions on the half grid, shape (windows, 2 K + 1, shapes * amplitudes), SI; 0 where they are
+            not finite.
         """
         path, (names, drive) = self.path, self.signals(place)
         sets = [{**{n: f.value for n, f in law.fixed.items()}, **shape} for shape in shapes]
@@ -103,16 +104,16 @@ class LocalLaws:
         rates = tuple((n, m.rate) for n, m in law.memory.items())
         own = names, numbers, tuple(law.columns)
         program = compiled(tuple(a.adds for a in law.amplitudes.values()), rates, *own)
-        with np.errstate(all="ignore"):
-            if rates:
-                memory = compiled(tuple(law.memory), rates, *own)
+        if rates:
+            memory = compiled(tuple(law.memory), rates, *own)
+            with np.errstate(all="ignore"):
                 found = self._along(program, drive, p, c, self._remembered(law, place, memory, p, c))
-            else:
-                nothing, constants = np.empty((1, 1, 1, 0)), c[path.owner][:, None]
-                found = np.moveaxis(
-                    program.evaluate(path.t, nothing, drive, p[:, None, None], constants), 0, 2
-                )
-        return np.nan_to_num(found, posinf=0.0, neginf=0.0).reshape(*found.shape[:2], -1)
+            found = np.nan_to_num(found, posinf=0.0, neginf=0.0)
+        else:
+            half = drive.shape[1]
+            rows = drive.reshape(-1, drive.shape[2])
+            found = program.evaluate_sets(path.t.ravel(), rows, p, c, np.repeat(path.owner, half))
+        return found.reshape(*drive.shape[:2], -1)
 
     def _along(self, program: Program, drive: Array, p: Array, c: Array, x0: Array) -> Array:
         """Contributions (windows, 2 K + 1, sets, amplitudes) of a law with memory along the path."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,27 +27,21 @@ class WindowTables:
     """The samples of all experiments, once for all parameter sets that read them alike.
 
     Attributes:
-        u: inputs, shape (tables, samples, inputs), at the time when they act.
-        x: measured states, shape (tables, read samples, measured states), at the samples that were asked for.
-        member: table, shape (sets,), of every parameter set.
+        u: inputs, shape (input tables, samples, inputs), at the time when they act.
+        x: measured states, shape (tables, read samples, read states), as they were asked for.
+        acting: input table, shape (tables,), of every table of states.
+        member: table of states, shape (sets,), of every parameter set.
     """
 
     u: Array
     x: Array
+    acting: Indices
     member: Indices
 
     @property
-    def driven(self) -> Array:
-        """Return inputs and measured states, shape (tables * samples, inputs + measured states).
-
-        The states must have been read at all samples.
-        """
-        return np.concatenate([self.u, self.x], axis=2).reshape(-1, self.u.shape[2] + self.x.shape[2])
-
-    @property
     def shift(self) -> Indices:
-        """Return the number, shape (sets,), of rows before the table of every set."""
-        return np.asarray(self.member * self.u.shape[1])
+        """Return the number, shape (sets,), of rows before the input table of every set."""
+        return np.asarray(self.acting[self.member] * self.u.shape[1])
 
 
 class WindowTableReader:
@@ -70,29 +64,34 @@ class WindowTableReader:
         known = [k for k, s in enumerate(system.p) if s in symbols]
         self.columns = [*known, *input_delays.values(), *output_delays.values()]
 
-    def __call__(self, values: Array, recording: Recording, rows: Rows = EVERY) -> WindowTables:
+    def __call__(
+        self, values: Array, recording: Recording, rows: Rows = EVERY, states: Sequence[int] | None = None
+    ) -> WindowTables:
         """Return the tables of parameter sets.
 
         Args:
             values: parameter sets, shape (experiments, sets, numbers), SI.
             recording: windows; their logs have the inputs and outputs of the system.
             rows: samples at which the measured states are read, shape (read samples,), default all.
+            states: numbers of the measured states that are read, default all.
         """
-        first, member = np.zeros(1, np.int64), np.zeros(values.shape[1], np.int64)
-        if self.columns:
-            different = values[:, :, self.columns]
-            _, first, member = np.unique(different, axis=1, return_index=True, return_inverse=True)
+        read = range(len(self.readings)) if states is None else states
+        first, member = _alike(values[:, :, self.columns])
         some, owner = values[:, first], recording.logs.owner[rows]
-        u = np.stack([self._inputs(one, recording.logs) for one in some[0]])
-        x = np.empty((len(first), len(owner), len(self.readings)))
+        one, acting = _alike(some[:1, :, list(self.input_delays.values())])
+        u = recording.logs.u[None]
+        if self.input_delays:
+            u = np.stack([self._inputs(each, recording.logs) for each in some[0, one]])
+        x = np.empty((len(first), len(owner), len(read)))
+        plain = all(self.readings[j].plain for j in read)
         for k, delays in enumerate(self.delays(some[0])):
-            gains = None if self.plain else self.gains(some[:, k], u[k, rows], owner)
-            for j, reading in enumerate(self.readings):
-                lag = np.zeros(1) if gains is None or reading.lag == 0 else gains[:, j, 2]
-                x[k, :, j] = _read(recording.sensors, reading, float(delays[reading.output]), lag, rows)
+            gains = None if plain else self.gains(some[:, k], u[acting[k], rows], owner)[:, read]
+            for n, reading in enumerate(self.readings[j] for j in read):
+                lag = np.zeros(1) if gains is None or reading.lag == 0 else gains[:, n, 2]
+                x[k, :, n] = _read(recording.sensors, reading, float(delays[reading.output]), lag, rows)
             if gains is not None:
                 x[k] = (x[k] - gains[:, :, 1]) / gains[:, :, 0]
-        return WindowTables(u, x, member.ravel())
+        return WindowTables(u, x, acting, member)
 
     def delays(self, values: Array) -> Array:
         """Return the delays of the outputs, s.
@@ -109,8 +108,6 @@ class WindowTableReader:
         return found
 
     def _inputs(self, values: Array, logs: Logs) -> Array:
-        if not self.input_delays:
-            return logs.u
         inputs = range(logs.u.shape[1])
         delays = [float(values[self.input_delays[j]]) if j in self.input_delays else 0.0 for j in inputs]
         return delayed(logs.u, logs.offsets, logs.period, delays, "linear")
@@ -152,6 +149,14 @@ class WindowTableReader:
     @property
     def _expressions(self) -> list[sp.Expr]:
         return [e for reading in self.readings for e in (reading.gain, reading.offset, reading.lag)]
+
+
+def _alike(values: Array) -> tuple[Indices, Indices]:
+    """First of the sets (experiments, sets, numbers) that are alike, and number of its like for every set."""
+    if not values.shape[2] or values.shape[1] == 1:
+        return np.zeros(1, np.int64), np.zeros(values.shape[1], np.int64)
+    _, first, member = np.unique(values, axis=1, return_index=True, return_inverse=True)
+    return first, member.ravel()
 
 
 def _read(sensors: Sensors, reading: Reading, delay: float, lag: Array, rows: Rows) -> Array:

@@ -103,17 +103,23 @@ def fit_parameters(
     chosen = tuple(unknowns) if unknowns is not None else _uncertain(simulation)
     every = Unknowns(simulation, chosen)
 
-    def needed(z: Array) -> int:
-        return substeps_needed(simulation, every.numbers(z[None]), of_error=OF_ERROR)[0]
+    def needed(z: Array) -> tuple[Simulation, int]:
+        numbers = every.numbers(z[None])
+        steps = substeps_needed(simulation, numbers, of_error=OF_ERROR)[0] if substeps is None else substeps
+        return simulation.forgetting(numbers, steps), steps
 
-    steps = needed(every.vector(starts[0])) if substeps is None else substeps
-    first, simulations = _start(simulation, chosen, starts, steps)
-    (descent,) = begin(every, [first], steps, share)
+    enough, steps = needed(every.vector(starts[0]))
+    first, simulations = _start(enough, chosen, starts, steps)
+    (descent,) = begin(Unknowns(enough, chosen), [first], steps, share)
     _descend(descent, iterations)
     # the fit cannot reach fast dynamics that are unstable with the steps that its start needs
-    while substeps is None and (more := needed(descent.z)) > steps:
-        steps, simulations = more, simulations + descent.errors.simulations
-        (descent,) = begin(every, [descent.z], steps, share)
+    while substeps is None or enough.memory is not None:
+        longer, more = needed(descent.z)
+        if more <= steps and not enough.forgets_before(longer):
+            break
+        enough, steps = longer, max(more, steps)
+        simulations += descent.errors.simulations
+        (descent,) = begin(Unknowns(enough, chosen), [descent.z], steps, share)
         _descend(descent, iterations)
     return _result(descent, simulations)
 

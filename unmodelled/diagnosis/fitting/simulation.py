@@ -12,17 +12,21 @@ from numpy.typing import NDArray
 
 from unmodelled.diagnosis.data.gap import WHOLE
 from unmodelled.diagnosis.data.recording import Recording
-from unmodelled.diagnosis.data.window_tables import WindowTableReader, WindowTables
+from unmodelled.diagnosis.data.window_tables import WindowTableReader
 from unmodelled.diagnosis.fitting import error_kernels
 from unmodelled.engine.free_run import Backend, Integration, Windows, free_run
 from unmodelled.engine.machine.program import Program
-from unmodelled.logs.clock import EVERY
+from unmodelled.logs.clock import EVERY, Rows
 from unmodelled.logs.observer import Observer
 from unmodelled.logs.readings import hidden_states
 from unmodelled.systems.model import System
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
+
+#: Lengths of windows after which hidden states may have forgotten how they started, and the share of their
+#: spread that counts as forgotten.
+MEMORY, FORGOTTEN = (1, 3), 1e-3
 
 #: Prepares a system and expressions that are observed of it for integration.
 MakeBackend = Callable[[System, Sequence[sp.Expr]], Backend]
@@ -83,6 +87,7 @@ class Simulation:
     Attributes:
         measured: numbers of the states that outputs measure.
         hidden: numbers of the other states.
+        memory: samples before a window from which they are integrated, None for all; see `forgetting`.
     """
 
     def __init__(
@@ -101,6 +106,7 @@ class Simulation:
         shown = self.reader.readings
         self.measured = [reading.state for reading in shown]
         self.hidden = hidden_states(system, shown)
+        self.memory: int | None = None
         # of the states that no output shows, driven by the inputs and all other states
         self._observer = Observer.of(system, shown) if self.hidden else None
         beside = [reading.beside for reading in shown]
@@ -136,16 +142,14 @@ class Simulation:
         """
         record, sets = self.recording, values.shape[1]
         everywhere = np.broadcast_to(values, (len(record.logs), *values.shape[1:]))
-        # hidden states are driven by the measured ones all along an experiment
-        tables = self.reader(everywhere, record, EVERY if self.hidden else record.start)
-        starts = tables.x[:, record.start] if self.hidden else tables.x
+        tables = self.reader(everywhere, record, record.start)
         p = everywhere[:, :, : len(self.system.parameters)]
         x0 = np.empty((len(record.start), sets, len(self.system.states)))
-        x0[:, :, self.measured] = starts[tables.member].swapaxes(0, 1)
+        x0[:, :, self.measured] = tables.x[tables.member].swapaxes(0, 1)
         if moved is not None:
             x0[:, :, self.measured] += moved
         if self.hidden:
-            x0[:, :, self.hidden] = self._integrated(tables, p, substeps)
+            x0[:, :, self.hidden] = self.hidden_starts(everywhere, substeps)
         if self._beside is not None:
             unread, at = np.zeros(len(self.system.inputs)), record.owner
             beside = self._beside.evaluate(np.zeros(1), x0, unread, p[at], self.c[at][:, None])
@@ -169,9 +173,76 @@ class Simulation:
         Returns:
             States, shape (windows, sets, hidden states), SI.
         """
-        everywhere = np.broadcast_to(values, (len(self.recording.logs), *values.shape[1:]))
-        tables = self.reader(everywhere, self.recording, EVERY)
-        return self._integrated(tables, everywhere[:, :, : len(self.system.parameters)], substeps)
+        record, observer = self.recording, self._observer
+        assert observer is not None
+        logs, inputs = record.logs, len(self.system.inputs)
+        everywhere = np.broadcast_to(values, (len(logs), *values.shape[1:]))
+        p = everywhere[:, :, : len(self.system.parameters)]
+        # they are driven by the measured states before the windows
+        back = record.start - logs.offsets[record.owner]
+        rows: Rows = EVERY
+        if self.memory is not None:
+            back = np.minimum(back, self.memory)
+            rows = recent = self._recent(back)
+        shown = [k - inputs for k in observer.columns if k >= inputs]
+        tables = self.reader(everywhere, record, rows, shown)
+        acting = tables.u[:, rows][:, :, [k for k in observer.columns if k < inputs]]
+        driven = np.concatenate([acting[tables.acting], tables.x], axis=2)
+        shift, driven = tables.member * driven.shape[1], driven.reshape(-1, driven.shape[2])
+        # and depend on a few of the numbers only: sets that are alike in those are integrated once
+        numbers = np.column_stack([*p[:, :, observer.parameters], shift])
+        _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
+        shift, p = shift[different], p[:, different]
+        if self.memory is None:
+            z = observer.states(logs, driven, shift, (record.owner, back), p, self.c, substeps)
+        else:
+            begin = np.searchsorted(recent, record.start - back)
+            windows = Windows(driven, logs.t[recent], begin, back, record.owner, shift)
+            z = observer.shortly_before(windows, p, self.c, logs, substeps)
+        return z[:, alike.ravel()]
+
+    def _recent(self, back: Indices) -> Indices:
+        """Numbers of the samples so far before the windows, up to their first ones."""
+        needed = np.zeros(len(self.recording.logs.t), np.bool_)
+        for start, steps in zip(self.recording.start, back, strict=True):
+            needed[start - steps : start + 1] = True
+        return np.flatnonzero(needed)
+
+    def forgetting(self, values: Array, substeps: int = 1) -> Simulation:
+        """Return the simulation that integrates hidden states from shortly before every window.
+
+        This is as good where they have forgotten by then how they started: a lag does, a store may not. It
+        saves most of the time of a fit to few windows of long logs.
+
+        Args:
+            values: parameter set, shape (experiments or 1, 1, numbers), SI.
+            substeps: integration steps per sample, default 1.
+
+        Returns:
+            Such a simulation, or one that integrates them from the start of every experiment.
+        """
+        whole = copy(self)
+        whole.memory = None
+        if not self.hidden or any(self.recording.logs.continues):
+            return whole
+        z = whole.hidden_starts(values, substeps)
+        for windows in MEMORY:
+            short = copy(self)
+            short.memory = windows * int(self.recording.steps.max())
+            with np.errstate(invalid="ignore"):  # where they diverge
+                off = np.abs(short.hidden_starts(values, substeps) - z)
+                forgotten = bool(np.all(off <= FORGOTTEN * z.std(axis=0)))
+            if forgotten:
+                return short
+        return whole
+
+    def forgets_before(self, other: Simulation) -> bool:
+        """Return whether hidden states are integrated from fewer samples than in another simulation.
+
+        Args:
+            other: simulation of the same system.
+        """
+        return self.memory is not None and (other.memory is None or self.memory < other.memory)
 
     def later(self, values: Array) -> Indices:
         """Return the whole samples by which delayed outputs are compared later.
@@ -213,20 +284,6 @@ class Simulation:
         rows = record.rows[:, None, :, None] + shifts[:, None]
         measured = record.logs.y[rows, np.arange(y.shape[3])]
         return Runs(shown, measured, record.counted, y[:, :, 0])
-
-    def _integrated(self, tables: WindowTables, p: Array, substeps: int) -> Array:
-        """Hidden states (windows, sets, hidden states) at the starts of the windows.
-
-        They depend on a few of the numbers only: sets that are alike in those are integrated once.
-        """
-        record, logs, observer = self.recording, self.recording.logs, self._observer
-        assert observer is not None
-        numbers = np.column_stack([*p[:, :, observer.parameters], tables.member])
-        _, different, alike = np.unique(numbers, axis=0, return_index=True, return_inverse=True)
-        at = record.owner, record.start - logs.offsets[record.owner]
-        shift, some = tables.shift[different], p[:, different]
-        z = observer.states(logs, tables.driven, shift, at, some, self.c, substeps)
-        return z[:, alike.ravel()]
 
     def _delayed(self, names: Sequence[str]) -> dict[int, int]:
         """Number of an input or output -> column of its delay."""

@@ -191,3 +191,38 @@ def evaluate(program, t, x, u, p, c, y):
         for i in range(lanes):
             for j in range(len(program.shown)):
                 y[first + i, j] = w[program.shown[j], i]
+
+
+@jit()
+def evaluate_sets(program, t, u, p, c, owner, y):
+    """Write the values at given times and inputs for all parameter sets to y, 0 where they are not finite.
+
+    Args:
+        program: instructions of a system without states, and the places of its values in the registers.
+        t: times, shape (samples,), s.
+        u: inputs, shape (samples, inputs), SI.
+        p: parameters, shape (sets, parameters), SI.
+        c: operating points, shape (experiments, constants), SI.
+        owner: number of the experiment, shape (samples,).
+        y: observed values, shape (samples, sets, observed).
+    """
+    at, code, curves = program.at, program.code, program.curves
+    w = np.zeros((at.rows, LANES))
+    fill_numbers(w, at.numbers, program.numbers)
+    for first in range(0, len(t), LANES):
+        lanes = min(LANES, len(t) - first)
+        wide = filled(lanes)
+        for i in range(wide):
+            k = first + min(i, lanes - 1)
+            w[at.t, i] = t[k]
+            for j in range(u.shape[1]):
+                w[at.u + j, i] = u[k, j]
+            for j in range(c.shape[1]):
+                w[at.c + j, i] = c[owner[k], j]
+        for s in range(len(p)):
+            fill_numbers(w, at.p, p[s])
+            execute(w, wide, code, at.prologue, at.rates, curves)
+            for j in range(len(program.shown)):
+                shown = w[program.shown[j]]
+                for i in range(lanes):
+                    y[first + i, s, j] = shown[i] if np.isfinite(shown[i]) else 0.0

@@ -188,6 +188,24 @@ class Program(NamedTuple):
         loops.evaluate(self, *(np.require(a, np.float64, ["C", "W"]) for a in flat), y)
         return y.reshape(*shape, len(self.shown))
 
+    def evaluate_sets(self, t: Array, u: Array, p: Array, c: Array, owner: Indices) -> Array:
+        """Return the observed values of equations without states at given inputs for many sets of parameters.
+
+        Args:
+            t: time, shape (samples,), s.
+            u: inputs, shape (samples, inputs), SI.
+            p: parameters, shape (sets, parameters), SI.
+            c: constants of the operating points, shape (experiments, constants), SI.
+            owner: number of the experiment, shape (samples,).
+
+        Returns:
+            Observed values, shape (samples, sets, observed), SI; 0 where they are not finite.
+        """
+        y = np.empty((len(t), len(p), len(self.shown)))
+        values = (np.ascontiguousarray(a, np.float64) for a in (t, u, p, c))
+        loops.evaluate_sets(self, *values, np.ascontiguousarray(owner, np.int64), y)
+        return y
+
 
 @dataclass(frozen=True)
 class Equations:
