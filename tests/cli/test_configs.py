@@ -22,10 +22,10 @@ GROUPS = [
 ]
 PARAMS = yaml.safe_load((ROOT / "params.yaml").read_text())
 STAGES = stages()
-#: Of no part of the graph: what reads sweeps or answers, writes a file of the program, diagnoses at once,
-#: drafts, or measures further experiments of diagnosed cases.
+#: Of no part of the graph: what reads sweeps or answers, diagnoses at once, drafts, or measures further
+#: experiments of diagnosed cases.
 WITHOUT_NODE = (
-    *("compare", "calibrate_withheld", "diagnose", "export", "init", "next", "plan", "report"),
+    *("compare", "diagnose", "export", "init", "next", "plan", "report"),
     *("propose_withheld", "tabulate_proposals"),
 )
 NODES = [verb for verb in PROGRAM.verbs if verb not in WITHOUT_NODE]

@@ -49,9 +49,8 @@ BENCHES = {
     ),
 }
 DECIDING = (
-    *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
-    *("exchanged_rest", "negligible_error", "unexplained_gap", "least_gain", "alike_errors"),
-    *("same_complexity", "most_equal"),
+    *("level", "material_share", "further_rest", "material_rest", "negligible_error"),
+    *("unexplained_gap", "least_gain", "alike_errors", "most_equal"),
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),

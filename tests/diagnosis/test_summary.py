@@ -56,7 +56,7 @@ def content(found: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> dict[
 def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
     assert set(content) == {
         *("schema", "system", "seed", "verdict", "confidence", "effects", "where", "gap", "parameters"),
-        *("remainder", "comparison", "logs", "notes", "signs", "refused"),
+        *("remainder", "comparison", "logs", "notes", "refused"),
     }
     assert (content["schema"], content["system"], content["seed"]) == ("diagnosis/2", "pendulum", 3)
     assert (content["verdict"], content["confidence"]) == ("effect", 0.94)

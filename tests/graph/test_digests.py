@@ -125,11 +125,6 @@ def test_a_style_sheet_and_a_template_concern_pages_alone(changed: Changed) -> N
     assert changed(("pipeline/report/templates/home.html.j2", " ")) == {"site"}
 
 
-def test_calibrated_weights_concern_diagnoses_alone(changed: Changed) -> None:
-    found = changed(("unmodelled/diagnosis/decide/calibration.json", " "))
-    assert "diagnose" in found and found <= DIAGNOSING | {"calibrate_withheld"}
-
-
 def test_a_config_file_concerns_what_is_built_on_it(changed: Changed) -> None:
     assert changed(("conf/model/f_h1.yaml", "more: 1\n")) == {"model/f_h1", "lists/models", "lists/tuned"}
     sequences = changed(("conf/training/sequence.yaml", "more: 1\n"))

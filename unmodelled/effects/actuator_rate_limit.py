@@ -19,7 +19,6 @@ class ActuatorRateLimit(DriveEffect):
     """
 
     family = "actuator_rate_limit"
-    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         half = at["u"].half

@@ -11,7 +11,6 @@ class ConstantLoad(PortEffect):
     """Load that does not depend on the motion."""
 
     family = "constant_load"
-    complexity = 1.0
     power = "stored"
     domains = ("power", "balance")
 

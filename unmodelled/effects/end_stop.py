@@ -51,7 +51,6 @@ class UpperStop(_EndStop):
     """Stop at the upper end of the travel."""
 
     variant = "upper"
-    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -62,7 +61,6 @@ class LowerStop(_EndStop):
     """Stop at the lower end of the travel."""
 
     variant = "lower"
-    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -73,7 +71,6 @@ class BothStops(_EndStop):
     """Equal stops at both ends of the travel."""
 
     variant = "both"
-    complexity = 4.0
 
     @property
     def ends(self) -> tuple[str, ...]:

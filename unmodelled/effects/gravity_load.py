@@ -17,7 +17,6 @@ class GravityLoad(PortEffect):
     """
 
     family = "gravity_load"
-    complexity = 2.0
     needs = ("position",)
     power = "stored"
 

@@ -33,7 +33,6 @@ class ParameterByInput(ParameterEffect):
 
     family = "input_dependence"
     variant = "parameter"
-    complexity = 1.5
 
     def places(self, system: System) -> tuple[Place, ...]:
         return _with_signals(system, super().places(system))
@@ -55,7 +54,6 @@ class LoadByInput(PortEffect):
 
     family = "input_dependence"
     variant = "load"
-    complexity = 1.5
     domains = ("power", "balance")
 
     def places(self, system: System) -> tuple[Place, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from unmodelled.effects.effect import PortEffect
 from unmodelled.effects.grids import creep
 from unmodelled.effects.law import Amplitude, Law
-from unmodelled.effects.load import load
+from unmodelled.effects.load import carries
 from unmodelled.effects.place import Site
 from unmodelled.systems.model import Port, System
 
@@ -21,7 +21,7 @@ class OfLoad(PortEffect):
     power = "lost"
 
     def suits(self, system: System, port: Port) -> bool:
-        return super().suits(system, port) and load(system, port) is not None
+        return super().suits(system, port) and carries(system, port)
 
 
 def _of_load(at: Site, adds: str) -> Amplitude:
@@ -31,8 +31,6 @@ def _of_load(at: Site, adds: str) -> Amplitude:
 
 class LoadFriction(OfLoad):
     """Dry friction in proportion to the magnitude of the load."""
-
-    complexity = 1.5
 
     def law(self, at: Site) -> Law:
         amplitudes = {"k_l": _of_load(at, "abs(l)*tanh(v/v_c)")}
@@ -46,7 +44,6 @@ class LoadFrictionByDirection(OfLoad):
     """
 
     variant = "by_direction"
-    complexity = 2.5
 
     def law(self, at: Site) -> Law:
         amplitudes = {

@@ -10,7 +10,6 @@ from typing import Literal
 import sympy as sp
 
 from unmodelled.effects.known_terms import driven_port, stiffness
-from unmodelled.effects.load import load
 from unmodelled.effects.motion import is_inertial
 from unmodelled.effects.scales import Scales, Spread
 from unmodelled.effects.surroundings import TEMPERATURE, surroundings
@@ -152,9 +151,8 @@ def _port(system: System, place: Place, scales: Scales) -> Site:
         for local, name in (("x", port.position), ("v", port.velocity))
         if name is not None
     }
-    if port.name in scales.loads and (carried := load(system, port)) is not None:
-        text, expression = carried
-        found["l"] = _quantity(system, text, expression, port.unit, scales.loads[port.name])
+    if (carried := scales.loads.get(port.name)) is not None:
+        found["l"] = _quantity(system, carried.text, carried.expression, port.unit, carried.spread)
     if (around := surroundings(system, port, scales.of)) is not None:
         spread = scales.of[around.name]
         found["u"] = _quantity(system, around.name, symbol(around.name), around.unit, spread)

@@ -11,7 +11,6 @@ class QuadraticDrag(PortEffect):
     """Drag proportional to the square of speed."""
 
     family = "quadratic_drag"
-    complexity = 1.5
     needs = ("velocity",)
     power = "lost"
 

@@ -14,7 +14,6 @@ class RootOutflow(BalanceEffect):
     """Turbulent outflow in proportion to the square root of the level."""
 
     family = "root_outflow"
-    complexity = 1.2
     warm = False
 
     def law(self, at: Site) -> Law:

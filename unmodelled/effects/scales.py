@@ -71,6 +71,21 @@ class Spread:
 
 
 @dataclass(frozen=True)
+class Load:
+    """Load of a port of the known physics, see `load`.
+
+    Attributes:
+        text: load in names of the system file.
+        expression: the same as an expression, in the unit of the effort.
+        spread: its range.
+    """
+
+    text: str
+    expression: sp.Expr
+    spread: Spread
+
+
+@dataclass(frozen=True)
 class Scales:
     """Magnitudes of the quantities of a system in the logs, in SI units.
 
@@ -81,7 +96,7 @@ class Scales:
         mobility: largest magnitude of the derivative of the port's acceleration by its effort, by port.
         period: sampling period in s.
         duration: duration of the longest experiment in s.
-        loads: range of the load (`load`) of each port that has one.
+        loads: load of each port that has one.
         moving: root mean square of all effort that moves a port, by port.
     """
 
@@ -91,7 +106,7 @@ class Scales:
     mobility: Mapping[str, float]
     period: float
     duration: float
-    loads: Mapping[str, Spread] = field(default_factory=dict)
+    loads: Mapping[str, Load] = field(default_factory=dict)
     moving: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -122,8 +137,8 @@ class Scales:
         sizes |= {name: Spread.of(column) for name, column in zip(system.signals, signals, strict=True)}
         sizes |= {k.name: Spread.of(column) for k, column in zip(system.operating_point, c.T, strict=True)}
         sizes |= {p.name: Spread.of(np.array([p.value])) for p in system.parameters}
-        carried = {p.name: found[1] for p in system.ports if (found := load(system, p)) is not None}
-        loads = samples.values(carried.values())
+        carried = {p.name: found for p in system.ports if (found := load(system, p)) is not None}
+        loads = samples.values(expression for _, expression in carried.values())
         efforts = samples.efforts()
         return cls(
             of=sizes,
@@ -132,7 +147,10 @@ class Scales:
             mobility=samples.mobilities(),
             period=period,
             duration=period * float(np.diff(offsets).max() - 1),
-            loads={name: Spread.of(row) for name, row in zip(carried, loads, strict=True)},
+            loads={
+                name: Load(*found, Spread.of(row))
+                for (name, found), row in zip(carried.items(), loads, strict=True)
+            },
             moving={name: moving for name, (_, moving) in efforts.items()},
         )
 

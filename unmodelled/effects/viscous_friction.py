@@ -12,7 +12,6 @@ class ViscousFriction(PortEffect):
     """Friction proportional to speed, equal in both directions."""
 
     family = "viscous_friction"
-    complexity = 1.0
     needs = ("velocity",)
     power = "lost"
 
@@ -28,7 +27,6 @@ class ShearThinning(PortEffect):
 
     family = "viscous_friction"
     variant = "shear_thinning"
-    complexity = 1.8
     needs = ("velocity",)
     power = "lost"
 
@@ -45,7 +43,6 @@ class ViscousFrictionByDirection(PortEffect):
 
     family = "viscous_friction"
     variant = "by_direction"
-    complexity = 2.5
     needs = ("velocity",)
     power = "lost"
 

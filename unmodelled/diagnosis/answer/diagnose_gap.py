@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from unmodelled.diagnosis.data.result import (
 )
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
-from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, Signs, confidence
+from unmodelled.diagnosis.decide.confidence import HIGHEST_CONFIDENCE, confidence
 from unmodelled.diagnosis.decide.decision import Decision, decide
 from unmodelled.diagnosis.decide.undetermined import is_determined, remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
@@ -115,8 +115,8 @@ def _told(
     """The diagnosis of a decision; `models`: as given, re-identified, with one effect more each, neural."""
     given, *steps, neural = models
     reidentified, augmented = steps[0], steps[-1]
-    signs = Signs.of(decision)
-    sure, floor = confidence(decision.verdict, signs), augmented.gap.floor
+    named, floor = int(decision.candidates.steps[decision.named]), augmented.gap.floor
+    sure = confidence(decision.verdict, named)
     return Diagnosis(
         *(study.system, study.logs, study.horizon, seed, decision.verdict),
         confidence=sure,
@@ -138,7 +138,6 @@ def _told(
         },
         comparison=_compared(decision),
         notes=(*_notes(study, decision), *_about(given), *_about(augmented)),
-        signs=asdict(signs),
         faults=faults,
     )
 

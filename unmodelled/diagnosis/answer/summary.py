@@ -36,12 +36,11 @@ def summary(
     errors of an output, as a person says them in the units of the logs, where that differs; `variant` of
     an effect that has several; `parameter` of an effect on a parameter, whose port is where the parameter
     acts; `values` by experiment of a number that differs between experiments, whose `value` and
-    `interval` are their mean and 95 % range; `signs` that the confidence is computed from; `refused`, the
-    files that are not offered, each with `file`, `reason` and `keep`, the file to keep; `robot` of a
-    system with a robot file (`RobotFile.content`). `logs` lists faults of the logs, a row per channel
-    with a sentence, the faulty `experiments` (empty: all) and `indistinguishable` faults. A saved answer
-    also has `sources`, the paths of `system` and `logs`. With the verdict check_logs nothing was fitted:
-    all gaps are those of the known model.
+    `interval` are their mean and 95 % range; `refused`, the files that are not offered, each with `file`,
+    `reason` and `keep`, the file to keep; `robot` of a system with a robot file (`RobotFile.content`).
+    `logs` lists faults of the logs, a row per channel with a sentence, the faulty `experiments` (empty: all)
+    and `indistinguishable` faults. A saved answer also has `sources`, the paths of `system` and `logs`. With
+    the verdict check_logs nothing was fitted: all gaps are those of the known model.
 
     Args:
         diagnosis: diagnosis with any verdict.
@@ -56,7 +55,6 @@ def summary(
         "seed": diagnosis.seed,
         "verdict": diagnosis.verdict,
         "confidence": diagnosis.confidence,
-        "signs": diagnosis.signs,
         "effects": [_effect(found, ports) for found in diagnosis.effects],
         "remainder": _remainder(diagnosis),
         "where": {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 from unmodelled.diagnosis.data.gap import Gap
@@ -141,7 +141,6 @@ class Diagnosis:
         parameters: estimates of the system's uncertain parameters, by name.
         comparison: fitted candidates, the best first.
         notes: remarks on logs, models and integration, a sentence each.
-        signs: numbers that the confidence is computed from, see `confidence.Signs`.
         faults: faults of the logs. With the verdict check_logs they are the answer, nothing was fitted, and
             all models are the known one.
     """
@@ -166,7 +165,6 @@ class Diagnosis:
     parameters: Mapping[str, Estimate]
     comparison: tuple[Compared, ...]
     notes: tuple[str, ...]
-    signs: Mapping[str, float] = field(default_factory=dict)
     faults: tuple[LogFault, ...] = ()
 
 

@@ -74,13 +74,16 @@ def decide(candidates: Candidates, named: int, flexible: Candidates, held_out: G
 def _is_unexplained(candidates: Candidates, named: int, held_out: Gap) -> bool:
     """Whether so large an error is left that something must be missing, even if no network predicts it.
 
-    Named effects explain no gap of which they leave as much as a further effect would have to remove.
+    Named effects explain no gap of which they leave more than a share. Nothing is missing only where there is
+    no more than this share of what named effects may leave.
     """
     limits, known = candidates.thresholds, candidates.fits[0]
     seen = float(np.sqrt(max(held_out.value**2 - held_out.floor**2, 0.0)))
     left = _above_noise(candidates.fits[named])
-    most = limits.further_rest * _above_noise(known) if candidates.fits[named] is not known else np.inf
-    return max(seen, left) > limits.unexplained_gap * candidates.persistence or left > most
+    largest = limits.unexplained_gap * candidates.persistence
+    if candidates.fits[named] is known:
+        return max(seen, left) > limits.further_rest * largest
+    return max(seen, left) > largest or left > limits.further_rest * _above_noise(known)
 
 
 def _above_noise(fitted: FittedHypothesis) -> float:
@@ -92,7 +95,7 @@ def _above_noise(fitted: FittedHypothesis) -> float:
 
 def _remainder(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Remainder | None:
     """What is left beyond the named candidate, and the place of the best further effect."""
-    predicts = flexible.beats(2, 1, priced=False)
+    predicts = flexible.beats(2, 1)
     if not predicts and not _is_unexplained(candidates, named, held_out):
         return None
     left = candidates.remaining**2

@@ -1,0 +1,32 @@
+"""The confidence is counted on the committed rows of the bench."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+from unmodelled.diagnosis.decide.confidence import MEASURED, confidence
+
+ROWS = Path(__file__).parents[2] / "docs" / "decisions" / "0015" / "rows.jsonl"
+
+
+def test_the_shares_are_those_of_the_rows() -> None:
+    found: dict[tuple[str, int], list[int]] = defaultdict(lambda: [0, 0])
+    for row in map(json.loads, ROWS.read_text().splitlines()):
+        if row["verdict"] in MEASURED:
+            counted = found[row["verdict"], min(max(row["named"], 1), len(MEASURED[row["verdict"]]))]
+            counted[0] += bool(row["right"])
+            counted[1] += 1
+    expected = {
+        (verdict, k + 1): [*pair] for verdict, pairs in MEASURED.items() for k, pair in enumerate(pairs)
+    }
+    assert dict(found) == expected
+
+
+def test_many_effects_count_as_the_most_that_were_counted() -> None:
+    assert confidence("effect", 7) == confidence("effect", 3) < confidence("effect", 1) < 1.0
+    right, every = MEASURED["no_gap"][0]
+    assert confidence("no_gap", 0) == pytest.approx((right + 1) / (every + 2))
