@@ -48,10 +48,8 @@ class Thresholds:
         level: level of confidence intervals, and of the test whether a candidate predicts better than another
             one.
         material_rest: share of what another candidate leaves that a better one removes.
-        material_share: share of the gap that it removes for each further number or state of its laws, too,
-            unless it explains what the other one leaves (`further_rest`).
-        further_rest: share of an error above the noise that what explains it leaves at most: an `effect` of
-            that of the known physics.
+        material_share: share of the gap that it removes for each further number or state of its laws, too.
+        further_rest: share of the known physics' error above the noise that an `effect` leaves at most.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.
         unexplained_gap: error above the sensor noise that an `effect` leaves at most; `no_gap` leaves

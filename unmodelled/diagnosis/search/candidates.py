@@ -134,10 +134,9 @@ class Candidates:
 
         Every model of a real machine leaves errors that a flexible law lowers. So a candidate must remove a
         share of what the other one leaves of an output's error (an effect at one of six joints matters to the
-        outputs of this joint), and for each further number or state of its laws a share of the gap, unless it
-        explains what is left as an `effect` explains a gap, however small that is beside a larger effect.
-        Errors below `negligible_error` matter to no one: a sensor of little noise shows more than any model
-        needs to predict.
+        outputs of this joint), and for each further number or state of its laws a share of the gap. Errors
+        below `negligible_error` matter to no one: a sensor of little noise shows more than any model needs
+        to predict.
 
         Args:
             one: number of the candidate that may be better.
@@ -150,10 +149,7 @@ class Candidates:
         if self.remaining[one] >= self.remaining[other]:
             return False
         more = max(int(self.complexity[one] - self.complexity[other]), 0)
-        left, rest = self._above[[one, other]]
-        price = limits.material_share * more * self._gap
-        price[(rest > 0.0) & (left <= limits.further_rest * rest)] = 0.0
-        least = np.maximum(limits.material_rest * before, price)
+        least = np.maximum(limits.material_rest * before, limits.material_share * more * self._gap)
         removed = self._removed(one, other) >= limits.negligible_error
         return bool((removed & (before - after >= least)).any())
 
