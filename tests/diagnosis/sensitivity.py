@@ -49,8 +49,9 @@ BENCHES = {
     ),
 }
 DECIDING = (
-    *("level", "material_share", "further_rest", "material_rest", "negligible_error"),
-    *("unexplained_gap", "least_gain", "alike_errors", "most_equal"),
+    *("local_complexity", "known_parameter_complexity", "level", "material_share", "further_rest"),
+    *("exchanged_rest", "negligible_error", "unexplained_gap", "least_gain", "alike_errors"),
+    *("same_complexity", "most_equal"),
 )
 OF_FAULTS = (
     *("fault_share", "fault_share_some", "suspect_share", "fault_error_ratio", "material_error"),

@@ -121,7 +121,7 @@ def test_a_planted_law_is_among_the_first(tmp_path: File, bench: Bench, family: 
     assert (family, place.channel) in singles[:3]
     for one in chooser.singles[:10]:
         every = chooser.variants(one)
-        hard = [sum(chooser.equations.atoms[a].numbers for a in each.atoms) for each in every]
+        hard = [sum(chooser.equations.atoms[a].effect.complexity for a in each.atoms) for each in every]
         assert hard == sorted(hard) and {each.names for each in every} == {one.names}
         assert one.cost == pytest.approx(min(each.cost for each in every))
     heads = [group.head for group in chooser.classes()]

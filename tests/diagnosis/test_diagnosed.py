@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,14 +10,13 @@ import pytest
 
 from tests.diagnosis.benches import FRICTION, Bench, pendulum
 from tests.diagnosis.studies import HORIZON, JOINT, effect, study
-from unmodelled.diagnosis.answer.confirmed import _refused, _without_sense
+from unmodelled.diagnosis.answer.confirmed import _refused
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.fitting.free_runs import free_runs
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
-from unmodelled.diagnosis.fitting.left_out import LeftOut
 from unmodelled.diagnosis.search.effect_search import EffectSearch
 from unmodelled.logs.preparation import prepare
 
@@ -280,24 +278,6 @@ def test_an_effect_that_hardly_lowers_the_held_out_error_is_refused(
         both, search.fitted, replace(found.fit, values={**found.fit.values, "F_0": 0.3})
     )
     assert [e.family for e in _refused(search, turned, before)] == ["constant_load"]
-
-
-def test_an_effect_with_an_impossible_number_is_not_named(friction: Diagnosis) -> None:
-    search = EffectSearch(Study.of(friction.system, friction.logs, HORIZON, 0), 2)
-
-    def with_value(family: str, at: float | None) -> FittedHypothesis:
-        found = FittedHypothesis.of(search.base.hypothesis.plus(effect(family), JOINT), search.fitted)
-        left, (added,) = LeftOut.of(found), found.hypothesis.effects
-        (name,) = added.amplitudes
-        values = {**found.fit.values, **({} if at is None else {name: at * added.bounds[name][1]})}
-        found = FittedHypothesis(found.hypothesis, search.fitted, replace(found.fit, values=values))
-        search.found[found.hypothesis.key] = replace(left, fitted=found)
-        return found
-
-    assert _without_sense(search, with_value("coulomb_friction", None)) == []
-    said = [_without_sense(search, with_value("inertia_error", at))[0][1] for at in (1.0, 0.0)]
-    assert re.match(r"not named: inertia_error at joint: dM = .* times the known one", said[0])
-    assert re.match(r"not named: inertia_error at joint: dM = .* may as well be zero", said[1])
 
 
 @pytest.mark.long

@@ -100,6 +100,6 @@ def test_a_formula_that_is_a_law_of_the_library_is_this_law(tmp_path: Path) -> N
 
 def test_a_law_is_known_by_its_variant() -> None:
     law = DiscoveredLaw.named("x**3 + v*abs(v)")
-    assert law.variant == "x**3 + v*abs(v)"
+    assert (law.variant, law.complexity) == ("x**3 + v*abs(v)", 3.0)
     with pytest.raises(KeyError, match=r"x\*\*9"):
         DiscoveredLaw.named("x**9")

@@ -41,7 +41,7 @@ def test_the_known_physics_and_when_an_input_acts(known: Hypothesis) -> None:
         (-DEFAULT_THRESHOLDS.input_timing * PERIOD, DEFAULT_THRESHOLDS.input_timing * PERIOD)
     )
     assert known.delays == known.timing == {timing.name: "torque"}
-    assert (known.complexity, known.key, known.full) == (0, frozenset(), known.study.system)
+    assert (known.complexity, known.key, known.full) == (0.0, frozenset(), known.study.system)
 
 
 def test_an_effect_that_another_one_stands_beside_stays(known: Hypothesis) -> None:
@@ -108,21 +108,25 @@ def test_one_value_for_every_experiment(known: Hypothesis) -> None:
 
 
 def test_complexity_adds_up(known: Hypothesis) -> None:
-    """Numbers and states: a level is chosen, scatter has a mean and a spread, a delay is a memory."""
-    friction = effect("coulomb_friction")
+    friction, scatter = effect("coulomb_friction"), effect("scatter")
     alone = known.plus(friction, JOINT)
-    assert (known.complexity, alone.complexity, known.plus(friction, OLD).complexity) == (0, 1, 2)
-    assert alone.plus(effect("scatter"), Place("parameter", "b")).complexity == 3
-    assert known.plus(effect("sensor_delay"), ANGLE).complexity == 2
-    assert known.plus(effect("sensor_lag"), ANGLE).complexity == 2
-    assert known.plus(effect("hysteresis", "dahl"), JOINT).complexity == 3
+    assert alone.complexity == friction.complexity
+    assert known.plus(friction, OLD).complexity == pytest.approx(
+        friction.complexity + DEFAULT_THRESHOLDS.local_complexity
+    )
+    both = alone.plus(scatter, Place("parameter", "b"))
+    assert both.complexity == pytest.approx(friction.complexity + scatter.complexity)
+    doubted = known.plus(scatter, Place("parameter", "J"))
+    assert doubted.complexity == pytest.approx(
+        scatter.complexity + DEFAULT_THRESHOLDS.known_parameter_complexity
+    )
 
 
 def test_the_order_of_effects_does_not_matter(known: Hypothesis) -> None:
     first = known.plus(effect("coulomb_friction"), JOINT).plus(effect("sensor_gain"), ANGLE)
     second = known.plus(effect("sensor_gain"), ANGLE).plus(effect("coulomb_friction"), JOINT)
     assert first.key == second.key
-    assert first.complexity == second.complexity
+    assert first.complexity == pytest.approx(second.complexity)
     others = [
         known.plus(effect("coulomb_friction"), OLD).plus(effect("sensor_gain"), ANGLE),
         known.plus(effect("coulomb_friction", "by_direction"), JOINT).plus(effect("sensor_gain"), ANGLE),

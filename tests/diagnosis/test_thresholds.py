@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from tests.diagnosis.benches import Bench, pendulum
-from tests.diagnosis.studies import HORIZON
+from tests.diagnosis.studies import HORIZON, JOINT, effect
 from unmodelled.diagnosis.data.study import Study, held_out
 from unmodelled.diagnosis.data.thresholds import DEFAULT_THRESHOLDS, Thresholds
 from unmodelled.diagnosis.fitting.hypothesis import Hypothesis
@@ -46,9 +46,12 @@ def test_the_held_out_share_decides_how_many_are_held_out() -> None:
 def test_a_study_hands_its_thresholds_to_its_hypotheses(tmp_path: Path) -> None:
     system = pendulum(tmp_path)
     logs = Bench(samples=120, groups=tuple("abab")).logs(tmp_path / "logs", system)
-    tight = Thresholds(input_timing=0.1)
+    dear = Thresholds(local_complexity=10.0, input_timing=0.1)
     usual, other = (
-        Hypothesis.known(Study.of(system, logs, HORIZON, 0, limits)) for limits in (DEFAULT_THRESHOLDS, tight)
+        Hypothesis.known(Study.of(system, logs, HORIZON, 0, limits)) for limits in (DEFAULT_THRESHOLDS, dear)
     )
+    place = replace(JOINT, factor="group", level="a")
+    found = [h.plus(effect("coulomb_friction"), place).complexity for h in (usual, other)]
+    assert found[1] - found[0] == pytest.approx(10.0 - DEFAULT_THRESHOLDS.local_complexity)
     timing = [next(u for u in h.unknowns if u.name.startswith("timing")) for h in (usual, other)]
     assert timing[1].high == pytest.approx(timing[0].high / 6.0)

@@ -28,6 +28,8 @@ class _DeadZone(DriveEffect):
 class DeadZone(_DeadZone):
     """Dead zone of equal width on both sides; beyond it the actuator gives the input minus the width."""
 
+    complexity = 2.0
+
     @property
     def lost(self) -> str:
         return "clip(u, -u_d, u_d)"
@@ -37,6 +39,7 @@ class RoundedDeadZone(_DeadZone):
     """Dead zone with a gradual transition."""
 
     variant = "rounded"
+    complexity = 2.2
 
     @property
     def lost(self) -> str:

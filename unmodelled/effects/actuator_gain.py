@@ -14,6 +14,7 @@ class ActuatorGain(ActuatorEffect):
     """
 
     family = "actuator_gain"
+    complexity = 1.0
 
     def law(self, at: Site) -> Law:
         if zero := at.zero("u"):

@@ -12,6 +12,7 @@ class ActuatorLag(DriveEffect):
     """First-order lag of the actuator."""
 
     family = "actuator_lag"
+    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         grid = geometric(at.period, 0.1 * at.duration, 6)

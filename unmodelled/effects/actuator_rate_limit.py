@@ -19,6 +19,7 @@ class ActuatorRateLimit(DriveEffect):
     """
 
     family = "actuator_rate_limit"
+    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         half = at["u"].half

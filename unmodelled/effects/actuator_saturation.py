@@ -47,6 +47,7 @@ class _Saturation(DriveEffect):
 class HardSaturation(_Saturation):
     """Saturation at the same limit on both sides."""
 
+    complexity = 2.0
     said: ClassVar[Mapping[str, str]] = {
         "ctrl_low": "max(ctrl_low, -u_max)",
         "ctrl_high": "min(ctrl_high, u_max)",
@@ -60,6 +61,7 @@ class SoftSaturation(_Saturation):
     """Saturation that approaches its limit gradually."""
 
     variant = "soft"
+    complexity = 2.2
 
     def limited(self) -> tuple[str, float]:
         return "u_max*tanh(u/u_max)", 4.0
@@ -69,6 +71,7 @@ class _SpeedLimit(DriveEffect):
     """Saturation whose limit falls with speed; it is tried where the input drives a port."""
 
     family = "actuator_saturation"
+    complexity = 3.0
     #: Limits at rest, in largest inputs, and speeds where the limit begins or ends, in largest speeds.
     at_rest: ClassVar[tuple[float, float]]
     speeds: ClassVar[tuple[float, float]]
@@ -132,6 +135,7 @@ class FallingGain(DriveEffect):
 
     family = "actuator_saturation"
     variant = "falling_gain"
+    complexity = 2.3
 
     def law(self, at: Site) -> Law:
         largest = _largest(at, "u")

@@ -99,17 +99,6 @@ class Added:
         words = set(syntax.names(self.law))
         return tuple(name for name in (*self.amplitudes, *self.shapes) if name in words)
 
-    @property
-    def complexity(self) -> int:
-        """Return how many numbers the law has as a person writes it, and how many states.
-
-        A delay is a number and a memory. What differs between experiments counts two: mean and spread. So
-        does a drift: time, or the order of the experiments, stands for a quantity that no one logged.
-        """
-        own, late = set(self.per_experiment), len(self.delays)
-        drifts = bool(self.columns) or "t" in syntax.names(self.law)
-        return len({*self.reported, *self.delays} - own) + len(self.memory) + late + 2 * bool(own) + drifts
-
 
 def with_numbers(system: System, effects: Iterable[Added], values: Mapping[str, float]) -> System:
     """Return a system whose effects have given values of their parameters and delays.

@@ -37,6 +37,7 @@ class FrictionBehindPlay(PortEffect):
 
     family = "backlash"
     variant = "friction"
+    complexity = 4.0
     needs = ("position", "velocity")
     power = "lost over a cycle"
 
@@ -70,12 +71,14 @@ class MassBehindPlay(PartBehind, _BehindPlay):
     """Part of the known mass that is connected to the port with play."""
 
     variant = "mass"
+    complexity = 4.0
 
 
 class LoadBehindPlay(LoadBehind, _BehindPlay):
     """Additional mass that is connected to the port with play."""
 
     variant = "load"
+    complexity = 4.2
 
 
 class PlayInSpring(PortEffect):
@@ -88,6 +91,7 @@ class PlayInSpring(PortEffect):
 
     family = "backlash"
     variant = "in_spring"
+    complexity = 2.0
     needs = ("position",)
 
     def suits(self, system: System, port: Port) -> bool:

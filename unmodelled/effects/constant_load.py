@@ -11,6 +11,7 @@ class ConstantLoad(PortEffect):
     """Load that does not depend on the motion."""
 
     family = "constant_load"
+    complexity = 1.0
     power = "stored"
     domains = ("power", "balance")
 

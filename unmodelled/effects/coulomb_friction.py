@@ -12,6 +12,7 @@ class CoulombFriction(PortEffect):
     """Dry friction of equal magnitude in both directions."""
 
     family = "coulomb_friction"
+    complexity = 1.0
     needs = ("velocity",)
     power = "lost"
 
@@ -26,6 +27,7 @@ class GradualFriction(PortEffect):
 
     family = "coulomb_friction"
     variant = "gradual"
+    complexity = 1.8
     needs = ("velocity",)
     power = "lost"
 
@@ -41,6 +43,7 @@ class CoulombFrictionByDirection(PortEffect):
 
     family = "coulomb_friction"
     variant = "by_direction"
+    complexity = 2.5
     needs = ("velocity",)
     power = "lost"
 

@@ -25,6 +25,7 @@ class Delay(Effect):
         law: format of the law, with the delayed signal and the name of the delay.
     """
 
+    complexity = 2.0
     name: ClassVar[str]
     law: ClassVar[str]
 

@@ -29,6 +29,7 @@ class ParameterDrift(DriftAlongExperiments):
 
     family = "drift"
     variant = "parameter"
+    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         rate = f"{at.place.name}_rate"
@@ -40,6 +41,7 @@ class ParameterDriftByOrder(ParameterEffect):
 
     family = "drift"
     variant = "parameter_by_order"
+    complexity = 2.2
 
     def law(self, at: Site) -> Law:
         step = f"{at.place.name}_step"
@@ -57,6 +59,7 @@ class ParameterDriftThatSettles(DriftAlongExperiments):
 
     family = "drift"
     variant = "parameter_settling"
+    complexity = 3.2
 
     def law(self, at: Site) -> Law:
         change = f"{at.place.name}_change"
@@ -81,6 +84,7 @@ class LoadDrift(PortEffect):
 
     family = "drift"
     variant = "load"
+    complexity = 3.2
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:
@@ -92,6 +96,7 @@ class LoadDriftByOrder(PortEffect):
 
     family = "drift"
     variant = "load_by_order"
+    complexity = 3.4
     domains = ("power", "balance")
 
     def law(self, at: Site) -> Law:

@@ -25,12 +25,15 @@ class Effect(ABC):
     Attributes:
         family: name of the family in a diagnosis.
         variant: name of the variant within the family; empty for the plain form.
+        complexity: number by which the simplest of several equally good effects is chosen; about the number
+            of its parameters, more for memory and for rare effects.
         beside: families of which one must have been added at the same place; empty (default) if none must.
         at_levels: whether it acts at levels of factors only; default False.
     """
 
     family: str
     variant: str = ""
+    complexity: float
     beside: ClassVar[frozenset[str]] = frozenset()
     at_levels: ClassVar[bool] = False
 

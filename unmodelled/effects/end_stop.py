@@ -51,6 +51,7 @@ class UpperStop(_EndStop):
     """Stop at the upper end of the travel."""
 
     variant = "upper"
+    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -61,6 +62,7 @@ class LowerStop(_EndStop):
     """Stop at the lower end of the travel."""
 
     variant = "lower"
+    complexity = 3.0
 
     @property
     def ends(self) -> tuple[str, ...]:
@@ -71,6 +73,7 @@ class BothStops(_EndStop):
     """Equal stops at both ends of the travel."""
 
     variant = "both"
+    complexity = 4.0
 
     @property
     def ends(self) -> tuple[str, ...]:

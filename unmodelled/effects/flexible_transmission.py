@@ -41,9 +41,11 @@ class PartOnSpring(PartBehind, _OnSpring):
     """Part of the known mass on a spring with damping, such as the load behind an elastic shaft."""
 
     variant = "part"
+    complexity = 3.5
 
 
 class LoadOnSpring(LoadBehind, _OnSpring):
     """Additional mass on a spring with damping."""
 
     variant = "load"
+    complexity = 3.7

@@ -17,6 +17,7 @@ class DryFrictionDrift(PortEffect):
 
     family = "drift"
     variant = "dry_friction"
+    complexity = 2.2
     needs = ("velocity",)
     beside = frozenset({"coulomb_friction", "hysteresis", "load_friction", "stribeck_friction"})
 
@@ -30,6 +31,7 @@ class ViscousFrictionDrift(PortEffect):
 
     family = "drift"
     variant = "viscous_friction"
+    complexity = 2.2
     needs = ("velocity",)
     beside = frozenset({"viscous_friction", "stribeck_friction"})
 

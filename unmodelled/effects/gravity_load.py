@@ -17,6 +17,7 @@ class GravityLoad(PortEffect):
     """
 
     family = "gravity_load"
+    complexity = 2.0
     needs = ("position",)
     power = "stored"
 

@@ -52,6 +52,7 @@ class Dahl(_Hysteresis):
     """Dahl model of friction with exponent one."""
 
     variant = "dahl"
+    complexity = 3.0
 
     def build_up(self) -> str:
         return "v - abs(v)*z"
@@ -65,6 +66,7 @@ class BoucWen(_Hysteresis):
     """
 
     variant = "bouc_wen"
+    complexity = 4.0
 
     def build_up(self) -> str:
         return "v - b_h*abs(v)*z*abs(z)**(n_h - 1) - (1 - b_h)*v*abs(z)**n_h"
@@ -84,6 +86,7 @@ class LuGre(_Hysteresis):
     """LuGre model of friction: bristles with a Stribeck curve and their own damping."""
 
     variant = "lugre"
+    complexity = 5.0
 
     def build_up(self) -> str:
         return "v - abs(v)*z/(1 + s_b*exp(-(v/v_s)**2))"

@@ -20,6 +20,7 @@ class InductanceSaturation(CoilEffect):
     """
 
     family = "inductance_saturation"
+    complexity = 2.5
     power = "stored"
 
     def suits(self, system: System, port: Port) -> bool:

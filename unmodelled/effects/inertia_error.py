@@ -24,6 +24,7 @@ class _InertiaError(PortEffect):
 class InertiaError(_InertiaError):
     """Error of the mass: an effort proportional to the acceleration of the port."""
 
+    complexity = 1.5
     power = "stored"
 
     def law(self, at: Site) -> Law:
@@ -34,6 +35,7 @@ class MassWithItsWeight(_InertiaError):
     """Error of the mass of a port that moves up or down, together with the weight of that mass."""
 
     variant = "with_weight"
+    complexity = 2.2
 
     def law(self, at: Site) -> Law:
         amplitudes = {"dM": _mass(at), "F_g": signed("1", at.effort)}

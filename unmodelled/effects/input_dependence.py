@@ -33,6 +33,7 @@ class ParameterByInput(ParameterEffect):
 
     family = "input_dependence"
     variant = "parameter"
+    complexity = 1.5
 
     def places(self, system: System) -> tuple[Place, ...]:
         return _with_signals(system, super().places(system))
@@ -54,6 +55,7 @@ class LoadByInput(PortEffect):
 
     family = "input_dependence"
     variant = "load"
+    complexity = 1.5
     domains = ("power", "balance")
 
     def places(self, system: System) -> tuple[Place, ...]:

@@ -15,21 +15,21 @@ from unmodelled.effects.effect import Effect
 
 @cache
 def effects() -> tuple[Effect, ...]:
-    """Return one object of each effect.
+    """Return one object of each effect, the simplest first.
 
     Returns:
-        Effects, sorted by family and variant.
+        Effects, sorted by complexity, family and variant.
 
     Examples:
         >>> [effect.family for effect in effects()][:2]
-        ['actuator_asymmetry', 'actuator_dead_zone']
+        ['actuator_gain', 'actuator_offset']
     """
     for module in pkgutil.iter_modules(package.__path__):
         importlib.import_module(f"{package.__name__}.{module.name}")
     kinds = dict.fromkeys(_below(Effect))  # a class with two bases comes twice
     ours = (kind for kind in kinds if kind.__module__.startswith(f"{package.__name__}."))
     found = [kind() for kind in ours if not inspect.isabstract(kind)]
-    return tuple(sorted(found, key=lambda effect: (effect.family, effect.variant)))
+    return tuple(sorted(found, key=lambda effect: (effect.complexity, effect.family, effect.variant)))
 
 
 def _below(kind: type[Any]) -> Iterator[type[Any]]:

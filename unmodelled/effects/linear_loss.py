@@ -15,6 +15,7 @@ class LinearLoss(BalanceEffect):
     """Loss in proportion to the level; no body loses heat towards 0 K."""
 
     family = "linear_loss"
+    complexity = 1.0
     warm = False
 
     def law(self, at: Site) -> Law:
@@ -25,6 +26,7 @@ class LossToKnownLevel(ToKnownSurroundings):
     """Exchange in proportion to the difference from a known level, such as the ambient temperature."""
 
     family = "linear_loss"
+    complexity = 1.0
 
     def law(self, at: Site) -> Law:
         far = max(at["x"].half, abs(at["x"].middle - at["u"].middle))
@@ -37,6 +39,7 @@ class LossToSurroundings(BalanceEffect):
 
     family = "linear_loss"
     variant = "to_surroundings"
+    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         low, high, half = at["x"].low, at["x"].high, at["x"].half

@@ -14,6 +14,7 @@ class LinearSpring(PortEffect):
     """Spring without force at position zero; a negative stiffness pushes away from there, like a magnet."""
 
     family = "linear_spring"
+    complexity = 1.0
     needs = ("position",)
     power = "stored"
 
@@ -26,6 +27,7 @@ class PreloadedSpring(PortEffect):
 
     family = "linear_spring"
     variant = "preloaded"
+    complexity = 2.0
     needs = ("position",)
     power = "stored"
 

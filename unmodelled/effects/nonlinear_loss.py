@@ -12,6 +12,7 @@ class NonlinearLoss(BalanceEffect):
     """Polynomial of order three about the middle of the levels."""
 
     family = "nonlinear_loss"
+    complexity = 3.5
 
     def law(self, at: Site) -> Law:
         return polynomial(at, "q", 3)

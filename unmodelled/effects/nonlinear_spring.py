@@ -20,6 +20,7 @@ class HardeningSpring(_Spring):
     """Duffing spring: a stiffness that grows, or falls, with the square of position."""
 
     variant = "hardening"
+    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         size = at["x"].rms
@@ -31,6 +32,7 @@ class PolynomialSpring(_Spring):
     """Spring with any smooth characteristic: a polynomial of order four about the middle of the travel."""
 
     variant = "polynomial"
+    complexity = 4.0
 
     def law(self, at: Site) -> Law:
         return polynomial(at, "F", 4)
@@ -38,6 +40,8 @@ class PolynomialSpring(_Spring):
 
 class _OneSided(_Spring):
     """Spring in contact beyond a position: linear for n = 1, stiffer with depth for n > 1."""
+
+    complexity = 2.9
 
     @property
     @abstractmethod
@@ -79,6 +83,7 @@ class SpringWithPlay(_Spring):
     """Spring in contact on both sides of a gap of 2*delta about x_0."""
 
     variant = "play"
+    complexity = 3.0
 
     def law(self, at: Site) -> Law:
         half, middle = at["x"].half, at["x"].middle

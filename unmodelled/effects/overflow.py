@@ -12,6 +12,7 @@ class Overflow(BalanceEffect):
     """Flow in proportion to the level above a threshold, as through a valve that opens."""
 
     family = "overflow"
+    complexity = 2.0
     warm = False
     #: Exponent of the level above the threshold.
     exponent = 1.0
@@ -28,4 +29,5 @@ class Weir(Overflow):
     """Flow over the edge of a vessel: it grows with the power 1.5 of the level above the edge (Poleni)."""
 
     variant = "weir"
+    complexity = 2.2
     exponent = 1.5

@@ -11,6 +11,7 @@ class QuadraticDrag(PortEffect):
     """Drag proportional to the square of speed."""
 
     family = "quadratic_drag"
+    complexity = 1.5
     needs = ("velocity",)
     power = "lost"
 

@@ -12,6 +12,7 @@ class RadiationToKnownLevel(ToKnownSurroundings):
     """Heat that a body radiates to surroundings whose temperature is known."""
 
     family = "radiation"
+    complexity = 1.2
     warm = True
 
     def law(self, at: Site) -> Law:
@@ -25,6 +26,7 @@ class Radiation(BalanceEffect):
     """Heat that a body radiates to its surroundings (Stefan and Boltzmann); only where the level is in K."""
 
     family = "radiation"
+    complexity = 2.2
     warm = True
 
     def law(self, at: Site) -> Law:

@@ -14,6 +14,7 @@ class RootOutflow(BalanceEffect):
     """Turbulent outflow in proportion to the square root of the level."""
 
     family = "root_outflow"
+    complexity = 1.2
     warm = False
 
     def law(self, at: Site) -> Law:

@@ -17,6 +17,7 @@ class Scatter(ParameterEffect):
     """
 
     family = "scatter"
+    complexity = 4.5
 
     def law(self, at: Site) -> Law:
         deviation = f"{at.place.name}_deviation"
@@ -32,6 +33,7 @@ class GainScatter(ActuatorEffect):
 
     family = "scatter"
     variant = "gain"
+    complexity = 4.5
 
     def law(self, at: Site) -> Law:
         return Law("(1 + g)*u", {"g": Amplitude("u", 0.1, (-0.5, 0.5))}, per_experiment=True)
@@ -45,6 +47,7 @@ class FrictionScatter(PortEffect):
 
     family = "scatter"
     variant = "dry_friction"
+    complexity = 4.5
     needs = ("velocity",)
     # what all experiments have in common is no scatter
     beside = frozenset(

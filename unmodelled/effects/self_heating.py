@@ -19,6 +19,7 @@ class SelfHeating(CoilEffect):
     """
 
     family = "self_heating"
+    complexity = 2.5
     power = "lost"
 
     def law(self, at: Site) -> Law:

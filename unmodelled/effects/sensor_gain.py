@@ -11,6 +11,7 @@ class SensorGain(SensorEffect):
     """Constant relative error of the sensor's gain, about 0 degC of a temperature."""
 
     family = "sensor_gain"
+    complexity = 1.2
 
     def law(self, at: Site) -> Law:
         if not (zero := at.zero("y")):

@@ -15,6 +15,7 @@ class SensorLag(SensorEffect):
     """First-order low-pass filter of the sensor, such as of a speed that a drive has smoothed."""
 
     family = "sensor_lag"
+    complexity = 2.0
 
     def law(self, at: Site) -> Law:
         grid = geometric(at.period, _LONGEST * at.duration, _TIMES)

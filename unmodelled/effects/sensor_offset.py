@@ -11,6 +11,7 @@ class SensorOffset(SensorEffect):
     """Constant added to the measured quantity."""
 
     family = "sensor_offset"
+    complexity = 1.2
 
     def law(self, at: Site) -> Law:
         return Law("y + y_0", {"y_0": signed("1", 0.1 * at["y"].rms)})

@@ -15,6 +15,7 @@ class Storage(BalanceEffect):
     """Exchange in proportion to the difference from the level of a store, which is at rest at the start."""
 
     family = "storage"
+    complexity = 3.0
 
     def law(self, at: Site) -> Law:
         grid = geometric(4.0 * at.period, _SLOW * at.duration, 6)

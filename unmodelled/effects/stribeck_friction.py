@@ -12,6 +12,7 @@ class StribeckFriction(PortEffect):
     """Dry friction with a Gaussian Stribeck curve; F_b is the breakaway force minus the Coulomb level."""
 
     family = "stribeck_friction"
+    complexity = 3.0
     needs = ("velocity",)
     power = "lost"
 

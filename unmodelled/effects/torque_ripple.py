@@ -15,6 +15,7 @@ class TorqueRipple(PortEffect):
     """Sine wave over position, of at least one period over the travel; add it again for a second wave."""
 
     family = "torque_ripple"
+    complexity = 3.0
     needs = ("position",)
     power = "stored"
 
@@ -30,6 +31,7 @@ class TorqueRippleWithOvertones(PortEffect):
 
     family = "torque_ripple"
     variant = "with_overtones"
+    complexity = 6.0
     needs = ("position",)
     power = "stored"
 

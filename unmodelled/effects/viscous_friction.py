@@ -12,6 +12,7 @@ class ViscousFriction(PortEffect):
     """Friction proportional to speed, equal in both directions."""
 
     family = "viscous_friction"
+    complexity = 1.0
     needs = ("velocity",)
     power = "lost"
 
@@ -27,6 +28,7 @@ class ShearThinning(PortEffect):
 
     family = "viscous_friction"
     variant = "shear_thinning"
+    complexity = 1.8
     needs = ("velocity",)
     power = "lost"
 
@@ -43,6 +45,7 @@ class ViscousFrictionByDirection(PortEffect):
 
     family = "viscous_friction"
     variant = "by_direction"
+    complexity = 2.5
     needs = ("velocity",)
     power = "lost"
 

@@ -30,9 +30,11 @@ from unmodelled.systems.writer import write_system
 EVERY = cases()
 
 
-def test_no_two_effects_share_family_and_variant() -> None:
+def test_no_two_effects_share_family_and_variant_and_the_simplest_come_first() -> None:
     names = [f"{effect.family} {effect.variant}".strip() for effect in effects()]
     assert len(set(names)) == len(names), "give the new effect another variant"
+    complexities = [effect.complexity for effect in effects()]
+    assert complexities == sorted(complexities)
 
 
 def test_every_effect_is_tried_somewhere() -> None:

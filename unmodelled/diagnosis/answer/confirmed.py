@@ -13,7 +13,6 @@ from unmodelled.diagnosis.data.result import JudgedModel
 from unmodelled.diagnosis.data.sensors import Sensors
 from unmodelled.diagnosis.data.study import Study
 from unmodelled.diagnosis.data.thresholds import Thresholds
-from unmodelled.diagnosis.decide.undetermined import remarks
 from unmodelled.diagnosis.fitting.hypothesis import FittedHypothesis
 from unmodelled.diagnosis.fitting.judged_models import judged_model
 from unmodelled.diagnosis.search.candidates import Candidates
@@ -28,10 +27,7 @@ MOST_BETWEEN = 3
 #: Share that equal and opposite efforts beside named effects may leave of what only two efforts explain: the
 #: named effects leave errors of their own.
 BESIDE = 0.5
-#: Remarks on amplitudes after which an effect is not named: they may be zero, or a mass is beyond the given
-#: one. (Limits of what is tried, and efforts above all that acts, are those of planted effects, too.)
-SENSELESS = ("mass", "zero")
-#: Effects that are refused before the search goes on without them no more: each further one
+#: Effects that held-out experiments refuse before the search goes on without them no more: each further one
 #: may pass by chance.
 MOST_REFUSED = 3
 
@@ -116,12 +112,10 @@ def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
     An effect that they refuse may have hidden one that they confirm, such as a single delay the filters of
     two sensors: the search goes on without it, some times.
     """
-    before, refused, said = judged_model("re-identified", search.base), list[Added](), dict[str, None]()
+    before, refused = judged_model("re-identified", search.base), list[Added]()
     chosen = _best(search)
-    while why := _refusals(_refused(search, chosen, before.gap)) or _without_sense(search, chosen):
-        gone = [effect for effect, _ in why]
+    while gone := _refused(search, chosen, before.gap):
         refused += gone
-        said |= dict.fromkeys(sentence for _, sentence in why)
         if len(search.refused) < MOST_REFUSED:
             search.refused |= {e.key for e in gone}
             chosen = _best(search)
@@ -129,7 +123,7 @@ def _judged(search: EffectSearch, notes: Iterable[str]) -> Confirmed:
             every = len(gone) == len(chosen.hypothesis.effects)
             chosen = search.base if every else search.without(chosen, *gone)
     further = _too_small(search, chosen, refused)
-    return Confirmed(search, chosen, before, (*notes, *said, *further))
+    return Confirmed(search, chosen, before, (*notes, *_refusals(refused), *further))
 
 
 def _best(search: EffectSearch) -> FittedHypothesis:
@@ -146,7 +140,7 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
     without a model; `before` is the gap without any.
     """
     effects, thresholds = named.hypothesis.removable, search.study.thresholds
-    gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.material_rest) ** 2
+    gap, material = judged_model("", named).gap, 1.0 - (1.0 - thresholds.exchanged_rest) ** 2
     without = [(judged_model("", search.without(named, effect)).gap, effect) for effect in effects]
     idle = [(rest.value, effect) for rest, effect in without if not _is_lower(gap, rest, thresholds)]
     if len(effects) > 1 and idle:
@@ -155,25 +149,12 @@ def _refused(search: EffectSearch, named: FittedHypothesis, before: Gap) -> Sequ
     return () if lower else named.hypothesis.effects
 
 
-def _without_sense(search: EffectSearch, named: FittedHypothesis) -> list[tuple[Added, str]]:
-    """One effect whose amplitudes make no sense as numbers of a machine, and the sentence about it."""
-    candidates = search.candidates
-    own = candidates.fits.index(named)
-    alike = tuple(candidates.predictions[k] for k in candidates.as_good(own))
-    found = [r for r in remarks(candidates.predictions[own], alike) if r.kind in SENSELESS]
-    for effect in named.hypothesis.removable:
-        for remark in found:
-            if {*effect.amplitudes, *effect.delays}.intersection(remark.numbers):
-                return [(effect, f"not named: {remark.sentence}")]
-    return []
-
-
 def _is_lower(gap: Gap, rest: Gap, thresholds: Thresholds) -> bool:
     """Whether a gap is lower than another one in all, or in single outputs and on average over the outputs.
 
     Friction in one of six joints matters to the outputs of this joint, however much others are off.
     """
-    least, ratio = 1.0 - thresholds.least_gain, 1.0 - thresholds.material_rest
+    least, ratio = 1.0 - thresholds.least_gain, 1.0 - thresholds.exchanged_rest
     pairs = [(gap.per_output[name], value) for name, value in rest.per_output.items() if value > 0.0]
     single = any(after <= ratio * value for after, value in pairs)
     average = math.prod(after / value for after, value in pairs) <= least ** len(pairs)
@@ -199,6 +180,9 @@ def _too_small(search: EffectSearch, chosen: FittedHypothesis, refused: Sequence
         )
 
 
-def _refusals(refused: Iterable[Added]) -> list[tuple[Added, str]]:
-    said = "predicts the fitted experiments better, but not the held-out ones: it is not named"
-    return [(e, f"{e.family} at {e.place.channel} {said}") for e in refused]
+def _refusals(refused: Iterable[Added]) -> list[str]:
+    each = dict.fromkeys(f"{e.family} at {e.place.channel}" for e in refused)
+    return [
+        f"{name} predicts the fitted experiments better, but not the held-out ones: it is not named"
+        for name in each
+    ]

@@ -164,12 +164,13 @@ class Chooser:
         each = dict[object, Scored]()
         costs = self.folds.errors(self._atoms_of(own)).sum(1)
         for k in own[np.argsort(costs, kind="stable"), 0].tolist():
-            laws = [self.equations.atoms[a] for a in self.units[k]]
-            variant = frozenset((a.key, *(a.shape.values() if a.rough else ())) for a in laws)
+            atoms = [self.equations.atoms[a] for a in self.units[k]]
+            variant = frozenset((a.key, *(a.shape.values() if a.rough else ())) for a in atoms)
             if variant not in each:
                 each[variant] = self._scored(self._level(np.array([[k]], np.int64)), 0)
-        atoms = self.equations.atoms
-        return sorted(each.values(), key=lambda s: sum(atoms[a].numbers for a in s.atoms))
+        return sorted(
+            each.values(), key=lambda s: sum(self.equations.atoms[a].effect.complexity for a in s.atoms)
+        )
 
     @cached_property
     def _single(self) -> _Level:

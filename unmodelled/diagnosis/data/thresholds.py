@@ -45,11 +45,17 @@ class Thresholds:
             delayed.
         most_levels: largest number of levels of a factor; a column of experiments.csv with more is not one.
         fewest_per_level: smallest number of experiments of a level that has candidates of its own.
+        local_complexity: complexity added for an effect at one level of a factor only.
+        known_parameter_complexity: complexity added for an effect on a parameter that is not uncertain.
         level: level of confidence intervals, and of the test whether a candidate predicts better than another
             one.
-        material_rest: share of what another candidate leaves that a better one removes.
-        material_share: share of the gap that it removes for each further number or state of its laws, too.
-        further_rest: share of the known physics' error above the noise that an `effect` leaves at most.
+        material_share: error that a more complex candidate must remove per unit of further complexity,
+            unless it explains what the other one leaves (`further_rest`).
+        further_rest: share of what is left that further numbers of single experiments must remove. An
+            `effect` leaves no more than this share of the known physics' error above the noise, and a more
+            complex candidate that leaves no more of the error of another one pays, whatever the first gap.
+        exchanged_rest: share of what is left that a candidate that is not more complex must remove, and a
+            network.
         negligible_error: error that a candidate must remove from an output in at least one part to be better;
             a model that is off by less needs no further physics.
         unexplained_gap: error above the sensor noise that an `effect` leaves at most; `no_gap` leaves
@@ -57,6 +63,8 @@ class Thresholds:
         least_gain: difference of two scores up to which candidates cannot be told apart.
         alike_errors: difference of two scores up to which candidates cannot be told apart, relative to the
             standard error of the difference.
+        same_complexity: difference up to which a candidate does not count as more complex; a more complex one
+            is not listed as indistinguishable.
         most_equal: largest number of effects listed as indistinguishable.
         at_bound_share: distance from a bound up to which a fitted number is at it, relative to the bound or
             to the plausible size of the number.
@@ -143,6 +151,12 @@ class Thresholds:
     most_levels: int = _threshold(8, "levels", _JUDGEMENT, _UNMEASURED)
     fewest_per_level: int = _threshold(2, "experiments", _JUDGEMENT, _UNMEASURED)
 
+    # Complexity of a candidate
+    local_complexity: float = _threshold(
+        1.5, "units of complexity", _DEVELOPMENT, "half: verdict of 1 of 24 answers; twice: none"
+    )
+    known_parameter_complexity: float = _threshold(1.0, "units of complexity", _DEVELOPMENT, _NO_DECISION)
+
     # Comparison of candidates
     level: float = _threshold(
         0.95,
@@ -152,7 +166,7 @@ class Thresholds:
     )
     material_share: float = _threshold(
         0.05,
-        "share of the gap per number or state",
+        "share of the gap per unit of complexity",
         "measured machines (rule_changes.md)",
         "half: 15 instead of 16 of 24 answers are right; twice: as many",
     )
@@ -162,7 +176,7 @@ class Thresholds:
         "half of the squared error",
         "half: as many of 24 answers are right; twice: 15 instead of 16",
     )
-    material_rest: float = _threshold(
+    exchanged_rest: float = _threshold(
         0.1,
         "share of the error",
         "a fifth of the squared error",
@@ -189,6 +203,12 @@ class Thresholds:
     )
 
     # Effects that cannot be told apart
+    same_complexity: float = _threshold(
+        0.6,
+        "units of complexity",
+        _DEVELOPMENT,
+        "half: none of 24 answers; twice: more indistinguishable effects in 5",
+    )
     most_equal: int = _threshold(
         3,
         "candidates",

@@ -95,7 +95,7 @@ def _above_noise(fitted: FittedHypothesis) -> float:
 
 def _remainder(candidates: Candidates, named: int, flexible: Candidates, held_out: Gap) -> Remainder | None:
     """What is left beyond the named candidate, and the place of the best further effect."""
-    predicts = flexible.beats(2, 1)
+    predicts = flexible.beats(2, 1, priced=False)
     if not predicts and not _is_unexplained(candidates, named, held_out):
         return None
     left = candidates.remaining**2

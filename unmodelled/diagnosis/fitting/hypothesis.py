@@ -138,14 +138,24 @@ class Hypothesis:
         return frozenset([*(e.key for e in others), (last.family, last.variant, everywhere)])
 
     @property
-    def complexity(self) -> int:
-        """Return the complexity of all laws; at one level of a factor, the level was chosen, too.
+    def complexity(self) -> float:
+        """Return the complexity: the sum over the effects."""
+        each = zip(self.effects, self.laws, strict=True)
+        return sum(self._complexity_of(law, added.place) for added, law in each)
 
-        A network is no law: it is never named, and has no price.
-        """
-        each = list(zip(self.effects, self.laws, strict=False))
-        chosen = [added.place.factor is not None and not law.at_levels for added, law in each]
-        return sum(added.complexity for added, _ in each) + sum(chosen)
+    @property
+    def numbers(self) -> int:
+        """Return how many numbers of its effects are fitted, in all training experiments together."""
+        unknowns = [u for e in self.effects for u in self._of(e)]
+        return sum(len(self.study.learned) if u.own else 1 for u in unknowns)
+
+    def _complexity_of(self, law: Effect, place: Place) -> float:
+        """Complexity at a place: more in some experiments only, unless that is what the law says."""
+        known = {p.name for p in self.study.system.parameters if not p.identify}
+        parameter = place.kind == "parameter" and place.name in known
+        limits = self.study.thresholds
+        local = limits.local_complexity * (place.factor is not None and not law.at_levels)
+        return law.complexity + local + limits.known_parameter_complexity * parameter
 
     @cached_property
     def c(self) -> Array:

@@ -78,9 +78,14 @@ class Candidates:
         return persistence(self.predictions[0].fitted.recording)
 
     @cached_property
-    def complexity(self) -> Indices:
+    def complexity(self) -> Array:
         """Return the complexity, shape (candidates,), of the effects of every candidate."""
         return np.array([f.hypothesis.complexity for f in self.fits])
+
+    @cached_property
+    def numbers(self) -> Indices:
+        """Return how many numbers of effects, shape (candidates,), every candidate has."""
+        return np.array([f.hypothesis.numbers for f in self.fits])
 
     @cached_property
     def steps(self) -> Indices:
@@ -120,27 +125,33 @@ class Candidates:
             self._compared[before, after] = found
         return self._compared[before, after]
 
-    def beats(self, one: int, other: int) -> bool:
+    def beats(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by more than chance and by a material amount.
 
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
+            priced: whether complexity has its price, as in `is_material`.
         """
-        return self.is_material(one, other) and self.gain(other, one).is_significant(self.thresholds.level)
+        material = self.is_material(one, other, priced=priced)
+        return material and self.gain(other, one).is_significant(self.thresholds.level)
 
-    def is_material(self, one: int, other: int) -> bool:
+    def is_material(self, one: int, other: int, *, priced: bool = True) -> bool:
         """Return whether a candidate predicts better by a material amount.
 
-        Every model of a real machine leaves errors that a flexible law lowers. So a candidate must remove a
-        share of what the other one leaves of an output's error (an effect at one of six joints matters to the
-        outputs of this joint), and for each further number or state of its laws a share of the gap. Errors
-        below `negligible_error` matter to no one: a sensor of little noise shows more than any model needs
-        to predict.
+        A candidate that is as simple or simpler, or has no more numbers, must lower what is left of an
+        output's error by a share: an effect at one of six joints matters to the outputs of this joint. This
+        is not enough for a more complex one with more numbers, because every model of a real machine leaves
+        errors that a flexible law lowers: it must remove a share of the gap in proportion to its further
+        complexity, or explain what is left as an `effect` explains a gap, however small that is beside a
+        larger effect. Further numbers of single experiments, which absorb any structure, must lower what is
+        left, too. Errors below `negligible_error` matter to no one: a sensor of little noise shows more than
+        any model needs to predict.
 
         Args:
             one: number of the candidate that may be better.
             other: number of the other candidate.
+            priced: whether complexity has its price; it has none for a network, which is not named.
 
         Returns:
             Whether the first candidate is better for at least one output.
@@ -148,10 +159,25 @@ class Candidates:
         limits, (after, before) = self.thresholds, self._errors[[one, other]]
         if self.remaining[one] >= self.remaining[other]:
             return False
-        more = max(int(self.complexity[one] - self.complexity[other]), 0)
-        least = np.maximum(limits.material_rest * before, limits.material_share * more * self._gap)
-        removed = self._removed(one, other) >= limits.negligible_error
-        return bool((removed & (before - after >= least)).any())
+        of_rest = 1.0 - after / before
+        more = self._more_complex(one, other) if priced else 0.0
+        if more > 0.0:
+            of_gap = (before - after) / (limits.material_share * more * self._gap)
+            left, rest = self._above[[one, other]]
+            explains = (rest > 0.0) & (left <= limits.further_rest * rest)
+            lower = np.where(explains, np.inf, of_gap)
+        else:
+            lower = of_rest / limits.exchanged_rest
+        if self.own[one] > self.own[other]:
+            lower = np.minimum(lower, of_rest / limits.further_rest)
+        material = (lower >= 1.0) & (self._removed(one, other) >= limits.negligible_error)
+        return bool(material.any())
+
+    def _more_complex(self, one: int, other: int) -> float:
+        """Further complexity of a candidate; none where it has no more numbers: it bends no further."""
+        if self.numbers[one] <= self.numbers[other]:
+            return 0.0
+        return max(float(self.complexity[one] - self.complexity[other]), 0.0)
 
     @cached_property
     def _noise(self) -> Array:
@@ -247,7 +273,7 @@ class Candidates:
             named: number of the named candidate.
             other: number of the other candidate.
         """
-        if self.complexity[other] > self.complexity[named]:
+        if self._more_complex(other, named) > self.thresholds.same_complexity:
             return False
         found = self.gain(other, named)
         return found.mean <= max(self.thresholds.alike_errors * found.error, self.thresholds.least_gain)
@@ -261,12 +287,12 @@ class Candidates:
         return bool(np.all(self._noise * self._above[candidate] < self.thresholds.negligible_error))
 
     def as_good(self, named: int) -> list[int]:
-        """Return the other candidates whose error is higher by less than `material_rest`.
+        """Return the other candidates whose error is higher by less than `exchanged_rest`.
 
         Args:
             named: number of a candidate.
         """
-        most = self.remaining[named] / (1.0 - self.thresholds.material_rest)
+        most = self.remaining[named] / (1.0 - self.thresholds.exchanged_rest)
         return [k for k in np.flatnonzero(self.remaining <= most).tolist() if k != named]
 
     def _different(self, before: int, after: int) -> list[int]:

@@ -44,7 +44,7 @@ class Proposal:
         atoms = [chooser.equations.atoms[a] for a in one.atoms]
         amounts = chooser.folds.amounts(one.atoms)
         # what a law needs of the system, such as the speed at an input, may be gone behind a simpler one
-        needs = [(bool(atom.effect.beside), -atom.numbers) for atom in atoms]
+        needs = [(bool(atom.effect.beside), -atom.effect.complexity) for atom in atoms]
         order = sorted(range(len(atoms)), key=lambda k: needs[k])
         return cls(base, tuple(atoms[k] for k in order), tuple(amounts[k] for k in order))
 
