@@ -260,7 +260,7 @@ class Columns:
             Columns, shape (windows, K, outputs, amplitudes).
         """
         scale = np.array([added.scales[name] for name in added.amplitudes])
-        return self.at(added.place, np.nan_to_num(scale * self.path.evaluate(added.regressors)))
+        return self.at(added.place, scale * self.path.evaluate(added.regressors))
 
     @cached_property
     def laws(self) -> LocalLaws:

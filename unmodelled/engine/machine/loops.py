@@ -26,6 +26,15 @@ def fill_numbers(w, row, numbers):
 
 
 @jit()
+def fill_samples(w, row, values, first, lanes):
+    """Write samples from `first` on, shape (samples, columns), to the lanes; the last one fills the rest."""
+    for i in range(filled(lanes)):
+        k = first + min(i, lanes - 1)
+        for j in range(values.shape[1]):
+            w[row + j, i] = values[k, j]
+
+
+@jit()
 def at_share(w, lanes, at, now, slope, clock, share, period):
     """Write inputs and time at a share (0 to 1) of a period after the last sample into the registers w."""
     for j in range(len(now)):
@@ -176,17 +185,11 @@ def evaluate(program, t, x, u, p, c, y):
     for first in range(0, len(t), LANES):
         lanes = min(LANES, len(t) - first)
         wide = filled(lanes)
-        for i in range(wide):
-            k = first + min(i, lanes - 1)
-            w[at.t, i] = t[k, 0]
-            for j in range(x.shape[1]):
-                w[j, i] = x[k, j]
-            for j in range(u.shape[1]):
-                w[at.u + j, i] = u[k, j]
-            for j in range(p.shape[1]):
-                w[at.p + j, i] = p[k, j]
-            for j in range(c.shape[1]):
-                w[at.c + j, i] = c[k, j]
+        fill_samples(w, at.t, t, first, lanes)
+        fill_samples(w, 0, x, first, lanes)
+        fill_samples(w, at.u, u, first, lanes)
+        fill_samples(w, at.p, p, first, lanes)
+        fill_samples(w, at.c, c, first, lanes)
         execute(w, wide, code, at.prologue, at.rates, curves)
         for i in range(lanes):
             for j in range(len(program.shown)):
@@ -199,7 +202,7 @@ def evaluate_sets(program, t, u, p, c, owner, y):
 
     Args:
         program: instructions of a system without states, and the places of its values in the registers.
-        t: times, shape (samples,), s.
+        t: times, shape (samples, 1), s.
         u: inputs, shape (samples, inputs), SI.
         p: parameters, shape (sets, parameters), SI.
         c: operating points, shape (experiments, constants), SI.
@@ -212,13 +215,11 @@ def evaluate_sets(program, t, u, p, c, owner, y):
     for first in range(0, len(t), LANES):
         lanes = min(LANES, len(t) - first)
         wide = filled(lanes)
+        fill_samples(w, at.t, t, first, lanes)
+        fill_samples(w, at.u, u, first, lanes)
         for i in range(wide):
-            k = first + min(i, lanes - 1)
-            w[at.t, i] = t[k]
-            for j in range(u.shape[1]):
-                w[at.u + j, i] = u[k, j]
             for j in range(c.shape[1]):
-                w[at.c + j, i] = c[owner[k], j]
+                w[at.c + j, i] = c[owner[first + min(i, lanes - 1)], j]
         for s in range(len(p)):
             fill_numbers(w, at.p, p[s])
             execute(w, wide, code, at.prologue, at.rates, curves)

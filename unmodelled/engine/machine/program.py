@@ -202,7 +202,7 @@ class Program(NamedTuple):
             Observed values, shape (samples, sets, observed), SI; 0 where they are not finite.
         """
         y = np.empty((len(t), len(p), len(self.shown)))
-        values = (np.ascontiguousarray(a, np.float64) for a in (t, u, p, c))
+        values = (np.ascontiguousarray(a, np.float64) for a in (t[:, None], u, p, c))
         loops.evaluate_sets(self, *values, np.ascontiguousarray(owner, np.int64), y)
         return y
 
