@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import expm
 
 from tests.diagnosis.benches import Bench
-from tests.diagnosis.studies import JOINT, ONE_FAULT, effect, fitted, study
+from tests.diagnosis.studies import JOINT, ONE_FAULT, TORQUE, effect, fitted, study
 from unmodelled.diagnosis.core.choose import Chooser
 from unmodelled.diagnosis.core.columns import Atom, Columns
 from unmodelled.diagnosis.core.equations import Equations
@@ -144,3 +144,15 @@ def test_numbers_of_an_effect_have_no_effects_of_their_own(tmp_path: File) -> No
     seen = [atoms[0] for atoms, _ in Columns(Path.of(base, base.recording)).atoms()]
     assert not [a for a in seen if a.effect.family == "coulomb_friction" and a.place == JOINT]
     assert {a.place.name for a in seen if a.place.kind == "parameter"} == {"J", "b", "mgl"}
+
+
+def test_errors_of_a_system_with_hidden_states_are_compared_over_some_windows(tmp_path: File) -> None:
+    known = Hypothesis.known(study(tmp_path, Bench(samples=300, runs=4)))
+    lagging = fitted(known.plus(effect("actuator_lag"), TORQUE))
+    every, few = (Path.of(lagging, lagging.recording, most) for most in (None, 5))
+    assert every.hidden and len(few.judged) == len(every.judged) > few.judged.sum() >= 5
+    np.testing.assert_array_equal(few.error, every.error[few.judged])
+    some = ((atoms[0].key, found) for atoms, found in Columns(few).atoms())
+    whole = {atoms[0].key: found for atoms, found in Columns(every).atoms()}
+    compared = [np.array_equal(found, whole[key][few.judged]) for key, found in some]
+    assert len(compared) > 20 and all(compared)

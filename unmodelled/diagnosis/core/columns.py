@@ -73,7 +73,7 @@ class Group:
     """Columns that are there in every model.
 
     Attributes:
-        columns: changes of the window errors, shape (windows, K, outputs, members).
+        columns: changes of the window errors, shape (judged windows, K, outputs, members).
         prior: plausible deviations, shape (members,), in units of the columns.
         atoms: differences between experiments that may be named, by member; None where one is only there.
     """
@@ -101,7 +101,7 @@ class Columns:
             forcing: additions to its quantity, shape (windows, 2 K + 1, N), SI, finite.
 
         Returns:
-            Columns, shape (windows, K, outputs, N), in units of the sensor noise.
+            Columns, shape (judged windows, K, outputs, N), in units of the sensor noise.
         """
         path = self.path
         B, D = path.by(Place(place.kind, place.name))
@@ -126,6 +126,7 @@ class Columns:
             forcing,
             start,
             path.recording.steps,
+            path.judged,
             *path.chain,
             path.period,
         )
@@ -139,7 +140,7 @@ class Columns:
 
     @cached_property
     def starts(self) -> Array:
-        """Return the columns, shape (windows, K, outputs, measured states), of the initial states."""
+        """Return the columns, shape (judged windows, K, outputs, measured states), of initial states."""
         path, many = self.path, len(self.path.measured)
         start = np.zeros((*path.x[:, 0].shape, many))
         start[:, path.measured] = path.sigma[:, :, None] * np.eye(many)
@@ -245,7 +246,7 @@ class Columns:
             place: port.
 
         Returns:
-            Columns, shape (windows, K, outputs, amplitudes).
+            Columns, shape (judged windows, K, outputs, amplitudes).
         """
         scale = np.array([a.scale for a in law.amplitudes.values()])
         return self.at(place, scale * self.laws.contributions(continued(self.sites[place], law), place, [{}]))
@@ -257,7 +258,7 @@ class Columns:
             added: effect with regressors in the system's symbols.
 
         Returns:
-            Columns, shape (windows, K, outputs, amplitudes).
+            Columns, shape (judged windows, K, outputs, amplitudes).
         """
         scale = np.array([added.scales[name] for name in added.amplitudes])
         return self.at(added.place, scale * self.path.evaluate(added.regressors))
@@ -273,7 +274,7 @@ class Columns:
         Differences between experiments are in `between`; laws at levels of a factor follow from these.
 
         Yields:
-            Atoms of a law, and their columns, shape (windows, K, outputs, atoms * amplitudes).
+            Atoms of a law, and their columns, shape (judged windows, K, outputs, atoms * amplitudes).
         """
         for effect, place in self._every:
             if isinstance(effect, Delay):

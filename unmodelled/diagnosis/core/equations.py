@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
-#: Shapes that are kept of a law at a place.
-KEPT = 2
+#: Shapes that are kept of a law at a place, and laws that are kept at a level of a factor: budgets.
+KEPT, LOCAL = 2, 24
 #: Product below which a column does not act.
 NOTHING = 1e-9
 
@@ -108,27 +108,45 @@ class Equations:
         )
 
     def _with_levels(self, columns: Columns) -> Equations:
-        """Add laws at levels of factors: their products are those of all experiments, or zero."""
+        """Add the best laws at levels of factors: their products are those of all experiments, or zero."""
         study, runs = columns.path.hypothesis.study, np.unique(columns.path.owner)
         every = np.ones(len(runs), bool)
         wanted = [(k, atom, every) for k, atom in enumerate(self.atoms) if not atom.effect.at_levels]
-        seen = set[object]()
+        best = dict[object, int]()
+        for k, atom in enumerate(self.atoms):
+            if atom.effect.at_levels or atom.place.kind == "port":
+                best.setdefault((atom.key, *(atom.shape.values() if atom.effect.at_levels else ())), k)
+        alone, _, _ = self._without_between(np.arange(len(self.between)), 1.0)
         for factor, level, members in levels(study.logs.experiments.iloc[runs], study.thresholds):
             here = np.isin(np.arange(len(runs)), members)
-            for k, atom in enumerate(self.atoms):
-                local = at_level(atom, factor, level)
-                if atom.effect.at_levels or (atom.place.kind == "port" and local.key not in seen):
-                    seen.add(local.key)
-                    wanted.append((k, local, here))
+            gains = self._gains_at(alone, here)
+            few = sorted(best.values(), key=gains.__getitem__, reverse=True)[:LOCAL]
+            wanted += [(k, at_level(self.atoms[k], factor, level), here) for k in few]
         own = [np.arange(self.first[k], self.first[k] + self.count[k]) for k, _, _ in wanted]
         n, always = len(self.prior), np.ones((len(runs), len(self.prior)), bool)
-        index = np.concatenate([np.arange(n), *(n + one for one in own), [self.gram.shape[1] - 1]]).astype(
-            int
-        )
+        index = np.concatenate([np.arange(n), *(n + one for one in own), [self.gram.shape[1] - 1]], dtype=int)
         masks = [np.repeat(here[:, None], self.count[k], axis=1) for k, _, here in wanted]
         mask = np.concatenate([always, *masks, every[:, None]], axis=1)
         gram = self.gram[:, index[:, None], index] * (mask[:, :, None] & mask[:, None])
         return self._of(gram, columns, self.prior, [atom for _, atom, _ in wanted], self.samples)
+
+    def _gains_at(self, alone: Array, here: Mask) -> list[float]:
+        """Squared error (atoms,) that every law alone removes, if it acts in some experiments only."""
+        n, total, every = self.open, alone[here].sum(0), alone.sum(0)
+        total[:n, :n] = every[:n, :n]
+        total[:n, -1] = total[-1, :n] = every[:n, -1]
+        fit, _ = without_open(total, total, n, self.prior[:n])
+        own = [slice(first, first + count) for first, count in zip(self.first, self.count, strict=True)]
+        return [float(fit[k, -1] @ np.linalg.solve(fit[k, k], fit[k, -1])) for k in own]
+
+    def _without_between(self, on: Indices, unit: float) -> tuple[Array, Array, Array]:
+        """Products (experiments, rest, rest) without differences, their fits, and inverse curvatures."""
+        own, many = self.open + on, self.open + len(self.between)
+        rest = np.r_[0 : self.open, many : self.gram.shape[1]]
+        cross, square = self.gram[:, own[:, None], rest], self.gram[:, own[:, None], own]
+        inverse = np.asarray(np.linalg.inv(square + unit * np.diag(self.prior[own] ** -2.0)), np.float64)
+        moved = inverse @ cross
+        return self.gram[:, rest[:, None], rest] - cross.transpose(0, 2, 1) @ moved, moved, inverse
 
     def only(self, atoms: Sequence[int]) -> Equations:
         """Return the equations with some of the atoms.
@@ -162,15 +180,10 @@ class Equations:
             unit: squared error of an independent sample, to which the priors of differences refer, default
                 that of the sensor noise.
         """
-        n, many = self.open, len(self.between)
-        on = np.ones(many, bool) if between is None else between
-        own = n + np.flatnonzero(on)
-        rest = np.r_[0:n, n + many : self.gram.shape[1]]
-        cross, square = self.gram[:, own[:, None], rest], self.gram[:, own[:, None], own]
-        inverse = np.linalg.inv(square + unit * np.diag(self.prior[own] ** -2.0))
+        n, on = self.open, np.arange(len(self.between)) if between is None else np.flatnonzero(between)
+        own = n + on
+        alone, moved, inverse = self._without_between(on, unit)
         one = np.diag(self.prior[own] ** 2) / unit
-        moved = inverse @ cross
-        alone = self.gram[:, rest[:, None], rest] - cross.transpose(0, 2, 1) @ moved
 
         def eliminated(total: Array, shift: Array, free: Array) -> Array:
             return total + shift.T @ np.linalg.solve(free + one, shift) if len(own) else total
@@ -184,6 +197,7 @@ class Equations:
             fits.append(fit)
             scores.append(score)
         whole, _ = without_open(every, every, n, self.prior[:n])
+        square = self.gram[:, own[:, None], own]
         size = np.eye(len(own)) + square * np.outer(self.prior[own], self.prior[own]) / unit
         price = np.linalg.slogdet(size)[1] if len(own) else np.zeros(len(self.gram))
         return Folds(np.array(fits), np.array(scores), whole, self.first, self.count, self.positive, price)
@@ -254,9 +268,10 @@ def _always(columns: Columns) -> tuple[_Starts, Array, list[Mask], float, Array]
     """
     path, starts = columns.path, _Starts.of(columns)
     every = [columns.open.columns, columns.between.columns, path.error[..., None]]
-    runs = [path.owner == i for i in np.unique(path.owner)]
+    owner = path.owner[path.judged]
+    runs = [owner == i for i in np.unique(owner)]
     prior = np.concatenate([columns.open.prior, columns.between.prior])
-    share = 1.0 / float(np.mean(path.recording.steps))
+    share = 1.0 / float(np.mean(path.recording.steps[path.judged]))
     return starts, starts.free(np.concatenate(every, axis=3)), runs, share, prior
 
 

@@ -63,8 +63,9 @@ class Path:
         t: time on the half grid, shape (windows, 2 K + 1), s.
         x: states on the half grid, shape (windows, 2 K + 1, states), SI.
         u: inputs on the half grid, shape (windows, 2 K + 1, inputs), SI.
-        error: measured minus simulated outputs, shape (windows, K, outputs), in units of the sensor noise;
-            zero where an error does not count.
+        judged: mask of the windows whose errors are compared, shape (windows,); the others lead up to them.
+        error: measured minus simulated outputs, shape (judged windows, K, outputs), in units of the sensor
+            noise; zero where an error does not count.
         root: square roots of Huber's weights, same shape; zero where an error does not count.
         sigma: noise of the measured initial states, shape (windows, measured states), SI.
         measured: numbers of the states that outputs show.
@@ -82,6 +83,7 @@ class Path:
     t: Array
     x: Array
     u: Array
+    judged: Mask
     error: Array
     root: Array
     sigma: Array
@@ -93,14 +95,21 @@ class Path:
     _by: dict[Place, tuple[Array, Array]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
-    def of(cls, fitted: FittedHypothesis, recording: Recording) -> Path:
+    def of(cls, fitted: FittedHypothesis, recording: Recording, most: int | None = None) -> Path:
         """Simulate a fitted hypothesis over some windows, from the measured states.
+
+        The change of hidden states is integrated from window to window: none may be left out.
 
         Args:
             fitted: fitted hypothesis.
             recording: windows of its experiments.
+            most: number of windows whose errors are compared, about; default all.
         """
-        runs, numbers = _StateRuns(fitted.hypothesis, recording), fitted.fit.numbers
+        few, numbers = recording if most is None else recording.thinned(most), fitted.fit.numbers
+        runs = _StateRuns(fitted.hypothesis, few)
+        if runs.hidden:
+            runs = _StateRuns(fitted.hypothesis, recording)
+        recording = runs.recording
         with np.errstate(all="ignore"):
             shown = runs(numbers, substeps=max(2, fitted.fit.substeps))
         error = (shown.measured[:, 0] - shown.y[:, 0]) / recording.noise
@@ -109,6 +118,7 @@ class Path:
         usable &= np.isfinite(runs.states[:, 0, 1:]).all(axis=2, keepdims=True)
         error = np.where(usable, error, 0.0)
         huber = weights(error, spread(error, np.asarray(usable.all(axis=2), np.bool_)))
+        judged = np.isin(recording.start, few.start)
         tables = runs.reader(numbers, recording, EVERY)
         x, rows = _held(runs.states[:, 0]), _rows(recording)
         log_x = np.zeros((len(recording.logs.t), x.shape[2]))
@@ -125,8 +135,9 @@ class Path:
             t=t,
             x=half_x,
             u=u,
-            error=error,
-            root=np.sqrt(huber) * usable,
+            judged=judged,
+            error=error[judged],
+            root=(np.sqrt(huber) * usable)[judged],
             sigma=start_noise(runs, numbers),
             measured=runs.measured,
             hidden=runs.hidden,
@@ -153,7 +164,7 @@ class Path:
     def gap(self) -> float:
         """Return the root mean square error in standard deviations of the outputs."""
         off = self.error * self.recording.noise / self.recording.scale
-        return float(np.sqrt(np.mean(off[self.recording.counted] ** 2)))
+        return float(np.sqrt(np.mean(off[self.recording.counted[self.judged]] ** 2)))
 
     def evaluate(self, expressions: Sequence[sp.Expr], log: bool = False) -> Array:
         """Return values of expressions of the system's symbols.

@@ -77,8 +77,8 @@ def transitions(A, period):
 
 
 @jit()
-def propagate(whole, second, B, C, D, forcing, start, steps, order, chained, hidden, period):
-    """Return changes of the outputs, shape (windows, K, outputs, columns), by forcings along the path.
+def propagate(whole, second, B, C, D, forcing, start, steps, judged, order, chained, hidden, period):
+    """Return changes of the outputs, shape (judged windows, K, outputs, columns), by forcings along the path.
 
     Measured states start anew in every window. Hidden ones are integrated along the experiment with the
     measured states imposed, as a free run does, and so is their change.
@@ -92,14 +92,16 @@ def propagate(whole, second, B, C, D, forcing, start, steps, order, chained, hid
         forcing: addition to this quantity, shape (windows, 2 K + 1, columns).
         start: change of the initial states, shape (windows, n, columns); of hidden ones where a chain begins.
         steps: numbers of samples, shape (windows,).
+        judged: mask of the windows that are wanted, shape (windows,).
         order: windows in the order of time.
         chained: whether a window continues the one before it in this order, shape (windows,).
         hidden: mask, shape (n,), of the states that no output shows.
         period: sampling period, s.
     """
-    W, K, n, _ = whole.shape
+    K, n = whole.shape[1:3]
     J, N = C.shape[2], forcing.shape[2]
-    out = np.zeros((W, K, J, N))
+    place = np.cumsum(judged) - 1
+    out = np.zeros((np.sum(judged), K, J, N))
     d, e, f = np.zeros((n, N)), np.zeros((n, N)), np.zeros((n, N))
     h, g = np.zeros((n, N)), np.zeros((n, N))
     for w in order:
@@ -138,14 +140,14 @@ def propagate(whole, second, B, C, D, forcing, start, steps, order, chained, hid
                                 g[i, c] += whole[w, k, i, j] * h[j, c]
             d, e = e, d
             h, g = g, h
-            for o in range(J):
+            for o in range(J if judged[w] else 0):
                 by = D[w, k + 1, o]
                 if by != 0.0:
                     for c in range(N):
-                        out[w, k, o, c] = by * forcing[w, 2 * k + 2, c]
+                        out[place[w], k, o, c] = by * forcing[w, 2 * k + 2, c]
                 for j in range(n):
                     by = C[w, k + 1, o, j]
                     if by != 0.0:
                         for c in range(N):
-                            out[w, k, o, c] += by * d[j, c]
+                            out[place[w], k, o, c] += by * d[j, c]
     return out

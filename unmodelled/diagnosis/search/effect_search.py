@@ -219,9 +219,7 @@ class EffectSearch:
                 self._keep(fitted)
 
     def _chooser(self, parent: FittedHypothesis) -> Chooser:
-        path = Path.of(parent, self.study.recording.thinned(self._count(LINEAR)))
-        if path.hidden:  # their change is integrated from window to window: none may be left out
-            path = Path.of(parent, self.study.recording)
+        path = Path.of(parent, self.study.recording, self._count(LINEAR))
         return Chooser(Equations.of(Columns(path)), path.gap)
 
     def _named(self) -> FittedHypothesis:
