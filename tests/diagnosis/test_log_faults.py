@@ -22,12 +22,14 @@ from tests.diagnosis.run_folder import write_runs
 from unmodelled.base.errors import BadInput
 from unmodelled.diagnosis.answer.diagnose_gap import diagnose_gap
 from unmodelled.diagnosis.answer.sentences import sentences
+from unmodelled.diagnosis.answer.summary import summary
 from unmodelled.diagnosis.data.duplicates import different
 from unmodelled.diagnosis.data.persistence import default_horizon
 from unmodelled.diagnosis.data.result import LogFault
 from unmodelled.diagnosis.search.log_copies import copies
 from unmodelled.diagnosis.search.log_faults import log_faults, without_copies
 from unmodelled.diagnosis.search.log_trials import Trials
+from unmodelled.diagnosis.where.where import where
 from unmodelled.logs.folder import read_logs
 from unmodelled.logs.logs import Logs
 from unmodelled.systems.model import System
@@ -389,9 +391,8 @@ def test_one_file_under_four_names(right: Path) -> None:
     assert (fault.problem, fault.experiments, fault.explains) == ("identical", ("a", "b", "c", "d"), None)
     found = diagnose_gap(system, logs, HORIZON, 0, faults=(fault,))
     assert (found.verdict, found.effects) == ("check_logs", ())
-    assert found.confidence > 0.9 and sentences(found)[1].startswith(
-        "The logs of a, b, c and d are identical"
-    )
+    told = sentences(summary(found, where(found)))
+    assert found.confidence > 0.9 and told[1].startswith("The logs of a, b, c and d are identical")
 
 
 def test_some_copies_count_as_one_experiment(right: Path) -> None:

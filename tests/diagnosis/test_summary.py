@@ -69,9 +69,11 @@ def test_the_keys_are_those_of_the_contract(content: dict[str, Any]) -> None:
 def test_a_file_that_is_not_offered_has_its_reason(found: Diagnosis) -> None:
     refused = Refusal("augmented_system.yaml", "theta diverges", "pendulum.yaml")
     entry = {"file": "augmented_system.yaml", "reason": "theta diverges", "keep": "pendulum.yaml"}
-    assert summary(found, WHERE, None, [refused])["refused"] == [entry]
-    assert str(refused) == "augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml"
-    assert sentences(found, exported=False)[-1].startswith("next: keep the system as given")
+    content = summary(found, WHERE, None, [refused])
+    assert content["refused"] == [entry]
+    *_, said, last = sentences(content)
+    assert said == "augmented_system.yaml is not offered: theta diverges; keep pendulum.yaml"
+    assert last.startswith("next: keep the system as given")
 
 
 def test_an_effect_on_a_port(content: dict[str, Any]) -> None:
@@ -164,7 +166,7 @@ def test_numbers_that_are_none_and_those_of_numpy(found: Diagnosis) -> None:
         (
             Place("parameter", "b"),
             "joint",
-            "predicts 7 % of the whole; the further effect that predicts best is at parameter:b",
+            "predicts 7 % of the whole; the further effect that predicts best is at joint",
         ),
         (None, None, "a network in every port predicts 7 % of the whole"),
     ],
@@ -177,11 +179,11 @@ def test_a_remainder_says_how_much_and_where(
     told = summary(changed, WHERE)
     assert told["verdict"] == "main_effect"
     assert told["remainder"] == {"share": 0.11, "predictable": 0.07, "channel": channel}
-    (line,) = (line for line in sentences(changed) if line.startswith("remainder: "))
+    (line,) = (line for line in sentences(told) if line.startswith("remainder: "))
     assert line.startswith("remainder: 11 % of the squared error in experiments that were left out")
     assert line.endswith(words)
-    assert sentences(changed)[-1].startswith("next: simulate augmented_system.yaml on new logs")
-    assert content["remainder"] is None and "remainder: " not in "\n".join(sentences(found))
+    assert sentences(told)[-1].startswith("next: simulate augmented_system.yaml on new logs")
+    assert content["remainder"] is None and "remainder: " not in "\n".join(sentences(content))
 
 
 def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:
@@ -192,8 +194,10 @@ def test_the_same_diagnosis_is_the_same_file(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_what_is_printed(found: Diagnosis) -> None:
-    lines = sentences(found)
+def test_what_is_printed(found: Diagnosis, content: dict[str, Any]) -> None:
+    """The same of an answer that was read from its file."""
+    lines = sentences(summary(found, WHERE))
+    assert sentences(content) == lines
     text = "\n".join(lines)
     assert (
         lines[0].startswith("verdict: an effect that the model omits explains the gap")
@@ -205,7 +209,7 @@ def test_what_is_printed(found: Diagnosis) -> None:
         "F_c = 0.06 N m (95 % interval 0.054 to 0.066)",
         "these logs cannot distinguish it from stribeck_friction at joint",
         "constant_load at joint where group is old",
-        "b_deviation = -0.02 to 0.01, fitted per experiment",
+        "b_deviation = -0.0185 to 0.009625, fitted per experiment",
         "drift (parameter) at parameter:b",
         "b = 0.0151 N m s/rad (95 % interval 0.0149 to 0.0153), 0.03 N m s/rad in the system file",
         f"noise floor {found.augmented.gap.floor:.3g} (in standard deviations of the outputs",
@@ -224,7 +228,8 @@ def test_what_diverges_is_said_and_null(found: Diagnosis) -> None:
     gap = found.augmented.gap
     off = replace(gap.units["theta"], at_horizon=None, whole_run=None)
     changed = replace(found, augmented=replace(found.augmented, gap=replace(gap, units={"theta": off})))
-    entry = summary(changed, WHERE)["gap"]["units"]["theta"]
+    told = summary(changed, WHERE)
+    entry = told["gap"]["units"]["theta"]
     assert entry["augmented"] is None and entry["augmented_whole_run"] is None and entry["known"] > 0.0
-    text = "\n".join(sentences(changed))
+    text = "\n".join(sentences(told))
     assert "with the effects found: diverges within 0.1 s, diverges over whole runs" in text

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from unmodelled.base.wording import part_of
-from unmodelled.diagnosis.answer.sentences import _law_numbers
+from unmodelled.diagnosis.answer.sentences import numbers_of
 from unmodelled.diagnosis.answer.summary import _effect
 from unmodelled.diagnosis.data.gap import Off
 from unmodelled.diagnosis.data.result import DiagnosedEffect, Estimate
@@ -240,7 +240,7 @@ def test_an_offset_is_in_the_unit_of_its_column(
     tmp_path: Path, text: str, family: str, place: Place, numbers: dict[str, float], line: str
 ) -> None:
     one = found(read(tmp_path, text), family, "", place, numbers)
-    assert list(_law_numbers(one)) == [line]
+    assert list(numbers_of(content(one))) == [line]
     number = main_number(content(one))
     assert (
         number is not None
@@ -253,7 +253,7 @@ def test_an_offset_is_in_the_unit_of_its_column(
 def test_lines_and_tables_say_what_a_number_is(tmp_path: Path) -> None:
     numbers = {"m_b": 3.57, "omega_f": 2 * pi * 12.4, "zeta": 0.06}
     one = found(read(tmp_path, SLIDE), "flexible_transmission", "part", Place("port", "belt"), numbers)
-    assert list(_law_numbers(one)) == [
+    assert list(numbers_of(content(one))) == [
         "m_b = 3.57 of 5 kg (95 % interval 3.213 to 3.927), behind it",
         "omega_f/(2*pi) = 12.4 Hz (95 % interval 11.16 to 13.64), resonance",
         "zeta = 0.06 (95 % interval 0.054 to 0.066), damping ratio",
@@ -269,7 +269,7 @@ def test_lines_and_tables_say_what_a_number_is(tmp_path: Path) -> None:
 def test_the_speed_of_a_stribeck_curve_is_in_the_unit_of_the_speed_sensor(tmp_path: Path) -> None:
     place = PORT
     one = found(read(tmp_path, TABLE), "stribeck_friction", "", place, {"v_s": pi / 10})
-    assert list(_law_numbers(one)) == ["v_s = 3 rpm (95 % interval 2.7 to 3.3)"]
+    assert list(numbers_of(content(one))) == ["v_s = 3 rpm (95 % interval 2.7 to 3.3)"]
 
 
 def test_a_number_that_the_logs_leave_open_is_in_no_phrase(tmp_path: Path) -> None:

@@ -92,7 +92,7 @@ def test_of_the_held_out_experiments(
     # the terminals say the same
     printed = capsys.readouterr().out.split("with the effects")[-1].splitlines()
     simulated = [line for line in printed if not line.startswith("note: ")]
-    told = "\n".join(sentences(found))
+    told = "\n".join(sentences(summary(found, where(found))))
     assert f"augmented {simulated[-4].split()[1]}, " in told
     assert f"noise floor {simulated[-3].split()[2]} "[:-2] in told
     assert f"with the effects found: {simulated[-5].removeprefix('theta: ')}" in told

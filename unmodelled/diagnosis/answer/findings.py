@@ -85,9 +85,7 @@ class Findings:
         return augmented_system(self.diagnosis) if self.exported else self.diagnosis.system
 
     def __str__(self) -> str:
-        *lines, last = sentences(self.diagnosis, self.exported)
-        robot = [] if self.robot is None else [str(self.robot)]
-        return "\n".join([*lines, *robot, *map(str, self.refused), last])
+        return "\n".join(sentences(self.content))
 
     @property
     def sources(self) -> dict[str, str]:

@@ -25,11 +25,6 @@ class Replayed:
     gap: float
     units: Mapping[str, Off]
 
-    @property
-    def diverged(self) -> tuple[str, ...]:
-        """Names of the outputs that diverge in whole runs."""
-        return tuple(name for name, off in self.units.items() if off.whole_run is None)
-
 
 @dataclass(frozen=True)
 class Replay:

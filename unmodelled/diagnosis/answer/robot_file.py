@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from unmodelled.base.files import replacing
 from unmodelled.diagnosis.answer.replay import Replay, Replayed, replay
-from unmodelled.diagnosis.answer.take_home import Change, TakeHome, take_home
+from unmodelled.diagnosis.answer.take_home import TakeHome, take_home
 from unmodelled.diagnosis.data.result import Diagnosis
 from unmodelled.diagnosis.gates.effect_numbers import impossible_numbers
 from unmodelled.diagnosis.gates.refusal import Refusal
@@ -19,8 +17,6 @@ from unmodelled.diagnosis.gates.robot_numbers import impossible_parameters
 
 #: Folder of the patched file in the folder of an answer.
 FOLDER = "robot"
-#: Changed numbers that a sentence lists.
-LISTED = 6
 
 
 @dataclass(frozen=True)
@@ -105,26 +101,6 @@ class RobotFile:
             "replay": {**runs, "improves": True},
         }
 
-    def __str__(self) -> str:
-        return "\n".join(self._sentences())
-
-    def _sentences(self) -> Iterator[str]:
-        changes = self.found.changes
-        more = f" and {len(changes) - LISTED} more" if len(changes) > LISTED else ""
-        listed = ", ".join(map(_said, changes[:LISTED])) + more
-        yield f"{self.file} is the robot file, patched: {listed or 'no number differs'}"
-        for part in self.found.missing:
-            held = f" ({self.supplement} holds it)" if part.supplemented else ""
-            yield f"{self.file} does not hold {part.what}: {part.reason}{held}"
-        run, final = self.replay, self.replay.final
-        gaps = f"as given {run.given.gap:.3g}, patched {run.patched.gap:.3g}"
-        if run.supplemented is not None:
-            gaps += f", with its supplement {run.supplemented.gap:.3g}"
-        lost = f"; {', '.join(final.diverged)} diverges in whole runs" if final.diverged else ""
-        yield f"gap of the robot file in MuJoCo, on the same experiments: {gaps}{lost}"
-        if run.patched.gap >= run.given.gap:
-            yield f"{self.file} alone is no improvement: load it with {self.supplement}"
-
 
 def offered(diagnosis: Diagnosis) -> RobotFile | Refusal:
     """Return the patched robot file of a diagnosis, or why it is not offered.
@@ -146,12 +122,6 @@ def offered(diagnosis: Diagnosis) -> RobotFile | Refusal:
         if not reason:
             return file
     return Refusal(f"{FOLDER}/{name}", reason, name)
-
-
-def _said(change: Change) -> str:
-    given = f"{change.given:.4g}" if isfinite(change.given) else "none"
-    unit = "" if change.unit == "1" else f" {change.unit}"
-    return f"{change.element}.{change.quantity} {given} -> {change.patched:.4g}{unit}"
 
 
 def _errors(run: Replayed) -> dict[str, Any]:

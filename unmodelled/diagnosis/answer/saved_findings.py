@@ -14,7 +14,7 @@ from unmodelled.base.errors import BadInput
 from unmodelled.base.files import read_json, replacing_folder
 from unmodelled.diagnosis.answer.augmented import FILE
 from unmodelled.diagnosis.answer.findings import SUMMARY, TABLES, Part
-from unmodelled.diagnosis.answer.sentences import NEXT_STEPS, VERDICTS
+from unmodelled.diagnosis.answer.sentences import sentences
 from unmodelled.diagnosis.answer.summary import SCHEMA
 from unmodelled.logs.inputs import read_inputs
 from unmodelled.logs.logs import Logs
@@ -120,16 +120,4 @@ class SavedFindings:
         return SavedFindings(out, self.content)
 
     def __str__(self) -> str:
-        found, gap = self.content, self.content["gap"]
-        laws = [f"- {each['family']} at {each['port']}: {each['law']}" for each in found["effects"]]
-        values = ", ".join(f"{name} {gap[name]:.3g}" for name in ("known", "reidentified", "augmented"))
-        return "\n".join(
-            [
-                f"verdict: {VERDICTS[found['verdict']]} (confidence {found['confidence']:.2f})",
-                *(row["sentence"] for row in found["logs"]),
-                *laws,
-                f"gap: {values}, noise floor {gap['floor']:.3g}",
-                *(f"note: {note}" for note in found["notes"]),
-                f"next: {NEXT_STEPS[found['verdict']]}",
-            ]
-        )
+        return "\n".join(sentences(self.content))

@@ -1,15 +1,16 @@
-"""A diagnosis in a few lines of text, each of which stands on its own."""
+"""An answer in a few lines of text, each of which stands on its own, from the content of diagnosis.json."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from unmodelled.base.wording import level_name
-from unmodelled.diagnosis.answer.told import phrase, said_number
-from unmodelled.diagnosis.data.gap import Gap
-from unmodelled.diagnosis.data.result import DiagnosedEffect, Diagnosis, Estimate, Interval, Remainder
+from unmodelled.diagnosis.answer.augmented import FILE
+from unmodelled.diagnosis.data.gap import Off
 from unmodelled.effects.added import Added
-from unmodelled.effects.telling import said
+
+Entry = Mapping[str, Any]
 
 #: The verdicts in words.
 VERDICTS = {
@@ -29,55 +30,54 @@ NEXT_STEPS = {
 }
 #: What to do next where the augmented system is not offered.
 KEEP = "keep the system as given for simulations; see in index.html where the gap lies"
-#: Ids of held-out experiments that are listed.
-MOST_IDS = 4
+#: Ids of held-out experiments, and changed numbers of a robot file, that are listed.
+MOST_IDS, MOST_CHANGES = 4, 6
 
 
-def sentences(diagnosis: Diagnosis, exported: bool = True) -> list[str]:
-    """Return a diagnosis in lines: verdict, faults, effects, parameters, gap, notes and the next step.
+def sentences(content: Entry) -> list[str]:
+    """Return an answer in lines: verdict, faults, effects, parameters, gap, notes, files and the next step.
 
     Args:
-        diagnosis: diagnosis with any verdict.
-        exported: whether the augmented system is offered as a file, default True.
+        content: content of diagnosis.json with any verdict.
     """
-    notes = [f"note: {note}" for note in diagnosis.notes]
-    told = [*_verdict(diagnosis), *_numbers(diagnosis), *_gap(diagnosis), *notes]
-    kept = not exported and diagnosis.verdict != "check_logs"
-    return [*told, f"next: {KEEP if kept else NEXT_STEPS[diagnosis.verdict]}"]
+    notes = [f"note: {note}" for note in content["notes"]]
+    told = [*_verdict(content), *_parameters(content["parameters"]), *_gap(content), *notes]
+    robot, refused = content.get("robot"), content.get("refused", ())
+    told += [] if robot is None else robot_sentences(robot)
+    told += [f"{each['file']} is not offered: {each['reason']}; keep {each['keep']}" for each in refused]
+    kept = any(each["file"] == FILE for each in refused)
+    return [*told, f"next: {KEEP if kept else NEXT_STEPS[content['verdict']]}"]
 
 
-def _verdict(diagnosis: Diagnosis) -> Iterator[str]:
-    first = [fault.sentence for fault in diagnosis.faults]
-    yield from () if diagnosis.verdict == "check_logs" else first  # a warning that comes before all else
-    yield f"verdict: {VERDICTS[diagnosis.verdict]} (confidence {diagnosis.confidence:.2f})"
-    yield from first if diagnosis.verdict == "check_logs" else ()
-    for found in diagnosis.effects:
-        share = 100.0 * found.shrink
+def _verdict(content: Entry) -> Iterator[str]:
+    faults = dict.fromkeys(row["sentence"] for row in content["logs"])  # a fault has a row for each channel
+    checked = content["verdict"] == "check_logs"
+    yield from () if checked else faults  # a warning that comes before all else
+    yield f"verdict: {VERDICTS[content['verdict']]} (confidence {content['confidence']:.2f})"
+    yield from faults if checked else ()
+    for effect in content["effects"]:
+        share = 100.0 * effect["shrink"]
         digits = 1 if 0.05 <= share < 0.95 else 0  # a small effect beside a large one
         explains = f"explains {share:.{digits}f} % of the squared gap above the noise floor"
-        sure = f"confidence {found.confidence:.2f}"
-        yield f"- {named(found.added)}: {found.added.law} ({explains}, {sure})"
-        if text := phrase(found):
+        sure = f"confidence {effect['confidence']:.2f}"
+        yield f"- {_label(effect)}: {effect['law']} ({explains}, {sure})"
+        if text := effect.get("text"):
             yield f"    {text}"
-        yield from (f"    {line}" for line in _law_numbers(found))
-        if found.indistinguishable:
-            others = ", ".join(named(added) for added in found.indistinguishable)
+        yield from (f"    {line}" for line in numbers_of(effect))
+        if effect["indistinguishable"]:
+            others = ", ".join(map(_label, effect["indistinguishable"]))
             yield f"    these logs cannot distinguish it from {others}: log motions in which they differ"
-    if diagnosis.remainder is not None:
-        yield _remainder(diagnosis.remainder, diagnosis.augmented.gap)
+    if content["remainder"] is not None:
+        yield _remainder(content["remainder"], content["gap"])
 
 
-def _remainder(left: Remainder, gap: Gap) -> str:
-    at = (
-        f"; the further effect that predicts best is at {left.place.channel}"
-        if left.place is not None
-        else ""
-    )
-    predicts = f"{_percent(left.predictable)} of the whole" if left.predictable > 0.0 else "no part of it"
+def _remainder(left: Entry, gap: Entry) -> str:
+    at = f"; the further effect that predicts best is at {left['channel']}" if left["channel"] else ""
+    predicts = f"{_percent(left['predictable'])} of the whole" if left["predictable"] else "no part of it"
     return (
-        f"remainder: {_percent(left.share)} of the squared error in experiments that were left out of the "
-        f"fit; the gap is {_percent(gap.value / gap.persistence)} of that of persistence; a network in every "
-        f"port predicts {predicts}{at}"
+        f"remainder: {_percent(left['share'])} of the squared error in experiments that were left out of the "
+        f"fit; the gap is {_percent(gap['augmented'] / gap['persistence'])} of that of persistence; "
+        f"a network in every port predicts {predicts}{at}"
     )
 
 
@@ -92,72 +92,117 @@ def named(added: Added) -> str:
     Args:
         added: effect with its place.
     """
-    kind = f"{added.family} ({added.variant})" if added.variant else added.family
     place = added.place
-    only = "" if place.factor is None else f" where {level_name(place.factor, place.level)}"
-    return f"{kind} at {place.channel}{only}"
+    return _in_words(added.family, added.variant, place.channel, place.factor, place.level)
 
 
-def _law_numbers(found: DiagnosedEffect) -> Iterator[str]:
-    for name in found.estimates:
-        number = said_number(found, name)
-        value, *interval = number.values
-        whole = "" if number.whole is None else f" of {number.whole:.4g}"
-        words = f", {number.words}" if number.words else ""
-        told = f"{number.symbol} = {value:.4g}{whole}{_unit(number.unit)}"
-        yield f"{told} ({_interval((interval[0], interval[1]))}){words}"
-    for name, values in found.own.items():
-        number = said(found.added, name, list(values.values()))
-        spread = f"{min(number.values):.4g} to {max(number.values):.4g}"
-        yield f"{number.symbol} = {spread}{_unit(number.unit)}, fitted per experiment"
+def _label(effect: Entry) -> str:
+    channel = f"parameter:{effect['parameter']}" if "parameter" in effect else effect["port"]
+    where = effect.get("factor"), effect.get("level")
+    return _in_words(effect["family"], effect.get("variant", ""), channel, *where)
 
 
-def _numbers(diagnosis: Diagnosis) -> Iterator[str]:
-    for name, e in diagnosis.parameters.items():
-        yield f"{name} = {_with_interval(e)}, {e.known:.4g}{_unit(e.unit)} in the system file"
+def _in_words(family: str, variant: str, channel: str, factor: str | None, level: float | str | None) -> str:
+    kind = f"{family} ({variant})" if variant else family
+    return f"{kind} at {channel}" + ("" if factor is None else f" where {level_name(factor, level)}")
 
 
-def _with_interval(e: Estimate) -> str:
-    return f"{e.value:.4g}{_unit(e.unit)} ({_interval(e.interval)})"
+def numbers_of(effect: Entry) -> Iterator[str]:
+    """Yield the numbers of an effect as a person says them, a line each.
+
+    Args:
+        effect: entry of `effects`.
+    """
+    for name, entry in effect["parameters"].items():
+        number = {"symbol": name, "words": "", **entry, **entry.get("shown", {})}
+        if "values" in entry:
+            spread = " to ".join(f"{end:.4g}" for end in number["interval"])
+            yield f"{number['symbol']} = {spread}{_unit(number['unit'])}, fitted per experiment"
+            continue
+        whole = f" of {number['whole']:.4g}" if "whole" in number else ""
+        words = f", {number['words']}" if number["words"] else ""
+        told = f"{number['symbol']} = {_number(number['value'])}{whole}{_unit(number['unit'])}"
+        yield f"{told} ({_interval(number['interval'])}){words}"
 
 
-def _gap(diagnosis: Diagnosis) -> Iterator[str]:
-    if diagnosis.verdict == "check_logs":
-        for name, off in diagnosis.known.gap.units.items():
-            yield f"{name}: {off.says(diagnosis.horizon)}"
-        yield f"gap of the known model: {diagnosis.known.gap.value:.3g} standard deviations of the outputs"
-        yield _persistence(diagnosis)
-        return
-    label = "with the effects found" if diagnosis.effects else "re-identified"
-    for name, off in diagnosis.known.gap.units.items():
-        after = diagnosis.augmented.gap.units[name].says(diagnosis.horizon)
-        yield f"{name}: {off.says(diagnosis.horizon)}; {label}: {after}"
-    models = ("known", "reidentified", "augmented", "neural")
-    values = ", ".join(f"{name} {getattr(diagnosis, name).gap.value:.3g}" for name in models)
-    ids = [diagnosis.logs.ids[i] for i in diagnosis.held_out]
-    more = f" and {len(ids) - MOST_IDS} more" if len(ids) > MOST_IDS else ""
-    yield (
-        f"gap: {values}, noise floor {diagnosis.floor:.3g} (in standard deviations of the outputs, on "
-        f"held-out experiments {', '.join(ids[:MOST_IDS])}{more})"
+def _parameters(each: Mapping[str, Entry]) -> Iterator[str]:
+    for name, e in each.items():
+        found = f"{_number(e['identified'])}{_unit(e['unit'])} ({_interval(e['interval'])})"
+        yield f"{name} = {found}, {_number(e['known'])}{_unit(e['unit'])} in the system file"
+
+
+def _gap(content: Entry) -> Iterator[str]:
+    gap, checked = content["gap"], content["verdict"] == "check_logs"
+    label = "with the effects found" if content["effects"] else "re-identified"
+    for name, entry in gap.get("units", {}).items():
+        before, after = (_off(entry, model).says(gap["horizon"]) for model in ("known", "augmented"))
+        yield f"{name}: {before}" + ("" if checked else f"; {label}: {after}")
+    if checked:
+        yield f"gap of the known model: {gap['known']:.3g} standard deviations of the outputs"
+    else:
+        values = ", ".join(f"{m} {gap[m]:.3g}" for m in ("known", "reidentified", "augmented", "neural"))
+        ids = gap["held_out"]
+        more = f" and {len(ids) - MOST_IDS} more" if len(ids) > MOST_IDS else ""
+        yield (
+            f"gap: {values}, noise floor {gap['floor']:.3g} (in standard deviations of the outputs, on "
+            f"held-out experiments {', '.join(ids[:MOST_IDS])}{more})"
+        )
+    yield f"persistence: {gap['persistence']:.3g}, the error if every output kept its value or its speed"
+    if not checked:
+        low, high = (100.0 * end for end in gap["interval"])
+        yield (
+            f"shrink: {100.0 * gap['shrink']:.0f} % of the squared gap above the noise floor "
+            f"(95 % interval {low:.0f} to {high:.0f} %)"
+        )
+
+
+def robot_sentences(robot: Entry) -> Iterator[str]:
+    """Yield what the patched robot file holds, and how well it follows the machine.
+
+    Args:
+        robot: entry `robot` of diagnosis.json.
+    """
+    file, changes, replay = robot["file"], robot["changes"], robot["replay"]
+    more = f" and {len(changes) - MOST_CHANGES} more" if len(changes) > MOST_CHANGES else ""
+    listed = ", ".join(map(_change, changes[:MOST_CHANGES])) + more
+    yield f"{file} is the robot file, patched: {listed or 'no number differs'}"
+    for part in robot["missing"]:
+        held = f" ({robot['supplement']} holds it)" if part["supplemented"] else ""
+        yield f"{file} does not hold {part['what']}: {part['reason']}{held}"
+    gaps = f"as given {replay['given']['gap']:.3g}, patched {replay['patched']['gap']:.3g}"
+    final = replay.get("supplemented", replay["patched"])
+    if "supplemented" in replay:
+        gaps += f", with its supplement {final['gap']:.3g}"
+    diverged = [name for name, off in final["units"].items() if off["whole_run"] is None]
+    lost = f"; {', '.join(diverged)} diverges in whole runs" if diverged else ""
+    yield f"gap of the robot file in MuJoCo, on the same experiments: {gaps}{lost}"
+    if replay["patched"]["gap"] >= replay["given"]["gap"]:
+        yield f"{file} alone is no improvement: load it with {robot['supplement']}"
+
+
+def _change(change: Entry) -> str:
+    """A changed number; a limit that the given file does not have is null."""
+    given = "none" if change["given"] is None else f"{change['given']:.4g}"
+    return (
+        f"{change['element']}.{change['quantity']} {given} -> {change['patched']:.4g}{_unit(change['unit'])}"
     )
-    yield _persistence(diagnosis)
-    low, high = (100.0 * end for end in diagnosis.interval)
-    yield (
-        f"shrink: {100.0 * diagnosis.shrink:.0f} % of the squared gap above the noise floor "
-        f"(95 % interval {low:.0f} to {high:.0f} %)"
-    )
 
 
-def _persistence(diagnosis: Diagnosis) -> str:
-    value = diagnosis.known.gap.persistence
-    return f"persistence: {value:.3g}, the error if every output kept its value or its speed"
+def _off(entry: Entry, model: str) -> Off:
+    """Errors of a model in the unit of the output's column."""
+    shown = {**entry, **entry.get("shown", {})}
+    return Off(shown["unit"], shown[model], shown[f"{model}_whole_run"])
 
 
 def _unit(unit: str) -> str:
     return "" if unit in ("", "1", "-") else f" {unit}"
 
 
-def _interval(interval: Interval) -> str:
-    low, high = interval
-    digits = next((n for n in range(4, 10) if f"{low:.{n}g}" != f"{high:.{n}g}"), 4)
-    return f"95 % interval {low:.{digits}g} to {high:.{digits}g}"
+def _number(value: float | None, digits: int = 4) -> str:
+    return "undefined" if value is None else f"{value:.{digits}g}"
+
+
+def _interval(interval: Sequence[float | None]) -> str:
+    each = ([_number(end, digits) for end in interval] for digits in range(4, 10))
+    low, high = next((ends for ends in each if ends[0] != ends[1]), [_number(end) for end in interval])
+    return f"95 % interval {low} to {high}"

@@ -22,9 +22,6 @@ class Refusal:
     reason: str
     given: str
 
-    def __str__(self) -> str:
-        return f"{self.file} is not offered: {self.reason}; keep {self.given}"
-
     @property
     def content(self) -> dict[str, str]:
         """Return the entry in the list `refused` of diagnosis.json."""
